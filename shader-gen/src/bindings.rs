@@ -1,0 +1,1 @@
+//! Rust bindings generated from a library: its axes as types, its structs and variants.

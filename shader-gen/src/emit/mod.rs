@@ -1,0 +1,1 @@
+//! Target languages: one module per language that a validated variant is written in.

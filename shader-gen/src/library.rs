@@ -1,0 +1,200 @@
+//! `library.toml`: what a library offers, in the author's own words.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+/// A library of shaders as its `library.toml` declares it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Library {
+    /// Name, version and rules of the whole.
+    pub library: Header,
+    /// Works that comments and descriptions refer to.
+    #[serde(default)]
+    pub citation: Vec<Citation>,
+    /// Facts of a user's input that [`Need`]s may depend on.
+    #[serde(default)]
+    pub fact: Vec<Fact>,
+    /// Choices that passes offer, by name.
+    #[serde(default)]
+    pub axis: BTreeMap<String, Axis>,
+    /// Passes, in the order in which they run.
+    #[serde(default)]
+    pub pass: Vec<Pass>,
+    /// Combinations of values that are illegal.
+    #[serde(default)]
+    pub exclusion: Vec<Exclusion>,
+    /// What facts require of axes.
+    #[serde(default)]
+    pub need: Vec<Need>,
+    /// The committed selection.
+    pub package: PackageSelection,
+}
+
+/// The `[library]` table.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// Name of the library.
+    pub name: String,
+    /// Version of the library, as in `1.2.3`.
+    pub version: String,
+    /// One sentence.
+    pub description: String,
+    /// SPDX licence expression.
+    pub license: String,
+    /// What every name at module scope starts with, in snake case with its underscore: `abc_`. Types start with the
+    /// same in camel case (`Abc`), constants in capitals (`ABC_`).
+    pub prefix: String,
+    /// Folder of the sources, relative to `library.toml`.
+    pub source: String,
+}
+
+/// A work that the sources cite.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Citation {
+    /// How the sources call it, as in `[Key, Eq. (1)]`.
+    pub key: String,
+    /// The full reference.
+    pub text: String,
+}
+
+/// Something that is true or false of a user's input.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fact {
+    /// Name of the fact.
+    pub name: String,
+    /// What it means that the fact holds.
+    pub description: String,
+}
+
+/// A typed choice.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Axis {
+    /// What is chosen.
+    pub description: String,
+    /// Name of the value that is taken when none is given.
+    pub default: String,
+    /// The values, in the author's order.
+    pub value: Vec<AxisValue>,
+}
+
+/// One value of an [`Axis`].
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisValue {
+    /// Name of the value.
+    pub name: String,
+    /// What choosing it means.
+    pub description: String,
+    /// Flags that hold in the sources when it is chosen.
+    #[serde(default)]
+    pub flags: Vec<String>,
+    /// WebGPU features that a device must have.
+    #[serde(default)]
+    pub requires: Vec<String>,
+}
+
+/// One or more entry points with their bindings.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pass {
+    /// Name of the pass.
+    pub name: String,
+    /// What it does.
+    pub description: String,
+    /// The module that holds its entry points, relative to [`Header::source`].
+    pub source: String,
+    /// Names of its entry points.
+    pub entry_points: Vec<String>,
+    /// Names of its axes; their order is the order of values in a variant's identifier.
+    #[serde(default)]
+    pub axes: Vec<String>,
+    /// Units and ranges of its inputs, one `name: text` each.
+    #[serde(default)]
+    pub contract: Vec<String>,
+    /// Numbers that may be set when a pipeline is made.
+    #[serde(default, rename = "override")]
+    pub overrides: Vec<Override>,
+}
+
+/// A number that may be set when a pipeline is made.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Override {
+    /// Its name in the sources, with or without the library's prefix.
+    pub name: String,
+    /// What it is, with its unit.
+    pub description: String,
+    /// Least value allowed.
+    pub minimum: f64,
+    /// Greatest value allowed.
+    pub maximum: f64,
+}
+
+/// A named rule that takes combinations out of the space.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Exclusion {
+    /// Name of the rule.
+    pub name: String,
+    /// The pass it holds for; every pass that has all axes of [`Exclusion::when`] if absent.
+    pub pass: Option<String>,
+    /// Per axis the values that are illegal together.
+    pub when: BTreeMap<String, Vec<String>>,
+    /// Why.
+    pub reason: String,
+}
+
+/// A named rule that narrows axes by facts.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Need {
+    /// Name of the rule, given as the reason for what it does.
+    pub name: String,
+    /// Facts and what they must be for the rule to hold.
+    pub when: BTreeMap<String, bool>,
+    /// Per axis the values that remain allowed.
+    pub set: BTreeMap<String, Vec<String>>,
+    /// Why.
+    pub reason: String,
+}
+
+/// The `[package]` table: what is committed of the space.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PackageSelection {
+    /// Name of the package.
+    pub name: String,
+    /// Slices of the space; their union is selected.
+    #[serde(default)]
+    pub select: Vec<Select>,
+    /// Files of functions for hosts that bring their own passes.
+    #[serde(default)]
+    pub lib: Vec<FunctionLibrary>,
+}
+
+/// A slice of the space.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Select {
+    /// Name of the pass.
+    pub pass: String,
+    /// Values per axis; an axis that is not named takes every value.
+    #[serde(default)]
+    pub axes: BTreeMap<String, Vec<String>>,
+}
+
+/// A file of functions without bindings or entry points.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FunctionLibrary {
+    /// Stem of the file.
+    pub name: String,
+    /// Modules whose declarations it offers, relative to [`Header::source`].
+    pub modules: Vec<String>,
+}

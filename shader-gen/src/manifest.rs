@@ -1,0 +1,1 @@
+//! The manifest of a package: what each variant is, needs and promises.

@@ -1,0 +1,1 @@
+//! A package: the files of a set of variants, written beside their place and renamed.
