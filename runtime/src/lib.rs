@@ -1,1 +1,3 @@
-//! Under construction.
+//! Runs the generated packages with wgpu, on textures an engine already has.
+
+pub mod scene;

@@ -1,0 +1,86 @@
+//! The camera of a scene.
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use super::{Bounds, SceneError};
+
+/// A perspective camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// World position.
+    pub position: [f32; 3],
+    /// Where it looks, of unit length.
+    pub forward: [f32; 3],
+    /// Up in the picture, of unit length and at right angles to `forward`.
+    pub up: [f32; 3],
+    /// The full angle between the picture's lower and upper edge, in radians, within (0, pi).
+    pub vertical_fov: f32,
+    /// Distance of the near plane; `None` leaves it to the viewer.
+    pub near: Option<f32>,
+    /// Distance of the far plane; `None` leaves it to the viewer.
+    pub far: Option<f32>,
+}
+
+impl Camera {
+    /// A camera at `position` that looks at `target`. `up` need not be at right angles to the view;
+    /// where it is along the view, another is chosen.
+    pub fn look_at(position: [f32; 3], target: [f32; 3], up: [f32; 3], vertical_fov: f32) -> Self {
+        let forward = (Vec3::from(target) - Vec3::from(position)).normalize_or(Vec3::NEG_Z);
+        Self::along(position, forward, Vec3::from(up), vertical_fov)
+    }
+
+    /// A camera at `position` that looks along the unit vector `forward`.
+    pub(super) fn along(position: [f32; 3], forward: Vec3, up: Vec3, vertical_fov: f32) -> Self {
+        let right = forward.cross(up).try_normalize();
+        let right = right.unwrap_or_else(|| forward.any_orthonormal_vector());
+        let up = right.cross(forward);
+        Self {
+            position,
+            forward: forward.into(),
+            up: up.into(),
+            vertical_fov,
+            near: None,
+            far: None,
+        }
+    }
+
+    /// The camera of a scene that has none: outside the box, a little above it, the whole box in the
+    /// picture.
+    pub(super) fn around(bounds: &Bounds) -> Self {
+        const VERTICAL_FOV: f32 = 45.0 * std::f32::consts::PI / 180.0;
+        let from = Vec3::new(0.5, 0.4, 1.0).normalize();
+        let distance = bounds.radius().max(f32::MIN_POSITIVE) / (VERTICAL_FOV * 0.5).sin();
+        let position = Vec3::from(bounds.center()) + from * distance;
+        Self::along(position.into(), -from, Vec3::Y, VERTICAL_FOV)
+    }
+
+    /// What is wrong with the camera, if anything.
+    pub(super) fn fault(&self, file: &Path) -> Option<SceneError> {
+        let angle = self.vertical_fov;
+        let reason = if !(angle > 0.0 && angle < std::f32::consts::PI) {
+            format!(
+                "its vertical angle of {} degrees is not between 0 and 180",
+                angle.to_degrees()
+            )
+        } else if !Vec3::from(self.position).is_finite() {
+            format!("its position {:?} is not finite", self.position)
+        } else if !Vec3::from(self.forward).is_normalized() {
+            format!("its direction {:?} is not a direction", self.forward)
+        } else {
+            return None;
+        };
+        Some(SceneError::Camera { file: file.into(), reason })
+    }
+
+    /// Near and far plane for a scene with these bounds: those given, else as tight as the box
+    /// allows, the near plane at least a thousandth of its radius away.
+    pub fn planes(&self, bounds: &Bounds) -> (f32, f32) {
+        let radius = bounds.radius().max(f32::MIN_POSITIVE);
+        let away = Vec3::from(self.position).distance(Vec3::from(bounds.center()));
+        let near = self.near.unwrap_or((away - radius).max(radius * 1e-3));
+        let far = self.far.unwrap_or((away + radius) * 1.001);
+        (near, far.max(near * 2.0))
+    }
+}

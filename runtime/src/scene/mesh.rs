@@ -1,0 +1,160 @@
+//! Triangle meshes.
+
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
+
+use super::note::{NoteKind, Notes};
+use super::SceneError;
+
+/// Triangles of one material in world space. No triangle is degenerate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// Its name, or `mesh` and its number.
+    pub name: String,
+    /// World positions, finite.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit shading normals, one for each position.
+    pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates, one for each position, v pointing down; empty where there are none.
+    pub uvs: Vec<[f32; 2]>,
+    /// Three for each triangle, counter-clockwise seen from the front.
+    pub indices: Vec<u32>,
+    /// Index into [`super::Scene::materials`].
+    pub material: usize,
+}
+
+impl Mesh {
+    /// The number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.indices.len() / 3
+    }
+
+    /// The corners of each triangle.
+    pub fn triangles(&self) -> impl Iterator<Item = [[f32; 3]; 3]> + '_ {
+        self.indices
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|corners| corners.map(|index| self.positions[index as usize]))
+    }
+}
+
+/// A mesh as a loader found it. Every index is in range; `normals` is as long as `positions` or
+/// empty, and so is `uvs`.
+#[derive(Debug, Default)]
+pub(super) struct RawMesh {
+    pub(super) name: String,
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) normals: Vec<[f32; 3]>,
+    pub(super) uvs: Vec<[f32; 2]>,
+    pub(super) indices: Vec<u32>,
+    pub(super) material: usize,
+}
+
+impl RawMesh {
+    /// Checks the positions, drops degenerate triangles and mends normals; `None` where no triangle
+    /// is left.
+    pub(super) fn clean(
+        mut self,
+        file: &Path,
+        notes: &mut Notes,
+    ) -> Result<Option<Mesh>, SceneError> {
+        if let Some(vertex) = self.positions.iter().position(|&p| !Vec3::from(p).is_finite()) {
+            return Err(SceneError::NonFinite {
+                file: file.into(),
+                mesh: self.name,
+                vertex,
+                position: self.positions[vertex],
+            });
+        }
+        let found = self.indices.len() / 3;
+        let (kept, face_normals) = self.sound_triangles();
+        self.indices = kept;
+        let dropped = found - self.indices.len() / 3;
+        if dropped > 0 {
+            let text = "degenerate triangles dropped";
+            notes.add(NoteKind::Ignored, text, format!("{}: {dropped}", self.name));
+        }
+        if self.indices.is_empty() {
+            return Ok(None);
+        }
+        if self.normals.is_empty() {
+            notes.add(NoteKind::Derived, "no normals: flat ones made", &self.name);
+            self.flatten(&face_normals);
+        } else if self.mend_normals(&face_normals) {
+            let text = "normals without a direction replaced by the triangles'";
+            notes.add(NoteKind::Derived, text, &self.name);
+        }
+        if self.uvs.iter().flatten().any(|coordinate| !coordinate.is_finite()) {
+            let text = "texture coordinates that are not finite set to 0";
+            notes.add(NoteKind::Assumed, text, &self.name);
+            let coordinates = self.uvs.iter_mut().flatten();
+            coordinates.filter(|c| !c.is_finite()).for_each(|c| *c = 0.0);
+        }
+        Ok(Some(Mesh {
+            name: self.name,
+            positions: self.positions,
+            normals: self.normals,
+            uvs: self.uvs,
+            indices: self.indices,
+            material: self.material,
+        }))
+    }
+
+    /// The indices of the triangles that have an area, and for each the normal times twice its area.
+    fn sound_triangles(&self) -> (Vec<u32>, Vec<DVec3>) {
+        let corner = |index: u32| Vec3::from(self.positions[index as usize]).as_dvec3();
+        let mut kept = Vec::with_capacity(self.indices.len());
+        let mut normals = Vec::with_capacity(self.indices.len() / 3);
+        for &[a, b, c] in self.indices.as_chunks::<3>().0 {
+            // In f64 the product of f32 edges neither overflows nor cancels to zero by rounding.
+            let normal = (corner(b) - corner(a)).cross(corner(c) - corner(a));
+            if normal.length_squared() > 0.0 {
+                kept.extend([a, b, c]);
+                normals.push(normal);
+            }
+        }
+        (kept, normals)
+    }
+
+    /// Gives each triangle its own vertices, with the triangle's normal.
+    fn flatten(&mut self, face_normals: &[DVec3]) {
+        let take = |index: &u32| *index as usize;
+        self.positions = self.indices.iter().map(|i| self.positions[take(i)]).collect();
+        if !self.uvs.is_empty() {
+            self.uvs = self.indices.iter().map(|i| self.uvs[take(i)]).collect();
+        }
+        self.normals = face_normals
+            .iter()
+            .flat_map(|normal| [normal.normalize().as_vec3().into(); 3])
+            .collect();
+        self.indices = (0..).take(self.indices.len()).collect();
+    }
+
+    /// Makes normals unit vectors; those that have no direction get the mean of their triangles'.
+    /// Whether there were any.
+    fn mend_normals(&mut self, face_normals: &[DVec3]) -> bool {
+        let mut missing = vec![false; self.normals.len()];
+        for (normal, missing) in self.normals.iter_mut().zip(&mut missing) {
+            match Vec3::from(*normal).try_normalize() {
+                Some(unit) => *normal = unit.into(),
+                None => *missing = true,
+            }
+        }
+        // A vertex that no triangle uses needs no note.
+        if !self.indices.iter().any(|&index| missing[index as usize]) {
+            return false;
+        }
+        let mut sums = vec![DVec3::ZERO; self.normals.len()];
+        for (corners, normal) in self.indices.as_chunks::<3>().0.iter().zip(face_normals) {
+            corners.iter().for_each(|&index| sums[index as usize] += *normal);
+        }
+        for ((normal, sum), missing) in self.normals.iter_mut().zip(sums).zip(missing) {
+            if missing {
+                *normal = sum.normalize_or(DVec3::Y).as_vec3().into();
+            }
+        }
+        true
+    }
+}

@@ -1,0 +1,182 @@
+//! The sidecar `<file>.sglow.toml`: a camera and lights for a file that has none.
+//!
+//! ```toml
+//! [camera]
+//! position = [0.0, 1.0, 3.0]
+//! target = [0.0, 1.0, 0.0]
+//! vertical_fov_degrees = 40.0
+//!
+//! [[light]]
+//! kind = "spot"
+//! position = [0.0, 3.0, 0.0]
+//! target = [0.0, 0.0, 0.0]
+//! inner_cone_degrees = 30.0
+//! outer_cone_degrees = 45.0
+//! intensity = [30.0, 29.0, 27.0]
+//! ```
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use glam::Vec3;
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{Camera, Draft, Light, LightKind, SceneError, error};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sidecar {
+    camera: Option<Spanned<CameraEntry>>,
+    #[serde(default)]
+    light: Vec<Spanned<LightEntry>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CameraEntry {
+    position: [f32; 3],
+    target: [f32; 3],
+    #[serde(default = "up")]
+    up: [f32; 3],
+    #[serde(default = "vertical_fov_degrees")]
+    vertical_fov_degrees: f32,
+}
+
+fn up() -> [f32; 3] {
+    [0.0, 1.0, 0.0]
+}
+
+fn vertical_fov_degrees() -> f32 {
+    45.0
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LightEntry {
+    name: Option<String>,
+    kind: Kind,
+    position: Option<[f32; 3]>,
+    target: Option<[f32; 3]>,
+    direction: Option<[f32; 3]>,
+    inner_cone_degrees: Option<f32>,
+    outer_cone_degrees: Option<f32>,
+    intensity: [f32; 3],
+    range: Option<f32>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    Spot,
+    Directional,
+    Point,
+}
+
+/// Reads the sidecar of `file`, if there is one, into the draft.
+pub(super) fn apply(file: &Path, draft: &mut Draft) -> Result<(), SceneError> {
+    let sidecar = path_of(file);
+    if !sidecar.exists() {
+        return Ok(());
+    }
+    let text = String::from_utf8_lossy(&error::read(&sidecar)?).into_owned();
+    let fault = |span: Option<Range<usize>>, message: String| {
+        let (line, column) = place(&text, span.map_or(0, |span| span.start));
+        SceneError::Sidecar { file: sidecar.clone(), line, column, message }
+    };
+    let parsed: Sidecar =
+        toml::from_str(&text).map_err(|e| fault(e.span(), e.message().to_owned()))?;
+    let mut faults = Vec::new();
+    if let Some(entry) = parsed.camera {
+        let (span, entry) = (entry.span(), entry.into_inner());
+        let camera = Camera::look_at(
+            entry.position,
+            entry.target,
+            entry.up,
+            entry.vertical_fov_degrees.to_radians(),
+        );
+        faults.extend(camera.fault(&sidecar).map(|f| fault(Some(span.clone()), f.reason())));
+        if entry.position == entry.target {
+            let message = "camera: position and target are the same point".to_owned();
+            faults.push(fault(Some(span), message));
+        }
+        draft.camera = Some(camera);
+    }
+    if !parsed.light.is_empty() {
+        draft.lights.clear();
+    }
+    for (index, entry) in parsed.light.into_iter().enumerate() {
+        let (span, entry) = (entry.span(), entry.into_inner());
+        match entry.into_light(index) {
+            Ok(light) => {
+                faults.extend(light.fault(&sidecar).map(|f| fault(Some(span), f.reason())));
+                draft.lights.push(light);
+            }
+            Err(message) => faults.push(fault(Some(span), message)),
+        }
+    }
+    if faults.is_empty() { Ok(()) } else { Err(SceneError::of(faults)) }
+}
+
+impl LightEntry {
+    fn into_light(self, index: usize) -> Result<Light, String> {
+        let name = self.name.unwrap_or_else(|| format!("light {index}"));
+        let missing = |key: &str, kind: &str| format!("light `{name}`: a {kind} needs `{key}`");
+        let position = match (self.kind, self.position) {
+            (Kind::Directional, _) => [0.0; 3],
+            (_, Some(position)) => position,
+            (Kind::Spot, None) => return Err(missing("position", "spot light")),
+            (Kind::Point, None) => return Err(missing("position", "point light")),
+        };
+        let direction = match (self.kind, self.direction, self.target) {
+            (Kind::Point, ..) => [0.0, -1.0, 0.0],
+            (_, Some(_), Some(_)) => {
+                return Err(format!("light `{name}`: give `direction` or `target`, not both"));
+            }
+            (_, Some(direction), None) => direction,
+            (_, None, Some(target)) => {
+                (Vec3::from(target) - Vec3::from(self.position.unwrap_or_default())).into()
+            }
+            (Kind::Spot, ..) => return Err(missing("target` or `direction", "spot light")),
+            (Kind::Directional, ..) => {
+                return Err(missing("direction` or `target", "directional light"));
+            }
+        };
+        let kind = match (self.kind, self.inner_cone_degrees, self.outer_cone_degrees) {
+            (Kind::Spot, inner, outer) => LightKind::Spot {
+                inner: inner.unwrap_or(0.0).to_radians(),
+                outer: outer
+                    .ok_or_else(|| missing("outer_cone_degrees", "spot light"))?
+                    .to_radians(),
+            },
+            (_, Some(_), _) | (_, _, Some(_)) => {
+                return Err(format!("light `{name}`: only a spot light has a cone"));
+            }
+            (Kind::Directional, ..) => LightKind::Directional,
+            (Kind::Point, ..) => LightKind::Point,
+        };
+        Ok(Light {
+            name,
+            kind,
+            position,
+            direction: Vec3::from(direction).normalize_or_zero().into(),
+            intensity: self.intensity,
+            range: self.range,
+        })
+    }
+}
+
+/// `scene.glb` -> `scene.glb.sglow.toml`.
+fn path_of(file: &Path) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(".sglow.toml");
+    name.into()
+}
+
+/// One-based line and column of a byte offset.
+fn place(text: &str, offset: usize) -> (usize, usize) {
+    let before = text.get(..offset).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
+    (line, column)
+}
