@@ -32,7 +32,9 @@ pub enum Error {
     #[error("naga's SPIR-V cannot be read back: {0}")]
     ReadBack(String),
     /// An instruction that copies workgroup memory in a way that is not known here.
-    #[error("{0:?} copies workgroup memory whose type also lies in a buffer; only OpLoad and OpStore are known to")]
+    #[error(
+        "{0:?} copies workgroup memory whose type also lies in a buffer; only OpLoad and OpStore are known to"
+    )]
     Copy(Op),
 }
 
@@ -259,7 +261,8 @@ impl Types {
                 }
                 _ => continue,
             };
-            if decorated.contains(&result) || parts.ids().iter().any(|id| types.laid_out.contains(id))
+            if decorated.contains(&result)
+                || parts.ids().iter().any(|id| types.laid_out.contains(id))
             {
                 types.laid_out.insert(result);
             }
@@ -370,7 +373,9 @@ impl Twins {
             .iter()
             .filter_map(|instruction| {
                 let (class, pointee) = pointer(instruction)?;
-                let original = original.get(&pointee).filter(|_| class == StorageClass::Workgroup)?;
+                let original = original
+                    .get(&pointee)
+                    .filter(|_| class == StorageClass::Workgroup)?;
                 Some((instruction.result_id?, *original))
             })
             .collect();
@@ -389,10 +394,15 @@ impl Twins {
             .collect();
         let mut twin_nulls = BTreeMap::new();
 
-        for block in module.functions.iter_mut().flat_map(|function| &mut function.blocks) {
+        for block in module
+            .functions
+            .iter_mut()
+            .flat_map(|function| &mut function.blocks)
+        {
             let mut rewritten = Vec::with_capacity(block.instructions.len());
             for mut instruction in std::mem::take(&mut block.instructions) {
-                let Some(&original) = id(&instruction, 0).and_then(|place| places.get(&place)) else {
+                let Some(&original) = id(&instruction, 0).and_then(|place| places.get(&place))
+                else {
                     rewritten.push(instruction);
                     continue;
                 };
@@ -476,6 +486,130 @@ impl Twins {
             To::Original => original,
             To::Twin => self.twin(original),
         };
-        into.push(Instruction::new(Op::CompositeConstruct, Some(whole), Some(result), made));
+        into.push(Instruction::new(
+            Op::CompositeConstruct,
+            Some(whole),
+            Some(result),
+            made,
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `Light` lies in a buffer and in workgroup memory, within an array; `Alone` in workgroup memory alone.
+    const WGSL: &str = "
+struct Inner { d: vec3<f32>, e: array<vec4<f32>, 2> }
+struct Light { a: vec3<f32>, b: f32, m: mat3x3<f32>, i: Inner, k: array<Inner, 2> }
+struct Alone { a: array<f32, 4>, m: mat2x2<f32> }
+override steps: u32 = 8;
+@group(0) @binding(0) var<storage, read> lights: array<Light>;
+@group(0) @binding(1) var<storage, read_write> result: array<f32>;
+var<workgroup> tile: array<Light, 16>;
+var<workgroup> alone: Alone;
+var<workgroup> counts: array<atomic<u32>, 4>;
+@compute @workgroup_size(16)
+fn main(@builtin(local_invocation_index) i: u32) {
+    tile[i] = lights[i];
+    alone.a[i] = 1.0;
+    atomicAdd(&counts[i % 4u], steps);
+    workgroupBarrier();
+    let one = tile[i ^ 1u];
+    let all = tile;
+    result[i] = one.b + all[i].k[1].e[0].x + alone.a[i];
+}";
+
+    fn parse(wgsl: &str) -> (naga::Module, ModuleInfo) {
+        let module = naga::front::wgsl::parse_str(wgsl).unwrap();
+        let info = Validator::new(ValidationFlags::all(), Capabilities::all())
+            .validate(&module)
+            .unwrap();
+        (module, info)
+    }
+
+    /// The types with a layout that `class` pointers reach.
+    fn laid_out(words: &[u32], class: StorageClass) -> BTreeSet<Word> {
+        let module = rspirv::dr::load_words(words).unwrap();
+        let types = Types::of(&module);
+        let mut reached = BTreeSet::new();
+        for (_, pointee) in module
+            .types_global_values
+            .iter()
+            .filter_map(pointer)
+            .filter(|(of, _)| *of == class)
+        {
+            types.reach(pointee, &mut reached);
+        }
+        reached.retain(|id| types.laid_out.contains(id));
+        reached
+    }
+
+    #[test]
+    fn workgroup_memory_has_no_layout_and_buffers_keep_theirs() {
+        let (module, info) = parse(WGSL);
+        let words = write(&module, &info).unwrap();
+        assert_eq!(laid_out(&words, StorageClass::Workgroup), BTreeSet::new());
+        // array<Light>, Light, Inner, array<Inner, 2>, array<vec4, 2>, array<f32> and two blocks.
+        assert_eq!(laid_out(&words, StorageClass::StorageBuffer).len(), 8);
+        // Negative control: naga alone lays workgroup memory out.
+        let (module, info) = parse(&WGSL.replace("override", "const"));
+        let raw = spv::write_vec(&module, &info, &options(), None).unwrap();
+        assert!(!laid_out(&raw, StorageClass::Workgroup).is_empty());
+    }
+
+    #[test]
+    fn writing_is_deterministic() {
+        let (module, info) = parse(WGSL);
+        let (again, again_info) = parse(WGSL);
+        assert_eq!(
+            write(&module, &info).unwrap(),
+            write(&again, &again_info).unwrap()
+        );
+        assert_ne!(
+            write(&module, &info).unwrap(),
+            {
+                let (other, other_info) = parse(&WGSL.replace("= 8", "= 9"));
+                write(&other, &other_info).unwrap()
+            },
+            "the default of an override shows"
+        );
+    }
+
+    #[test]
+    fn a_module_without_workgroup_memory_is_left_as_it_is() {
+        let (module, info) = parse(
+            "@group(0) @binding(0) var<storage, read_write> r: array<f32>;
+            @compute @workgroup_size(1) fn main() { r[0] = 1.0; }",
+        );
+        let raw = spv::write_vec(&module, &info, &options(), None).unwrap();
+        assert_eq!(write(&module, &info).unwrap(), raw);
+    }
+
+    #[test]
+    fn an_override_without_default_is_named() {
+        let (module, info) = parse(
+            "override steps: u32;
+            @group(0) @binding(0) var<storage, read_write> r: array<u32>;
+            @compute @workgroup_size(1) fn main() { r[0] = steps; }",
+        );
+        let error = write(&module, &info).unwrap_err();
+        assert!(error.to_string().contains("steps"), "{error}");
+    }
+
+    #[test]
+    fn spirv_val_accepts_it() {
+        let (module, info) = parse(WGSL);
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), bytes(&write(&module, &info).unwrap())).unwrap();
+        let validated = std::process::Command::new("spirv-val")
+            .args(["--target-env", "vulkan1.1"])
+            .arg(file.path())
+            .output();
+        match validated {
+            Ok(output) => assert!(output.status.success(), "{output:?}"),
+            Err(_) => eprintln!("skipped: spirv-val is not on PATH"),
+        }
     }
 }
