@@ -1,1 +1,45 @@
-//! Under construction.
+//! The f64 evaluation of every formula of sglow, and the truths that the formulas approximate.
+//!
+//! Written from the papers and from the conventions in `ARCHITECTURE.md`, apart from the shaders, so that agreement
+//! between the two means something. Everything is a pure function over plain arrays.
+//!
+//! # Two kinds of number
+//! A stage's function is generic over [`Real`]. With `f64` it gives the value. With [`Bounded`] it gives the value
+//! together with the largest distance that an f32 evaluation may keep from it, when every operation is granted the
+//! error that Vulkan and WebGPU grant. That distance is the tolerance of a comparison: a function of the input.
+//!
+//! # Pipeline
+//! [`surface`] and [`light`] make virtual point lights; [`rsm`] makes their moments, density and mips; [`fis`] places
+//! the kernels; [`vsgl`] makes one light per kernel; [`shade`] reflects them; [`direct`] and [`compose`] add the rest.
+//! The truths are [`quadrature`] for integrals over the sphere and [`vpl`] for whole pictures.
+//!
+//! # Citations
+//! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
+//! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
+//! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
+//! - Schlick 1994: An inexpensive BRDF model for physically-based rendering, Comput. Graph. Forum 13(3).
+//! - Tokuyoshi 2015: Fast indirect illumination using two virtual spherical Gaussian lights, supplement.
+//! - Tokuyoshi 2016: Modified filtered importance sampling for virtual spherical Gaussian lights, CVM 2(4).
+//! - Walter 2007: Microfacet models for refraction through rough surfaces, EGSR.
+//! - Xu 2013: Anisotropic spherical Gaussians, ACM Trans. Graph. 32(6).
+
+pub mod brdf;
+pub mod compose;
+pub mod direct;
+pub mod fis;
+pub mod light;
+pub mod metrics;
+pub mod quadrature;
+pub mod real;
+pub mod rsm;
+pub mod sg;
+pub mod shade;
+pub mod surface;
+pub mod tolerance;
+pub mod vector;
+pub mod vpl;
+pub mod vsgl;
+
+pub use real::{Linear, Real};
+pub use tolerance::Bounded;
+pub use vector::Vector3;

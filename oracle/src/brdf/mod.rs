@@ -1,0 +1,8 @@
+//! The reflection that the approximations are held against: `R_d/pi + D V F`.
+
+pub mod beckmann;
+pub mod fresnel;
+pub mod ggx;
+pub mod material;
+
+pub use material::{Directions, Material, Ndf};

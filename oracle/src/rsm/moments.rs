@@ -1,0 +1,187 @@
+//! What a texel adds to the virtual spherical Gaussian light of its kernel.
+
+use crate::brdf::Material;
+use crate::brdf::material::MINIMUM_COSINE;
+use crate::surface::SurfaceTexel;
+use crate::{Linear, Real, Vector3};
+
+/// The lobes that a virtual spherical Gaussian light emits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Lobes {
+    /// Diffuse alone: three layers.
+    Diffuse,
+    /// Diffuse and specular: five layers.
+    Both,
+}
+
+impl Lobes {
+    /// The number of layers of moments.
+    #[must_use]
+    pub fn layers(self) -> usize {
+        match self {
+            Self::Diffuse => 3,
+            Self::Both => 5,
+        }
+    }
+}
+
+/// Sharpness of the diffuse lobe: the least-squares fit of the paper.
+// [Tokuyoshi 2016, Appendix A.1]
+pub const DIFFUSE_SHARPNESS: f64 = 2.0;
+
+/// The moments of a texel, or sums and means of them; layers as in the conventions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments<R = f64> {
+    /// Position, diffuse power, diffuse direction, specular power, specular direction; xyzw each.
+    pub layers: [[R; 4]; 5],
+}
+
+impl<R: Real> Moments<R> {
+    /// The first three numbers of a layer.
+    #[must_use]
+    pub fn vector(&self, layer: usize) -> Vector3<R> {
+        let [x, y, z, _] = self.layers[layer];
+        Vector3::new(x, y, z)
+    }
+    /// Sum of the weights: layer 1's w.
+    #[must_use]
+    pub fn weight(&self) -> R {
+        self.layers[1][3]
+    }
+    /// Sum of the weights times the squared distance to the origin: layer 0's w.
+    #[must_use]
+    pub fn squared_position(&self) -> R {
+        self.layers[0][3]
+    }
+    /// Read from texels; exact. Absent layers are zero.
+    #[must_use]
+    pub fn of_texels(texels: &[[f32; 4]]) -> Self {
+        let mut moments = Self::nothing();
+        for (layer, texel) in moments.layers.iter_mut().zip(texels) {
+            *layer = texel.map(|value| R::constant(f64::from(value)));
+        }
+        moments
+    }
+}
+
+impl<R: Real> Linear<R> for Moments<R> {
+    fn nothing() -> Self {
+        Self { layers: [[R::zero(); 4]; 5] }
+    }
+    fn plus(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    fn scaled(self, factor: R) -> Self {
+        Self { layers: self.layers.map(|layer| layer.map(|value| value * factor)) }
+    }
+    fn covering(self, other: Self) -> Self {
+        self.zip(other, R::cover)
+    }
+}
+
+impl<R: Real> Moments<R> {
+    fn zip(mut self, other: Self, join: impl Fn(R, R) -> R) -> Self {
+        for (layer, others) in self.layers.iter_mut().zip(other.layers) {
+            for (value, right) in layer.iter_mut().zip(others) {
+                *value = join(*value, right);
+            }
+        }
+        self
+    }
+}
+
+/// Sharpness of the specular lobe at a surface, from the mirror direction's cosine with the normal.
+// [Tokuyoshi 2016, Appendix A.1]
+pub fn specular_sharpness<R: Real>(alpha: R, cosine: R) -> R {
+    let facets = R::constant(2.0) / alpha.squared();
+    facets / (R::constant(4.0) * cosine.abs().max(R::constant(MINIMUM_COSINE)))
+}
+
+/// The moments of a texel: of a surface, the power of its photon, the unit direction towards the light, and the
+/// position that positions are relative to. Zero where there is no surface.
+// [Tokuyoshi 2016, Appendix B]
+pub fn moments<R: Real>(
+    surface: &SurfaceTexel<R>,
+    power: Vector3<R>,
+    towards_light: Vector3<R>,
+    origin: Vector3<R>,
+    lobes: Lobes,
+) -> Moments<R> {
+    let mut moments = Moments::nothing();
+    if !surface.present {
+        return moments;
+    }
+    let Material { diffuse, specular, alpha } = surface.material;
+    let texel = |vector: Vector3<R>, w: R| [vector.x, vector.y, vector.z, w];
+    let weight = match lobes {
+        Lobes::Diffuse => power.times(diffuse).luminance(),
+        Lobes::Both => power.times(diffuse + specular).luminance(),
+    };
+    let position = surface.position - origin;
+    moments.layers[0] = texel(position * weight, weight * position.length_squared());
+
+    let diffuse_power = power.times(diffuse);
+    moments.layers[1] = texel(diffuse_power, weight);
+    // Toksvig's mean length l/(l + 1) of the diffuse lobe.
+    let diffuse_length = R::constant(DIFFUSE_SHARPNESS / (DIFFUSE_SHARPNESS + 1.0));
+    moments.layers[2] =
+        texel(surface.normal * (diffuse_power.luminance() * diffuse_length), R::zero());
+
+    if lobes == Lobes::Both {
+        let specular_power = power.times(specular);
+        let mirror = towards_light.mirrored(surface.normal);
+        let sharpness = specular_sharpness(alpha, mirror.dot(surface.normal));
+        let length = sharpness / (sharpness + R::one());
+        moments.layers[3] = texel(specular_power, R::zero());
+        moments.layers[4] = texel(mirror * (specular_power.luminance() * length), R::zero());
+    }
+    moments
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Bounded;
+
+    fn surface<R: Real>(present: f32) -> SurfaceTexel<R> {
+        SurfaceTexel::decode([1.0, 0.5, -2.0, present], [0.0, 0.6, 0.8, 0.2], [0.7, 0.4, 0.1, 0.25])
+    }
+
+    #[test]
+    fn layers_follow_the_conventions() {
+        let (power, origin) = (Vector3::new(3.0, 2.0, 1.0), Vector3::new(1.0, 0.0, -2.0));
+        let towards = Vector3::new(0.0, 0.0, 1.0);
+        let surface = surface::<f64>(0.04);
+        let both = moments(&surface, power, towards, origin, Lobes::Both);
+        let expected =
+            power.times(surface.material.diffuse + surface.material.specular).luminance();
+        assert!((both.weight() - expected).abs() < 1e-14);
+        assert!((both.vector(0) - Vector3::new(0.0, 0.5 * expected, 0.0)).length() < 1e-14);
+        assert!((both.squared_position() - 0.25 * expected).abs() < 1e-14);
+        // The mirror of +z about (0, .6, .8) is (0, .96, .28); sharpness 50/(4 * .8).
+        let length = both.vector(4).length() / both.vector(3).luminance();
+        assert!((length - 15.625 / 16.625).abs() < 1e-6);
+        assert!((both.vector(4).normalized() - Vector3::new(0.0, 0.96, 0.28)).length() < 1e-6);
+
+        let diffuse = moments(&surface, power, towards, origin, Lobes::Diffuse);
+        assert_eq!(diffuse.layers[3..], [[0.0; 4]; 2]);
+        assert!(diffuse.weight() < both.weight());
+        let absent = moments(&self::surface::<f64>(-1.0), power, towards, origin, Lobes::Both);
+        assert_eq!(absent, Moments::nothing());
+    }
+
+    #[test]
+    fn tolerances_are_a_few_ulp() {
+        let constant = |x: f64, y: f64, z: f64| Vector3::<Bounded>::constant(Vector3::new(x, y, z));
+        let bounded = moments(
+            &surface::<Bounded>(0.04),
+            constant(3.0, 2.0, 1.0),
+            constant(0.0, 0.0, 1.0),
+            constant(1.0, 0.0, -2.0),
+            Lobes::Both,
+        );
+        for value in bounded.layers.into_iter().flatten() {
+            assert!(value.error <= 4e-6 * value.value.abs() + 4e-7, "{value:?}");
+        }
+    }
+}

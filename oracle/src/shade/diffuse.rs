@@ -1,0 +1,107 @@
+//! Diffuse reflection of an incoming spherical Gaussian.
+
+use core::f64::consts::PI;
+
+use crate::quadrature::SphereRule;
+use crate::rsm::moments::DIFFUSE_SHARPNESS;
+use crate::sg::{integral, product_integral};
+use crate::shade::Incoming;
+use crate::{Real, Vector3};
+
+/// How the cosine at the shading point is treated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Diffuse {
+    /// Constant over the lobe, taken at its axis.
+    Constant,
+    /// A normalised spherical Gaussian of sharpness 2 about the normal, with the exact product integral.
+    Gaussian,
+}
+
+impl Diffuse {
+    /// The reflected radiance of a surface of diffuse reflectance `reflectance` and unit normal.
+    pub fn reflect<R: Real>(
+        self,
+        arriving: &Incoming<R>,
+        reflectance: Vector3<R>,
+        normal: Vector3<R>,
+    ) -> Vector3<R> {
+        let scale = match self {
+            // [Tokuyoshi 2016, Appendix C.2, Diffuse reflection]
+            Self::Constant => {
+                let cosine = arriving.axis.dot(normal).max(R::zero());
+                integral(arriving.sharpness) * cosine * R::constant(1.0 / PI)
+            }
+            // [Tokuyoshi 2015, Eq. (1), Section 3.2]
+            Self::Gaussian => {
+                let sharpness = R::constant(DIFFUSE_SHARPNESS);
+                let overlap =
+                    product_integral(arriving.axis, arriving.sharpness, normal, sharpness);
+                overlap / R::constant(integral(DIFFUSE_SHARPNESS))
+            }
+        };
+        arriving.coefficient.times(reflectance) * scale
+    }
+}
+
+/// What the forms approximate: the Lambert reflection of the incoming lobe, by quadrature.
+#[must_use]
+pub fn truth(arriving: &Incoming, reflectance: Vector3, normal: Vector3) -> Vector3 {
+    let rule = SphereRule::around(arriving.axis, arriving.sharpness).with_azimuths(360);
+    rule.integrate_color(|direction| {
+        arriving.radiance(direction).times(reflectance) * (direction.dot(normal).max(0.0) / PI)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NORMAL: Vector3 = Vector3::new(0.0, 0.0, 1.0);
+
+    fn arriving(sharpness: f64, angle: f64) -> Incoming {
+        let axis = Vector3::new(angle.sin(), 0.0, angle.cos());
+        Incoming { axis, sharpness, coefficient: Vector3::new(1.0, 0.5, 2.0) }
+    }
+
+    /// The largest error over angles, relative to the reflection of a facing lobe.
+    fn model_error(diffuse: Diffuse, sharpness: f64) -> f64 {
+        let white = Vector3::splat(1.0);
+        let facing = truth(&arriving(sharpness, 0.0), white, NORMAL).x;
+        (0..=36)
+            .map(|step| {
+                let arriving = arriving(sharpness, PI * f64::from(step) / 36.0);
+                let found = diffuse.reflect(&arriving, white, NORMAL);
+                (found - truth(&arriving, white, NORMAL)).x.abs() / facing
+            })
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn errors_of_the_models_are_the_known_ones() {
+        // Table of the measured accuracy: constant cosine and the energy-conserving Gaussian of sharpness 2.
+        for (sharpness, constant) in [(1.0, 1.4), (10.0, 0.13), (100.0, 0.04), (1e4, 0.004)] {
+            let found = model_error(Diffuse::Constant, sharpness);
+            assert!((found / constant - 1.0).abs() < 0.1, "{sharpness} {found}");
+        }
+        for sharpness in [0.1, 1.0, 10.0, 100.0, 1e4] {
+            let found = model_error(Diffuse::Gaussian, sharpness);
+            assert!(found > 0.01 && found < 0.145, "{sharpness} {found}");
+        }
+    }
+
+    #[test]
+    fn energy_is_conserved_over_all_normals() {
+        // The mean over normals of the reflected radiance is a quarter of the reflected power, R A/(4 pi), for both.
+        let arriving = arriving(7.0, 0.4);
+        for diffuse in [Diffuse::Constant, Diffuse::Gaussian] {
+            let total = SphereRule::around(arriving.axis, 7.0)
+                .with_azimuths(360)
+                .integrate(|normal| diffuse.reflect(&arriving, Vector3::splat(1.0), normal).x);
+            assert!(
+                (total / integral(7.0) - 1.0).abs() < 1e-3,
+                "{diffuse:?} {}",
+                total / integral(7.0)
+            );
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! The reflection of virtual spherical Gaussian lights at a shading point.
+
+pub mod diffuse;
+pub mod incoming;
+#[expect(clippy::module_inception, reason = "the sum itself, as in the shaders")]
+pub mod shade;
+pub mod specular;
+
+pub use diffuse::Diffuse;
+pub use incoming::{Incoming, incoming};
+pub use shade::{Model, Reflected, shade};
+pub use specular::Specular;

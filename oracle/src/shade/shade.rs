@@ -1,0 +1,126 @@
+//! The reflection of all lights at a shading point.
+
+use crate::brdf::Ndf;
+use crate::shade::{Diffuse, Specular, incoming};
+use crate::surface::SurfaceTexel;
+use crate::vsgl::Vsgl;
+use crate::{Real, Vector3};
+
+/// Which reflections there are and how they are approximated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Model {
+    /// Diffuse reflection, if any.
+    pub diffuse: Option<Diffuse>,
+    /// Specular reflection, if any.
+    pub specular: Option<Specular>,
+    /// The distribution of facets.
+    pub ndf: Ndf,
+}
+
+/// Reflected radiance by its kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reflected<R = f64> {
+    /// Reflected diffusely.
+    pub diffuse: Vector3<R>,
+    /// Reflected specularly.
+    pub specular: Vector3<R>,
+}
+
+impl<R: Real> Reflected<R> {
+    /// No light.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { diffuse: Vector3::zero(), specular: Vector3::zero() }
+    }
+    /// The sum of both kinds.
+    #[must_use]
+    pub fn total(&self) -> Vector3<R> {
+        self.diffuse + self.specular
+    }
+}
+
+/// The radiance that a surface reflects towards the eye at world position `eye`; none where there is no surface.
+// [Tokuyoshi 2016, Appendix C]
+pub fn shade<R: Real>(
+    surface: &SurfaceTexel<R>,
+    eye: Vector3<R>,
+    lights: impl IntoIterator<Item = Vsgl<R>>,
+    model: &Model,
+) -> Reflected<R> {
+    let mut sum = Reflected::none();
+    if !surface.present {
+        return sum;
+    }
+    let view = (eye - surface.position).normalized();
+    for light in lights {
+        for lobe in core::iter::once(light.diffuse).chain(light.specular) {
+            let arriving = incoming(surface.position, light.position, light.variance, &lobe);
+            if let Some(diffuse) = model.diffuse {
+                sum.diffuse = sum.diffuse
+                    + diffuse.reflect(&arriving, surface.material.diffuse, surface.normal);
+            }
+            if let Some(specular) = model.specular {
+                let reflected =
+                    specular.reflect(&arriving, &surface.material, model.ndf, view, surface.normal);
+                sum.specular = sum.specular + reflected;
+            }
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Bounded;
+    use crate::rsm::{Lobes, Moments};
+
+    fn scene<R: Real>() -> (SurfaceTexel<R>, Vector3<R>, Vsgl<R>) {
+        let surface =
+            SurfaceTexel::decode([0.0, 0.0, 0.0, 0.04], [0.0, 1.0, 0.0, 0.3], [0.8, 0.6, 0.4, 0.2]);
+        let eye = Vector3::constant(Vector3::new(2.0, 1.5, 0.0));
+        let texels = [
+            [-10.0, 8.0, 1.0, 21.0],
+            [5.0, 4.0, 3.0, 8.0],
+            [2.0, -1.5, 0.1, 0.0],
+            [0.5, 0.5, 0.5, 0.0],
+            [0.3, -0.3, 0.0, 0.0],
+        ];
+        let light =
+            Vsgl::of_moments(&Moments::of_texels(&texels), Vector3::zero(), 1e-6, Lobes::Both);
+        (surface, eye, light)
+    }
+
+    const MODEL: Model =
+        Model { diffuse: Some(Diffuse::Constant), specular: Some(Specular::Sg), ndf: Ndf::Ggx };
+
+    #[test]
+    fn is_linear_in_the_lights() {
+        let (surface, eye, light) = scene::<f64>();
+        let one = shade(&surface, eye, [light], &MODEL);
+        let three = shade(&surface, eye, [light; 3], &MODEL);
+        assert!(one.diffuse.x > 0.0 && one.specular.x > 0.0);
+        assert!((three.total() - one.total() * 3.0).length() < 1e-13 * three.total().length());
+        let dark = Model { diffuse: None, ..MODEL };
+        assert_eq!(shade(&surface, eye, [light], &dark).diffuse, Vector3::zero());
+        let absent = SurfaceTexel { present: false, ..surface };
+        assert_eq!(shade(&absent, eye, [light], &MODEL), Reflected::none());
+    }
+
+    #[test]
+    fn tolerances_are_useful() {
+        let (surface, eye, light) = scene::<Bounded>();
+        for diffuse in [Diffuse::Constant, Diffuse::Gaussian] {
+            for specular in [Specular::Sg, Specular::Asg] {
+                for ndf in [Ndf::Ggx, Ndf::Beckmann] {
+                    let model = Model { diffuse: Some(diffuse), specular: Some(specular), ndf };
+                    let bounded = shade(&surface, eye, [light; 8], &model);
+                    for part in [bounded.diffuse.y, bounded.specular.y] {
+                        println!("{model:?}: {:.2e}", part.error / part.value);
+                        assert!(part.error < 2e-3 * part.value, "{model:?} {part:?}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,487 @@
+//! The reference of a picture's indirect light: every texel of the light's map is a virtual point light.
+//!
+//! Brute force in f64, with the real BRDF at both ends of every path and without visibility: what the virtual spherical
+//! Gaussian lights approximate. It is exact but for the geometry term: the inverse square of the distance has no finite
+//! integral over the surface, so that a sum over points has bright spots next to them. A texel is not a point but a
+//! patch of area A. The form factor of a disc of area A as seen from a small patch on its axis and parallel to it is
+//! `A/(A + pi d^2)`, so that the irradiance of a source of power on that disc goes with `1/(d^2 + A/pi)`: bounded at the
+//! disc, and the inverse square far from it.
+
+use core::f64::consts::PI;
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use crate::Vector3;
+use crate::brdf::Ndf;
+use crate::brdf::material::MINIMUM_COSINE;
+use crate::light::Light;
+use crate::shade::Reflected;
+use crate::surface::SurfaceTexel;
+
+/// Lights that are summed side by side.
+const LANES: usize = 8;
+/// Blocks of lights that stay in the cache while a group of pixels uses them.
+const BLOCKS_AT_ONCE: usize = 96;
+/// Pixels that one task works on.
+const PIXELS_AT_ONCE: usize = 64;
+
+type Lane = [f64; LANES];
+
+/// What the sum needs of some lights; everything that does not depend on the pixel is done beforehand.
+#[derive(Clone, Copy, Debug, Default)]
+struct Block {
+    position: [Lane; 3],
+    normal: [Lane; 3],
+    towards: [Lane; 3],
+    /// Area over pi.
+    disc: Lane,
+    facet: Facets,
+    /// `Phi R_d/pi`.
+    diffuse: [Lane; 3],
+    /// `Phi R_s` and `Phi (1 - R_s)`: the Fresnel term's part without and with Schlick's weight.
+    specular: [Lane; 3],
+    grazing: [Lane; 3],
+}
+
+/// What the specular BRDF needs of a surface and the direction that is fixed there.
+#[derive(Clone, Copy, Debug, Default)]
+struct Facets {
+    /// Cosine of the normal with the fixed direction.
+    cosine: Lane,
+    /// alpha^2.
+    width: Lane,
+    /// Of the fixed direction: the root of the height-correlated masking and the kept cosine, or for Beckmann the
+    /// masking over the cosine in the first and 0 in the second.
+    masking: Lane,
+    kept: Lane,
+}
+
+/// The virtual point lights of a light's map.
+#[derive(Clone, Debug)]
+pub struct VirtualPointLights {
+    blocks: Vec<Block>,
+    count: usize,
+    ndf: Ndf,
+}
+
+impl VirtualPointLights {
+    /// The lights of a map of `size` texels, row by row from the top; texels without surface or power are left out.
+    #[must_use]
+    pub fn of_map(light: &Light, texels: &[SurfaceTexel], size: [usize; 2], ndf: Ndf) -> Self {
+        let mut lights = Self { blocks: Vec::new(), count: 0, ndf };
+        for (index, surface) in texels.iter().enumerate().take(size[0] * size[1]) {
+            let texel = [index % size[0], index / size[0]];
+            let power = light.photon_power::<f64>(texel, size);
+            if surface.present && power != Vector3::zero() {
+                let (towards, distance_squared) = light.towards(surface.position);
+                let area =
+                    light.footprint(texel, size, distance_squared, surface.normal.dot(towards));
+                lights.push(surface, towards, power, area);
+            }
+        }
+        lights
+    }
+
+    /// Without lights.
+    #[must_use]
+    pub fn none(ndf: Ndf) -> Self {
+        Self { blocks: Vec::new(), count: 0, ndf }
+    }
+
+    /// Adds the light of a surface that a photon of some power reaches against the unit direction `towards`, and that
+    /// stands for an area.
+    pub fn push(&mut self, surface: &SurfaceTexel, towards: Vector3, power: Vector3, area: f64) {
+        let lane = self.count % LANES;
+        if lane == 0 {
+            self.blocks.push(Block::default());
+        }
+        self.count += 1;
+        let Some(block) = self.blocks.last_mut() else {
+            return;
+        };
+        let material = surface.material;
+        let set = |lanes: &mut [Lane; 3], vector: Vector3| {
+            for (lanes, part) in lanes.iter_mut().zip(vector.to_array()) {
+                lanes[lane] = part;
+            }
+        };
+        set(&mut block.position, surface.position);
+        set(&mut block.normal, surface.normal);
+        set(&mut block.towards, towards);
+        set(&mut block.diffuse, power.times(material.diffuse_brdf()));
+        set(&mut block.specular, power.times(material.specular));
+        set(&mut block.grazing, power.times(Vector3::splat(1.0) - material.specular));
+        block.disc[lane] = area / PI;
+        let facet = FixedFacet::new(self.ndf, surface.normal.dot(towards), material.alpha);
+        block.facet.cosine[lane] = facet.cosine;
+        block.facet.width[lane] = facet.width;
+        block.facet.masking[lane] = facet.masking;
+        block.facet.kept[lane] = facet.kept;
+    }
+
+    /// The number of lights.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are no lights.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The radiance that surfaces reflect towards an eye, in the order of the surfaces.
+    ///
+    /// `progress` is called from several threads with the number of surfaces done so far, and says whether to go on;
+    /// `None` if it said no.
+    pub fn reflect(
+        &self,
+        surfaces: &[SurfaceTexel],
+        eye: Vector3,
+        progress: impl Fn(usize) -> bool + Sync,
+    ) -> Option<Vec<Reflected>> {
+        let (done, go_on) = (AtomicUsize::new(0), AtomicBool::new(true));
+        let groups: Vec<Vec<Reflected>> = surfaces
+            .par_chunks(PIXELS_AT_ONCE)
+            .map(|group| {
+                if !go_on.load(Ordering::Relaxed) {
+                    return Vec::new();
+                }
+                let reflected = match self.ndf {
+                    Ndf::Ggx => self.reflect_group::<true>(group, eye),
+                    Ndf::Beckmann => self.reflect_group::<false>(group, eye),
+                };
+                if !progress(done.fetch_add(group.len(), Ordering::Relaxed) + group.len()) {
+                    go_on.store(false, Ordering::Relaxed);
+                }
+                reflected
+            })
+            .collect();
+        go_on.into_inner().then(|| groups.concat())
+    }
+
+    fn reflect_group<const GGX: bool>(
+        &self,
+        group: &[SurfaceTexel],
+        eye: Vector3,
+    ) -> Vec<Reflected> {
+        let receivers: Vec<Receiver> =
+            group.iter().map(|surface| Receiver::new(surface, eye, self.ndf)).collect();
+        let mut sums = vec![Sums::default(); group.len()];
+        for blocks in self.blocks.chunks(BLOCKS_AT_ONCE) {
+            for ((surface, receiver), sum) in group.iter().zip(&receivers).zip(&mut sums) {
+                if surface.present {
+                    for block in blocks {
+                        sum.add::<GGX>(block, receiver);
+                    }
+                }
+            }
+        }
+        group.iter().zip(sums).map(|(surface, sum)| sum.reflected(surface)).collect()
+    }
+}
+
+/// The specular BRDF with one direction fixed.
+#[derive(Clone, Copy, Debug)]
+struct FixedFacet {
+    cosine: f64,
+    width: f64,
+    masking: f64,
+    kept: f64,
+}
+
+impl FixedFacet {
+    fn new(ndf: Ndf, cosine: f64, alpha: f64) -> Self {
+        let (width, kept) = (alpha * alpha, cosine.max(MINIMUM_COSINE));
+        match ndf {
+            Ndf::Ggx => {
+                Self { cosine, width, masking: (kept * kept * (1.0 - width) + width).sqrt(), kept }
+            }
+            Ndf::Beckmann => {
+                Self { cosine, width, masking: beckmann_masking(kept, width), kept: 0.0 }
+            }
+        }
+    }
+
+    /// `D V` and Schlick's weight, from the cosine of the other direction with the normal (at least 0) and with the
+    /// fixed direction. The half vector enters by its squared length and its product with the normal alone.
+    #[inline(always)]
+    fn evaluate<const GGX: bool>(self, cosine: f64, between: f64) -> (f64, f64) {
+        let square = (2.0 + 2.0 * between).max(1e-24);
+        let normal_part = cosine + self.cosine;
+        let rest = (1.0 - 0.5 * square.sqrt()).max(0.0);
+        let weight = (rest * rest) * (rest * rest) * rest;
+        let value = if GGX {
+            let denominator = normal_part * normal_part * (self.width - 1.0) + square;
+            let root = (cosine * cosine * (1.0 - self.width) + self.width).sqrt();
+            let masking = cosine * self.masking + self.kept * root;
+            0.5 * self.width * square * square / (PI * denominator * denominator * masking)
+        } else {
+            let cosine_squared = (normal_part * normal_part / square).min(1.0);
+            let exponent = (cosine_squared - 1.0) / (cosine_squared * self.width);
+            let distribution = exponent.exp() / (PI * self.width * cosine_squared * cosine_squared);
+            let masking = 0.25 * self.masking * beckmann_masking(cosine, self.width);
+            if normal_part > 0.0 { distribution * masking } else { 0.0 }
+        };
+        (value, weight)
+    }
+}
+
+/// Beckmann's `G1/cos`, from alpha^2.
+// [Walter 2007, Section 5.2, after Eq. (27)]
+fn beckmann_masking(cosine: f64, width: f64) -> f64 {
+    let slope = (width * (1.0 - cosine * cosine).max(0.0)).sqrt();
+    if cosine >= 1.6 * slope {
+        1.0 / cosine
+    } else {
+        let a = cosine / slope;
+        (3.535 + 2.181 * a) / (slope * (1.0 + 2.276 * a + 2.577 * a * a))
+    }
+}
+
+/// What the sum needs of a pixel.
+#[derive(Clone, Copy, Debug)]
+struct Receiver {
+    position: [f64; 3],
+    normal: [f64; 3],
+    view: [f64; 3],
+    facet: FixedFacet,
+}
+
+impl Receiver {
+    fn new(surface: &SurfaceTexel, eye: Vector3, ndf: Ndf) -> Self {
+        let view = (eye - surface.position).normalized();
+        Self {
+            position: surface.position.to_array(),
+            normal: surface.normal.to_array(),
+            view: view.to_array(),
+            facet: FixedFacet::new(ndf, surface.normal.dot(view), surface.material.alpha),
+        }
+    }
+}
+
+/// Irradiance; the same times `D V`; and times Schlick's weight too.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    irradiance: [Lane; 3],
+    specular: [Lane; 3],
+    grazing: [Lane; 3],
+}
+
+impl Sums {
+    #[inline(always)]
+    fn add<const GGX: bool>(&mut self, block: &Block, receiver: &Receiver) {
+        for lane in 0..LANES {
+            let path = [0, 1, 2].map(|axis| receiver.position[axis] - block.position[axis][lane]);
+            let square = dot(path, path).max(1e-30);
+            let inverse = 1.0 / square.sqrt();
+            let direction = path.map(|part| part * inverse);
+            let at = |lanes: &[Lane; 3]| [lanes[0][lane], lanes[1][lane], lanes[2][lane]];
+            let cosine_emitted = dot(at(&block.normal), direction).max(0.0);
+            let cosine_received = (-dot(receiver.normal, direction)).max(0.0);
+            let geometry = cosine_emitted * cosine_received / (square + block.disc[lane]);
+
+            let emitter = FixedFacet {
+                cosine: block.facet.cosine[lane],
+                width: block.facet.width[lane],
+                masking: block.facet.masking[lane],
+                kept: block.facet.kept[lane],
+            };
+            let (emitted, emitted_weight) =
+                emitter.evaluate::<GGX>(cosine_emitted, dot(at(&block.towards), direction));
+            let (received, received_weight) =
+                receiver.facet.evaluate::<GGX>(cosine_received, -dot(receiver.view, direction));
+            for channel in 0..3 {
+                let fresnel =
+                    block.specular[channel][lane] + block.grazing[channel][lane] * emitted_weight;
+                let arriving = geometry * (block.diffuse[channel][lane] + emitted * fresnel);
+                self.irradiance[channel][lane] += arriving;
+                self.specular[channel][lane] += arriving * received;
+                self.grazing[channel][lane] += arriving * received * received_weight;
+            }
+        }
+    }
+
+    fn reflected(&self, surface: &SurfaceTexel) -> Reflected {
+        let sum = |lanes: &[Lane; 3]| {
+            let [x, y, z] = lanes.map(|lane| lane.iter().sum());
+            Vector3::new(x, y, z)
+        };
+        let (specular, grazing) = (sum(&self.specular), sum(&self.grazing));
+        Reflected {
+            diffuse: sum(&self.irradiance).times(surface.material.diffuse_brdf()),
+            specular: (specular - grazing).times(surface.material.specular) + grazing,
+        }
+    }
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::{Directions, Material};
+    use crate::fis::stress::Random;
+    use crate::light::LightKind;
+
+    fn unit(random: &mut Random) -> Vector3 {
+        Vector3::new(random.normal(), random.normal(), random.normal()).normalized()
+    }
+
+    fn surface(random: &mut Random) -> SurfaceTexel {
+        let mut color = || Vector3::new(random.uniform(), random.uniform(), random.uniform());
+        let (diffuse, specular) = (color(), color());
+        let material = Material { diffuse, specular, alpha: 0.05 + 0.9 * random.uniform() };
+        SurfaceTexel { position: unit(random) * 2.0, normal: unit(random), material, present: true }
+    }
+
+    /// The same sum, one light at a time, by the functions of the BRDF.
+    fn plainly(
+        surface: &SurfaceTexel,
+        eye: Vector3,
+        emitters: &[(SurfaceTexel, Vector3, Vector3, f64)],
+        ndf: Ndf,
+    ) -> Reflected {
+        let view = (eye - surface.position).normalized();
+        let mut sum = Reflected::none();
+        for (emitter, towards, power, area) in emitters {
+            let path = surface.position - emitter.position;
+            let direction = path.normalized();
+            let at_emitter =
+                Directions { normal: emitter.normal, view: *towards, light: direction };
+            let brdf =
+                emitter.material.diffuse_brdf() + emitter.material.specular_brdf(ndf, &at_emitter);
+            let intensity = power.times(brdf) * emitter.normal.dot(direction).max(0.0);
+            let cosine = surface.normal.dot(-direction).max(0.0);
+            let irradiance = intensity * (cosine / (path.length_squared() + area / PI));
+            let at_surface = Directions { normal: surface.normal, view, light: -direction };
+            sum.diffuse = sum.diffuse + irradiance.times(surface.material.diffuse_brdf());
+            sum.specular =
+                sum.specular + irradiance.times(surface.material.specular_brdf(ndf, &at_surface));
+        }
+        sum
+    }
+
+    #[test]
+    fn the_fast_sum_is_the_plain_one() {
+        for ndf in [Ndf::Ggx, Ndf::Beckmann] {
+            let mut random = Random::new(3);
+            let emitters: Vec<_> = (0..100)
+                .map(|_| {
+                    let surface = surface(&mut random);
+                    let aside = unit(&mut random) * 0.9;
+                    (
+                        surface,
+                        (surface.normal + aside).normalized(),
+                        Vector3::new(1.0, 2.0, 3.0),
+                        0.01,
+                    )
+                })
+                .collect();
+            let mut lights = VirtualPointLights::none(ndf);
+            for (surface, towards, power, area) in &emitters {
+                lights.push(surface, *towards, *power, *area);
+            }
+            let surfaces: Vec<_> = (0..70).map(|_| surface(&mut random)).collect();
+            let eye = Vector3::new(0.1, 0.2, 0.3);
+            let fast = lights.reflect(&surfaces, eye, |_| true).unwrap();
+            for (surface, fast) in surfaces.iter().zip(&fast) {
+                let plain = plainly(surface, eye, &emitters, ndf);
+                assert!((plain.diffuse - fast.diffuse).length() <= 1e-12 * plain.diffuse.length());
+                assert!(
+                    (plain.specular - fast.specular).length() <= 1e-9 * plain.specular.length(),
+                    "{plain:?} {fast:?}"
+                );
+                // Negative control: one light less.
+                let less = plainly(surface, eye, &emitters[1..], ndf);
+                assert!(
+                    less == plain
+                        || (less.diffuse - fast.diffuse).length() > 1e-12 * plain.diffuse.length()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_map_of_a_wall_lights_what_faces_it() {
+        // A directional light on a white diffuse wall of 2 x 2: the irradiance in front of its middle is that of a
+        // square of radiosity E, by its form factor.
+        let light = Light {
+            kind: LightKind::Directional { half_extent: 1.0 },
+            position: Vector3::new(0.0, 0.0, 5.0),
+            right: Vector3::new(1.0, 0.0, 0.0),
+            up: Vector3::new(0.0, 1.0, 0.0),
+            forward: Vector3::new(0.0, 0.0, -1.0),
+            intensity: Vector3::splat(1.0),
+        };
+        let size = 64;
+        let white =
+            Material { diffuse: Vector3::splat(1.0), specular: Vector3::zero(), alpha: 1.0 };
+        let texels: Vec<SurfaceTexel> = (0..size * size)
+            .map(|index| SurfaceTexel {
+                position: light.cameras()[0]
+                    .ray([(index % size) as f64 + 0.5, (index / size) as f64 + 0.5], [size, size])
+                    .origin
+                    - Vector3::new(0.0, 0.0, 5.0),
+                normal: Vector3::new(0.0, 0.0, 1.0),
+                material: white,
+                present: index != 0,
+            })
+            .collect();
+        let lights = VirtualPointLights::of_map(&light, &texels, [size, size], Ndf::Ggx);
+        assert_eq!(lights.len(), size * size - 1);
+        let position = Vector3::new(0.0, 0.0, 1.0);
+        let receiver = SurfaceTexel {
+            position,
+            normal: Vector3::new(0.0, 0.0, -1.0),
+            material: white,
+            present: true,
+        };
+        let reflected =
+            lights.reflect(&[receiver], Vector3::new(1.0, 0.0, 0.5), |_| true).unwrap()[0];
+        // Four corners of a unit square at unit distance. Schlick's grazing term of the black dielectric adds a little.
+        let corner = 2.0 * (1.0 / 2f64.sqrt()) * (1.0 / 2f64.sqrt()).atan() / (2.0 * PI);
+        let radiance = reflected.diffuse.x;
+        assert!(
+            (radiance / (4.0 * corner / PI) - 1.0).abs() < 0.03,
+            "{radiance} {}",
+            4.0 * corner / PI
+        );
+    }
+
+    #[test]
+    fn the_sum_can_be_stopped() {
+        let mut random = Random::new(1);
+        let surfaces: Vec<_> = (0..1000).map(|_| surface(&mut random)).collect();
+        let lights = VirtualPointLights::none(Ndf::Ggx);
+        assert!(lights.reflect(&surfaces, Vector3::zero(), |done| done < 100).is_none());
+        assert!(lights.reflect(&surfaces, Vector3::zero(), |_| true).is_some());
+    }
+
+    #[test]
+    #[ignore = "measures; run it in release with --nocapture"]
+    fn speed() {
+        let mut random = Random::new(1);
+        for ndf in [Ndf::Ggx, Ndf::Beckmann] {
+            let mut lights = VirtualPointLights::none(ndf);
+            for _ in 0..65_536 {
+                lights.push(&surface(&mut random), unit(&mut random), Vector3::splat(1.0), 1e-3);
+            }
+            let surfaces: Vec<_> = (0..1024).map(|_| surface(&mut random)).collect();
+            let start = std::time::Instant::now();
+            let sum = lights.reflect(&surfaces, Vector3::zero(), |_| true).unwrap();
+            let seconds = start.elapsed().as_secs_f64();
+            let pairs = (surfaces.len() * lights.len()) as f64;
+            println!(
+                "{ndf:?}: {:.2} ns per pair over all cores {}",
+                1e9 * seconds / pairs,
+                sum[0].diffuse.x
+            );
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Virtual spherical Gaussian lights: one for every kernel.
+
+pub mod sample;
+#[expect(clippy::module_inception, reason = "the light itself, as in the shaders")]
+pub mod vsgl;
+
+pub use sample::{Kernel, Sample, Settings, sample};
+pub use vsgl::{Lobe, Vsgl};

@@ -1,0 +1,171 @@
+//! A virtual spherical Gaussian light of a cluster's moments.
+
+use crate::rsm::{Lobes, Moments};
+use crate::sg::integral;
+use crate::{Real, Vector3};
+
+/// The greatest mean length of directions: 1 - 2^-20.
+pub const MAXIMUM_MEAN_LENGTH: f64 = 1.0 - 1.0 / 1_048_576.0;
+
+/// Radiant intensity of one reflection lobe: `coefficient G(w, axis, sharpness)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lobe<R = f64> {
+    /// Unit axis; +z where the directions cancel.
+    pub axis: Vector3<R>,
+    /// Sharpness, 0 to 2^20 - 1.
+    pub sharpness: R,
+    /// Radiant intensity along the axis, at least 0.
+    pub coefficient: Vector3<R>,
+}
+
+/// A virtual spherical Gaussian light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vsgl<R = f64> {
+    /// Mean position in the world.
+    pub position: Vector3<R>,
+    /// Variance of the positions: the trace of their covariance, at least the minimum.
+    pub variance: R,
+    /// The diffuse lobe.
+    pub diffuse: Lobe<R>,
+    /// The specular lobe, with [`Lobes::Both`].
+    pub specular: Option<Lobe<R>>,
+}
+
+impl<R: Real> Lobe<R> {
+    /// Of a power and the sum of mean directions weighted by the power's luminance.
+    // [Tokuyoshi 2016, Appendix B.1]
+    #[must_use]
+    pub fn of_moments(power: Vector3<R>, direction: Vector3<R>) -> Self {
+        let weight = power.luminance();
+        let length = if weight.value() > 0.0 { direction.length() / weight } else { R::zero() };
+        let length = length.min(R::constant(MAXIMUM_MEAN_LENGTH));
+        let sharpness = length / (R::one() - length);
+        let total = integral(sharpness);
+        Self {
+            axis: direction.normalized(),
+            sharpness,
+            coefficient: power.map(|part| part / total),
+        }
+    }
+
+    /// The power that the lobe emits: `c A(l)`.
+    #[must_use]
+    pub fn power(&self) -> Vector3<R> {
+        self.coefficient * integral(self.sharpness)
+    }
+}
+
+impl<R: Real> Vsgl<R> {
+    /// Of the summed moments of a cluster. A cluster without weight gives a light without power at `origin`.
+    // [Tokuyoshi 2016, Appendix B]
+    #[must_use]
+    pub fn of_moments(
+        total: &Moments<R>,
+        origin: Vector3<R>,
+        minimum_variance: f64,
+        lobes: Lobes,
+    ) -> Self {
+        let weight = total.weight();
+        let (mean, square) = if weight.value() > 0.0 {
+            (total.vector(0).map(|part| part / weight), total.squared_position() / weight)
+        } else {
+            (Vector3::zero(), R::zero())
+        };
+        let variance = (square - mean.length_squared()).max(R::constant(minimum_variance));
+        Self {
+            position: origin + mean,
+            variance,
+            diffuse: Lobe::of_moments(total.vector(1), total.vector(2)),
+            specular: (lobes == Lobes::Both)
+                .then(|| Lobe::of_moments(total.vector(3), total.vector(4))),
+        }
+    }
+
+    /// The power of all its lobes.
+    #[must_use]
+    pub fn power(&self) -> Vector3<R> {
+        self.specular.iter().fold(self.diffuse.power(), |sum, lobe| sum + lobe.power())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::brdf::Material;
+    use crate::rsm::moments;
+    use crate::surface::SurfaceTexel;
+    use crate::{Bounded, Linear};
+
+    fn texel(position: Vector3, normal: Vector3) -> Moments {
+        let material = Material {
+            diffuse: Vector3::new(0.5, 0.4, 0.3),
+            specular: Vector3::splat(0.04),
+            alpha: 0.1,
+        };
+        let surface =
+            SurfaceTexel { position, normal: normal.normalized(), material, present: true };
+        let towards = Vector3::new(0.0, 1.0, 0.2).normalized();
+        moments(&surface, Vector3::new(1.0, 2.0, 3.0), towards, Vector3::zero(), Lobes::Both)
+    }
+
+    #[test]
+    fn one_texel_gives_back_its_lobes() {
+        let normal = Vector3::new(0.0, 0.8, 0.6);
+        let light = Vsgl::of_moments(
+            &texel(Vector3::new(1.0, 2.0, 3.0), normal),
+            Vector3::zero(),
+            1e-8,
+            Lobes::Both,
+        );
+        assert!((light.position - Vector3::new(1.0, 2.0, 3.0)).length() < 1e-14);
+        assert_eq!(light.variance, 1e-8);
+        assert!((light.diffuse.axis - normal).length() < 1e-14);
+        assert!((light.diffuse.sharpness - 2.0).abs() < 1e-13);
+        let specular = light.specular.unwrap();
+        let towards = Vector3::new(0.0, 1.0, 0.2).normalized();
+        assert!((specular.axis - towards.mirrored(normal)).length() < 1e-14);
+        assert!((specular.sharpness / (50.0 / towards.dot(normal)) - 1.0).abs() < 1e-9);
+        // c A = Phi R, for each channel.
+        let power = Vector3::new(0.5 + 0.04, 2.0 * 0.44, 3.0 * 0.34);
+        assert!((light.power() - power).length() < 1e-13);
+    }
+
+    #[test]
+    fn clusters_add_up() {
+        let (a, b) = (Vector3::new(1.0, 0.0, 0.0), Vector3::new(-1.0, 0.0, 0.0));
+        let normals = [Vector3::new(0.0, 1.0, 0.3), Vector3::new(0.0, 1.0, -0.3)];
+        let total = texel(a, normals[0]).plus(texel(b, normals[1]));
+        let light = Vsgl::of_moments(&total, Vector3::zero(), 1e-8, Lobes::Both);
+        assert!(light.position.length() < 1e-15 && (light.variance - 1.0).abs() < 1e-14);
+        assert!((light.diffuse.axis - Vector3::new(0.0, 1.0, 0.0)).length() < 1e-14);
+        assert!(light.diffuse.sharpness < 2.0);
+        let apart = [texel(a, normals[0]), texel(b, normals[1])]
+            .map(|texel| Vsgl::of_moments(&texel, Vector3::zero(), 1e-8, Lobes::Both).power());
+        assert!((light.power() - apart[0] - apart[1]).length() < 1e-13);
+    }
+
+    #[test]
+    fn nothing_gives_a_dark_light() {
+        let light =
+            Vsgl::of_moments(&Moments::<f64>::nothing(), Vector3::splat(5.0), 1e-6, Lobes::Diffuse);
+        assert_eq!(light.power(), Vector3::zero());
+        assert_eq!(
+            (light.position, light.variance, light.specular),
+            (Vector3::splat(5.0), 1e-6, None)
+        );
+    }
+
+    #[test]
+    fn the_tolerance_knows_of_a_variance_that_cancels() {
+        // A cluster of the size 1e-2 at a distance from the origin.
+        let light = |distance: f64| {
+            let total = texel(Vector3::new(distance, 0.0, 0.0), Vector3::splat(1.0))
+                .plus(texel(Vector3::new(distance + 0.01, 0.0, 0.0), Vector3::splat(1.0)));
+            let rounded =
+                Moments { layers: total.layers.map(|layer| layer.map(Bounded::constant)) };
+            Vsgl::of_moments(&rounded, Vector3::zero(), 1e-8, Lobes::Both).variance
+        };
+        assert!(light(0.1).error < 1e-3 * light(0.1).value);
+        assert!(light(1000.0).error > light(1000.0).value);
+    }
+}
