@@ -6,8 +6,17 @@
 //!
 //! Nothing here knows what the shaders are for, and no GPU device is ever opened.
 
+pub mod assemble;
+pub mod condition;
+pub mod error;
+pub mod generate;
 pub mod library;
+mod link;
 pub mod matrix;
+pub mod parse;
+pub mod prune;
+pub mod source;
+pub mod token;
 pub mod validate;
 
 pub mod bindings;

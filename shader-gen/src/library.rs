@@ -1,8 +1,17 @@
 //! `library.toml`: what a library offers, in the author's own words.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Deserialize;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Code, Diagnostic, Report};
+use crate::link::Graph;
+use crate::parse::{Kind, Module, parse};
+use crate::source::{Sources, modules_below, relative};
 
 /// A library of shaders as its `library.toml` declares it.
 #[derive(Clone, Debug, Deserialize)]
@@ -30,6 +39,10 @@ pub struct Library {
     pub need: Vec<Need>,
     /// The committed selection.
     pub package: PackageSelection,
+    #[serde(skip)]
+    sources: Arc<Sources>,
+    #[serde(skip)]
+    graph: Arc<Graph>,
 }
 
 /// The `[library]` table.
@@ -197,4 +210,471 @@ pub struct FunctionLibrary {
     pub name: String,
     /// Modules whose declarations it offers, relative to [`Header::source`].
     pub modules: Vec<String>,
+}
+
+/// Index of `library.toml` in [`Sources`].
+const DECLARATION: usize = 0;
+
+impl Library {
+    /// Reads `library.toml` at `path` (or in the folder `path`) and every `.wesl` file below its source folder.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong with the declaration and with the files as such; what only a variant can show is left
+    /// to [`crate::generate`].
+    pub fn load(path: &Path) -> Result<Self, Report> {
+        let path = if path.is_dir() {
+            path.join("library.toml")
+        } else {
+            path.to_owned()
+        };
+        let root = path.parent().unwrap_or(Path::new("")).to_owned();
+        let mut sources = Sources::default();
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) => {
+                let diagnostic = Diagnostic::new(Code::Read, format!("{}: {error}", path.display()));
+                return Err(Report::new(vec![diagnostic], Arc::new(sources)));
+            }
+        };
+        sources.add(relative(&root, &path), text.as_str());
+        Self::from_parts(&text, &root, sources)
+    }
+
+    fn from_parts(text: &str, root: &Path, mut sources: Sources) -> Result<Self, Report> {
+        let mut library: Self = match toml::from_str(text) {
+            Ok(library) => library,
+            Err(error) => {
+                let mut diagnostic = Diagnostic::new(Code::Declaration, error.message());
+                if let Some(range) = error.span() {
+                    diagnostic = diagnostic.at(DECLARATION, range, "here");
+                }
+                return Err(Report::new(vec![diagnostic], Arc::new(sources)));
+            }
+        };
+        let mut errors = Vec::new();
+        let places = Places::new(text);
+        library.check(&places, &mut errors);
+        let folder = root.join(&library.library.source);
+        let modules = library.read_modules(root, &folder, &places, &mut sources, &mut errors);
+        let sources = Arc::new(sources);
+        let unread = errors
+            .iter()
+            .any(|error| matches!(error.code, Code::Read | Code::Syntax));
+        library.check_modules(&modules, &places, &mut errors);
+        library.graph = Arc::new(Graph::new(modules, !unread, &mut errors));
+        library.check_entry_points(&places, unread, &mut errors);
+        library.sources = sources;
+        if errors.is_empty() {
+            Ok(library)
+        } else {
+            Err(Report::new(errors, library.sources))
+        }
+    }
+
+    /// The files that were read: `library.toml`, then the modules.
+    #[must_use]
+    pub fn sources(&self) -> &Arc<Sources> {
+        &self.sources
+    }
+
+    pub(crate) fn graph(&self) -> &Graph {
+        &self.graph
+    }
+
+    /// The pass called `name`.
+    #[must_use]
+    pub fn find_pass(&self, name: &str) -> Option<&Pass> {
+        self.pass.iter().find(|pass| pass.name == name)
+    }
+
+    /// Every flag that some value sets, sorted.
+    #[must_use]
+    pub fn flags(&self) -> BTreeSet<&str> {
+        let values = self.axis.values().flat_map(|axis| &axis.value);
+        values.flat_map(|value| &value.flags).map(String::as_str).collect()
+    }
+
+    fn read_modules(
+        &self,
+        root: &Path,
+        folder: &Path,
+        places: &Places<'_>,
+        sources: &mut Sources,
+        errors: &mut Vec<Diagnostic>,
+    ) -> Vec<Module> {
+        let unreadable = |path: &Path, error: &std::io::Error| {
+            places.mark(
+                Diagnostic::new(Code::Read, format!("{}: {error}", relative(root, path))),
+                &["library", "source"],
+                "read from here",
+            )
+        };
+        let files: Vec<PathBuf> = match modules_below(folder) {
+            Ok(files) => files,
+            Err(error) => {
+                errors.push(unreadable(folder, &error));
+                return Vec::new();
+            }
+        };
+        let mut modules = Vec::new();
+        for file in files {
+            match fs::read_to_string(&file) {
+                Ok(text) => {
+                    let path = relative(folder, &file);
+                    let path = path.trim_end_matches(".wesl");
+                    let index = sources.add(relative(root, &file), text.as_str());
+                    modules.push(parse(index, path, &text, errors));
+                }
+                Err(error) => errors.push(unreadable(&file, &error)),
+            }
+        }
+        modules
+    }
+
+    // ------------------------------------------------------------ what the declaration says of itself
+
+    fn check(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
+        let prefix = &self.library.prefix;
+        if !prefix.ends_with('_') || !is_snake(prefix) {
+            errors.push(places.mark(
+                Diagnostic::new(Code::Name, format!("`{prefix}` is no prefix"))
+                    .help("a prefix is in snake case and ends with `_`, as in `abc_`"),
+                &["library", "prefix"],
+                "here",
+            ));
+        }
+        let mut list = |kind: &str, table: &[&str], names: Vec<&str>, is_name: fn(&str) -> bool, form: &str| {
+            for (index, name) in names.iter().enumerate() {
+                let number = index.to_string();
+                let path = [table, &[&number, "name"]].concat();
+                if !is_name(name) {
+                    let error = Diagnostic::new(Code::Name, format!("`{name}` is no name for {kind}"))
+                        .help(format!("names of this kind are in {form}"));
+                    errors.push(places.mark(error, &path, "here"));
+                }
+                if let Some(first) = names[..index].iter().position(|other| other == name) {
+                    let number = first.to_string();
+                    let error = Diagnostic::new(Code::Duplicate, format!("{kind} `{name}` is declared twice"));
+                    let error = places.mark(error, &path, "again here");
+                    errors.push(places.mark(error, &[table, &[&number, "name"]].concat(), "first here"));
+                }
+            }
+        };
+        let snake = "snake case";
+        let kebab = "kebab case";
+        list("a pass", &["pass"], names(&self.pass, |pass| &pass.name), is_snake, snake);
+        list("a fact", &["fact"], names(&self.fact, |fact| &fact.name), is_snake, snake);
+        list("an exclusion", &["exclusion"], names(&self.exclusion, |rule| &rule.name), is_kebab, kebab);
+        list("a need", &["need"], names(&self.need, |rule| &rule.name), is_kebab, kebab);
+        list("a function library", &["package", "lib"], names(&self.package.lib, |lib| &lib.name), is_snake, snake);
+        for (name, axis) in &self.axis {
+            let table = ["axis", name, "value"];
+            list("a value", &table, names(&axis.value, |value| &value.name), is_snake, snake);
+        }
+        for (index, pass) in self.pass.iter().enumerate() {
+            let number = index.to_string();
+            let table = ["pass", &number, "override"];
+            list("an override", &table, names(&pass.overrides, |item| &item.name), is_snake, snake);
+        }
+        self.check_axes(places, errors);
+        self.check_passes(places, errors);
+        self.check_rules(places, errors);
+        for (index, select) in self.package.select.iter().enumerate() {
+            let number = index.to_string();
+            let path = ["package", "select", &number];
+            let axes = self.check_pass(&select.pass, &[&path[..], &["pass"]].concat(), places, errors);
+            let path = [&path[..], &["axes"]].concat();
+            self.check_values(&select.axes, axes, &path, places, errors);
+        }
+    }
+
+    fn check_axes(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
+        for (name, axis) in &self.axis {
+            if !is_snake(name) {
+                let error = Diagnostic::new(Code::Name, format!("`{name}` is no name for an axis"));
+                errors.push(places.mark(error.help("names of this kind are in snake case"), &["axis", name], "here"));
+            }
+            if !axis.value.iter().any(|value| value.name == axis.default) {
+                let known = axis.value.iter().map(|value| value.name.as_str());
+                let error = Diagnostic::unknown(&format!("value of axis `{name}`"), &axis.default, known);
+                errors.push(places.mark(error, &["axis", name, "default"], "not one of its values"));
+            }
+            for (index, value) in axis.value.iter().enumerate() {
+                let index = index.to_string();
+                for (number, flag) in value.flags.iter().enumerate() {
+                    if !is_snake(flag) || matches!(flag.as_str(), "true" | "false") {
+                        let error = Diagnostic::new(Code::Name, format!("`{flag}` is no name for a flag"))
+                            .help("names of this kind are in snake case");
+                        let path = ["axis", name, "value", &index, "flags", &number.to_string()];
+                        errors.push(places.mark(error, &path, "here"));
+                    }
+                }
+                for (number, feature) in value.requires.iter().enumerate() {
+                    if !crate::validate::is_feature(feature) {
+                        let error =
+                            Diagnostic::unknown("WebGPU feature", feature, crate::validate::features());
+                        let path = ["axis", name, "value", &index, "requires", &number.to_string()];
+                        errors.push(places.mark(error, &path, "here"));
+                    }
+                }
+            }
+        }
+    }
+
+    fn check_passes(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
+        for (index, pass) in self.pass.iter().enumerate() {
+            let index = index.to_string();
+            for (number, axis) in pass.axes.iter().enumerate() {
+                let path = ["pass", &index, "axes", &number.to_string()];
+                if !self.axis.contains_key(axis) {
+                    let error = Diagnostic::unknown("axis", axis, self.axis.keys().map(String::as_str));
+                    errors.push(places.mark(error, &path, "here"));
+                }
+                if pass.axes[..number].contains(axis) {
+                    let error = Diagnostic::new(Code::Duplicate, format!("axis `{axis}` is named twice"));
+                    errors.push(places.mark(error, &path, "again here"));
+                }
+            }
+            if pass.entry_points.is_empty() {
+                let error = Diagnostic::new(Code::Declaration, format!("pass `{}` has no entry point", pass.name));
+                errors.push(places.mark(error, &["pass", &index, "entry_points"], "name at least one"));
+            }
+            for (number, item) in pass.overrides.iter().enumerate() {
+                // Not written the other way round: a bound that is not a number must not pass.
+                if !(item.minimum <= item.maximum) {
+                    let error =
+                        Diagnostic::new(Code::Declaration, format!("override `{}` has an empty range", item.name));
+                    let path = ["pass", &index, "override", &number.to_string(), "minimum"];
+                    errors.push(places.mark(error, &path, "above its maximum"));
+                }
+            }
+        }
+    }
+
+    fn check_rules(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
+        for (index, rule) in self.exclusion.iter().enumerate() {
+            let index = index.to_string();
+            let axes = rule
+                .pass
+                .as_ref()
+                .and_then(|pass| self.check_pass(pass, &["exclusion", &index, "pass"], places, errors));
+            self.check_values(&rule.when, axes, &["exclusion", &index, "when"], places, errors);
+        }
+        for (index, rule) in self.need.iter().enumerate() {
+            let index = index.to_string();
+            for fact in rule.when.keys() {
+                if !self.fact.iter().any(|known| known.name == *fact) {
+                    let known = self.fact.iter().map(|fact| fact.name.as_str());
+                    let error = Diagnostic::unknown("fact", fact, known);
+                    errors.push(places.mark(error, &["need", &index, "when", fact], "here"));
+                }
+            }
+            self.check_values(&rule.set, None, &["need", &index, "set"], places, errors);
+        }
+    }
+
+    /// Checks a pass's name and returns its axes.
+    fn check_pass(
+        &self,
+        name: &str,
+        path: &[&str],
+        places: &Places<'_>,
+        errors: &mut Vec<Diagnostic>,
+    ) -> Option<&[String]> {
+        let pass = self.find_pass(name);
+        if pass.is_none() {
+            let error = Diagnostic::unknown("pass", name, self.pass.iter().map(|pass| pass.name.as_str()));
+            errors.push(places.mark(error, path, "here"));
+        }
+        pass.map(|pass| pass.axes.as_slice())
+    }
+
+    /// Checks names of axes and of their values; with `axes` given, only those are allowed.
+    fn check_values(
+        &self,
+        values: &BTreeMap<String, Vec<String>>,
+        axes: Option<&[String]>,
+        path: &[&str],
+        places: &Places<'_>,
+        errors: &mut Vec<Diagnostic>,
+    ) {
+        for (axis, values) in values {
+            let declared = self.axis.get(axis).filter(|_| axes.is_none_or(|axes| axes.contains(axis)));
+            let path = [path, &[axis.as_str()]].concat();
+            let Some(declared) = declared else {
+                let error = match axes {
+                    Some(axes) => Diagnostic::unknown("axis of this pass", axis, axes.iter().map(String::as_str)),
+                    None => Diagnostic::unknown("axis", axis, self.axis.keys().map(String::as_str)),
+                };
+                errors.push(places.mark(error, &path, "here"));
+                continue;
+            };
+            for (index, value) in values.iter().enumerate() {
+                if !declared.value.iter().any(|known| known.name == *value) {
+                    let known = declared.value.iter().map(|value| value.name.as_str());
+                    let error = Diagnostic::unknown(&format!("value of axis `{axis}`"), value, known);
+                    errors.push(places.mark(error, &[&path[..], &[&index.to_string()]].concat(), "here"));
+                }
+            }
+        }
+    }
+
+    // ------------------------------------------------------------ what the modules hold
+
+    fn check_modules(&self, modules: &[Module], places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
+        let flags = self.flags();
+        for module in modules {
+            let mut check = |condition: &Option<crate::condition::Condition>| {
+                if let Some(condition) = condition {
+                    condition.flags(&mut |flag, range| {
+                        if !flags.contains(flag) {
+                            let error = Diagnostic::unknown("flag", flag, flags.iter().copied());
+                            let error = error.at(module.file, range.clone(), "no value of an axis sets it");
+                            // An `@else` repeats the conditions before it.
+                            if !errors.contains(&error) {
+                                errors.push(error);
+                            }
+                        }
+                    });
+                }
+            };
+            module.imports.iter().for_each(|import| check(&import.condition));
+            let declarations = module.declarations.iter().map(|declaration| &declaration.item);
+            for item in module.directives.iter().chain(declarations) {
+                check(&item.condition);
+                item.edits.iter().for_each(|edit| check(&edit.keep_if));
+            }
+            for declaration in &module.declarations {
+                self.check_name(module.file, declaration, errors);
+            }
+        }
+        let known = || modules.iter().map(|module| module.path.as_str());
+        let mut source = |name: &str, path: &[&str]| {
+            let found = name.strip_suffix(".wesl").is_some_and(|name| known().any(|known| known == name));
+            if !found {
+                let known: Vec<_> = known().map(|known| format!("{known}.wesl")).collect();
+                let error = Diagnostic::unknown("source file", name, known.iter().map(String::as_str));
+                errors.push(places.mark(error, path, "here"));
+            }
+        };
+        for (index, pass) in self.pass.iter().enumerate() {
+            source(&pass.source, &["pass", &index.to_string(), "source"]);
+        }
+        for (index, lib) in self.package.lib.iter().enumerate() {
+            for (number, module) in lib.modules.iter().enumerate() {
+                source(module, &["package", "lib", &index.to_string(), "modules", &number.to_string()]);
+            }
+        }
+    }
+
+    fn check_name(&self, file: usize, declaration: &crate::parse::Declaration, errors: &mut Vec<Diagnostic>) {
+        let Some((name, range)) = &declaration.name else {
+            return;
+        };
+        let prefix = &self.library.prefix;
+        let prefix = match declaration.kind {
+            Kind::Struct | Kind::Alias => camel(prefix),
+            Kind::Constant => prefix.to_uppercase(),
+            _ => prefix.clone(),
+        };
+        if !name.starts_with(&prefix) || name.len() == prefix.len() {
+            let kind = declaration.kind.name();
+            errors.push(
+                Diagnostic::new(Code::Name, format!("{kind} `{name}` lacks the library's prefix"))
+                    .at(file, range.clone(), "declared here")
+                    .help(format!("names are not mangled, so that each {kind} starts with `{prefix}`")),
+            );
+        }
+    }
+
+    fn check_entry_points(&self, places: &Places<'_>, unread: bool, errors: &mut Vec<Diagnostic>) {
+        if unread {
+            return;
+        }
+        for (index, pass) in self.pass.iter().enumerate() {
+            let Some(module) = self.graph.module(pass.source.trim_end_matches(".wesl")) else {
+                continue;
+            };
+            for (number, name) in pass.entry_points.iter().enumerate() {
+                let known = self.graph.entry_points(module);
+                if !known.contains(name.as_str()) {
+                    let error = Diagnostic::unknown(&format!("entry point of `{}`", pass.source), name, known);
+                    let path = ["pass", &index.to_string(), "entry_points", &number.to_string()];
+                    errors.push(places.mark(error, &path, "here"));
+                }
+            }
+        }
+    }
+}
+
+fn names<T>(items: &[T], name: impl Fn(&T) -> &String) -> Vec<&str> {
+    items.iter().map(|item| name(item).as_str()).collect()
+}
+
+fn is_snake(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+}
+
+fn is_kebab(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
+}
+
+/// `ab_cd_` as `AbCd`.
+fn camel(snake: &str) -> String {
+    let capital = |word: &str| {
+        let mut letters = word.chars();
+        let first = letters.next().map(|c| c.to_ascii_uppercase());
+        first.into_iter().chain(letters).collect::<String>()
+    };
+    snake.split('_').map(capital).collect()
+}
+
+/// Where things stand in `library.toml`.
+struct Places<'a> {
+    root: Option<toml::Spanned<DeValue<'a>>>,
+}
+
+impl<'a> Places<'a> {
+    fn new(text: &'a str) -> Self {
+        let root = DeTable::parse(text).ok().map(|table| {
+            let range = table.span();
+            toml::Spanned::new(range, DeValue::Table(table.into_inner()))
+        });
+        Self { root }
+    }
+
+    /// Adds the place of `path` to `diagnostic`: the deepest part of it that is there.
+    fn mark(&self, diagnostic: Diagnostic, path: &[&str], label: &str) -> Diagnostic {
+        let Some(mut value) = self.root.as_ref() else {
+            return diagnostic;
+        };
+        let mut range = value.span();
+        for part in path {
+            let next = match value.get_ref() {
+                DeValue::Table(table) => table
+                    .iter()
+                    .find(|(key, _)| key.get_ref() == part)
+                    .map(|(key, value)| (key.span(), value)),
+                DeValue::Array(array) => part
+                    .parse::<usize>()
+                    .ok()
+                    .and_then(|index| array.get(index))
+                    .map(|value| (value.span(), value)),
+                _ => None,
+            };
+            let Some((key, next)) = next else {
+                break;
+            };
+            value = next;
+            // A table's own range is that of its header alone, or of nothing; its key says where it is.
+            range = match value.get_ref() {
+                DeValue::Table(_) | DeValue::Array(_) => key,
+                _ => value.span(),
+            };
+        }
+        diagnostic.at(DECLARATION, range, label)
+    }
 }

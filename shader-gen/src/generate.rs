@@ -1,0 +1,132 @@
+//! From a library and a list of variants to texts that are pruned, proved and valid.
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+
+use crate::assemble::Assembled;
+use crate::error::{Code, Diagnostic, Report, merge};
+use crate::library::{FunctionLibrary, Library};
+use crate::matrix::Variant;
+use crate::parse::Kind;
+use crate::prune::{prove, prune, reachable};
+use crate::validate::{Validated, validate};
+
+/// Generates `variants`, on all cores, in their order.
+///
+/// # Errors
+///
+/// Everything that is wrong with any of them; what several share is told once.
+pub fn variants(library: &Library, variants: &[Variant]) -> Result<Vec<Validated>, Report> {
+    let results: Vec<_> = variants.par_iter().map(|variant| one(library, variant)).collect();
+    let mut validated = Vec::new();
+    let mut errors = Vec::new();
+    for (variant, result) in variants.iter().zip(results) {
+        match result {
+            Ok(one) => validated.push(one),
+            Err(found) => errors.extend(found.into_iter().map(|error| (variant.id(), error))),
+        }
+    }
+    if errors.is_empty() {
+        Ok(validated)
+    } else {
+        Err(Report::new(merge(errors), library.sources().clone()))
+    }
+}
+
+fn one(library: &Library, variant: &Variant) -> Result<Validated, Vec<Diagnostic>> {
+    let graph = library.graph();
+    let pass = library.find_pass(&variant.pass);
+    let root = pass.and_then(|pass| graph.module(pass.source.trim_end_matches(".wesl")));
+    let (Some(pass), Some(root)) = (pass, root) else {
+        let known = library.pass.iter().map(|pass| pass.name.as_str());
+        return Err(vec![Diagnostic::unknown("pass", &variant.pass, known)]);
+    };
+    let flags = library.flags_of(variant);
+    let requires = library.requires(variant);
+    let assembled = Assembled::new(library, &[root], &flags)?;
+    let pruned = prune(&assembled, &pass.entry_points);
+    let single = |error: Box<Diagnostic>| vec![*error];
+    let (module, info) = validate(&pruned.text, &requires).map_err(single)?;
+    if pruned.keep.contains(&false) {
+        let (unpruned, _) = validate(&pruned.unpruned, &requires).map_err(single)?;
+        prove(&module, unpruned, &pass.entry_points)
+            .map_err(|difference| vec![Diagnostic::new(Code::Pruning, difference.to_string())])?;
+    }
+    let omitted = assembled.omitted(&[root], &pruned.keep, &flags, &pass.entry_points.join(", "));
+    Ok(Validated {
+        variant: variant.clone(),
+        text: pruned.text.text,
+        module,
+        info,
+        omitted,
+    })
+}
+
+/// A file of functions for hosts that bring their own passes.
+#[derive(Clone, Debug)]
+pub struct ValidatedLibrary {
+    /// Stem of the file.
+    pub name: String,
+    /// WGSL: everything that its modules declare, and what that needs.
+    pub text: String,
+}
+
+/// Generates the function libraries of the `[package]` table, in their order. No flag holds in them.
+///
+/// # Errors
+///
+/// What is wrong with any of them; that they need bindings, overrides or entry points, too.
+pub fn libraries(library: &Library) -> Result<Vec<ValidatedLibrary>, Report> {
+    let mut validated = Vec::new();
+    let mut errors = Vec::new();
+    for declared in &library.package.lib {
+        match functions(library, declared) {
+            Ok(one) => validated.push(one),
+            Err(found) => errors.extend(
+                found
+                    .into_iter()
+                    .map(|error| error.help(format!("in the function library `{}`", declared.name))),
+            ),
+        }
+    }
+    if errors.is_empty() {
+        Ok(validated)
+    } else {
+        Err(Report::new(errors, library.sources().clone()))
+    }
+}
+
+fn functions(library: &Library, declared: &FunctionLibrary) -> Result<ValidatedLibrary, Vec<Diagnostic>> {
+    let graph = library.graph();
+    let path = |module: &String| graph.module(module.trim_end_matches(".wesl"));
+    let roots: Vec<usize> = declared.modules.iter().filter_map(path).collect();
+    let assembled = Assembled::new(library, &roots, &BTreeSet::new())?;
+    let pieces = assembled.pieces();
+    let offered = |index: &usize| roots.contains(&pieces[*index].module);
+    let keep = reachable(&assembled, (0..pieces.len()).filter(offered).collect());
+    let mut errors = Vec::new();
+    for (piece, _) in pieces.iter().zip(&keep).filter(|(_, keep)| **keep) {
+        let declaration = assembled.declaration(piece);
+        if let Some((name, range)) = &declaration.name
+            && matches!(declaration.kind, Kind::EntryPoint | Kind::Variable | Kind::Override)
+        {
+            let kind = declaration.kind.name();
+            errors.push(
+                Diagnostic::new(Code::Declaration, format!("a function library cannot hold {kind} `{name}`"))
+                    .at(graph.modules()[piece.module].file, range.clone(), "declared here")
+                    .help("hand it over as a parameter"),
+            );
+        }
+    }
+    let text = assembled.text(&keep);
+    if errors.is_empty() {
+        validate(&text, &BTreeSet::new()).map_err(|error| vec![*error])?;
+        Ok(ValidatedLibrary {
+            name: declared.name.clone(),
+            text: text.text,
+        })
+    } else {
+        Err(errors)
+    }
+}
