@@ -87,8 +87,11 @@ impl SphereRule {
                     .fold(Vector3::zero(), |sum, value| sum + value);
                 total = total + ring * (0.5 * (high - low) * weight * sine);
             }
-            // Never wider than a quarter of pi: the rest of the integrand has features of its own.
-            (low, high) = (high, (high + (2.0 * (high - low)).min(PI / 8.0)).min(PI));
+            // Never wider than an eighth of pi: the rest of the integrand has features of its own. The equator bounds a
+            // panel, since a function about a normal has a kink there.
+            let next = high + (2.0 * (high - low)).min(PI / 8.0);
+            let bound = if high < PI / 2.0 { PI / 2.0 } else { PI };
+            (low, high) = (high, next.min(bound));
         }
         total * (2.0 * PI / self.azimuths as f64)
     }

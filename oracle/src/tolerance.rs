@@ -315,8 +315,9 @@ mod tests {
         assert!(!(Bounded::one() / uncertain).promises());
         assert!(!(Bounded::exact(3e38) * Bounded::exact(10.0)).promises());
         assert!(!uncertain.log2().promises());
-        // An exact zero stays one, whatever it is multiplied with.
-        assert_eq!((Bounded::zero() * (Bounded::one() / uncertain)).value.is_nan(), false);
+        // An exact zero annihilates what is not known.
+        let unknown = Bounded::one() / Bounded::with_error(1.0, 2.0);
+        assert_eq!((unknown.error, (Bounded::zero() * unknown).error), (f64::INFINITY, 0.0));
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! disc, and the inverse square far from it.
 
 use core::f64::consts::PI;
+use core::ops::{Add, Div, Mul, Sub};
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rayon::prelude::*;
@@ -20,23 +21,87 @@ use crate::shade::Reflected;
 use crate::surface::SurfaceTexel;
 
 /// Lights that are summed side by side.
-const LANES: usize = 8;
+const LANES: usize = 4;
 /// Blocks of lights that stay in the cache while a group of pixels uses them.
-const BLOCKS_AT_ONCE: usize = 96;
+const BLOCKS_AT_ONCE: usize = 192;
 /// Pixels that one task works on.
 const PIXELS_AT_ONCE: usize = 64;
 
-type Lane = [f64; LANES];
+/// A number of each of some lights.
+///
+/// Plain loops over arrays, which the compiler turns into vector instructions.
+#[derive(Clone, Copy, Debug, Default)]
+struct Lane([f64; LANES]);
+
+impl Lane {
+    #[inline(always)]
+    fn all(value: f64) -> Self {
+        Self([value; LANES])
+    }
+    #[inline(always)]
+    fn zip(self, other: Self, function: impl Fn(f64, f64) -> f64) -> Self {
+        let mut result = Self::default();
+        for lane in 0..LANES {
+            result.0[lane] = function(self.0[lane], other.0[lane]);
+        }
+        result
+    }
+    #[inline(always)]
+    fn map(self, function: impl Fn(f64) -> f64) -> Self {
+        self.zip(self, |value, _| function(value))
+    }
+    /// At least `low`; a plain comparison, since nothing is NaN here.
+    #[inline(always)]
+    fn at_least(self, low: f64) -> Self {
+        self.map(|value| if value > low { value } else { low })
+    }
+    #[inline(always)]
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    }
+}
+
+impl Add for Lane {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}
+
+impl Sub for Lane {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+}
+
+impl Mul for Lane {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+}
+
+impl Div for Lane {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
+    }
+}
 
 /// What the sum needs of some lights; everything that does not depend on the pixel is done beforehand.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Block {
     position: [Lane; 3],
     normal: [Lane; 3],
     towards: [Lane; 3],
     /// Area over pi.
     disc: Lane,
-    facet: Facets,
+    facet: FixedFacet<Lane>,
     /// `Phi R_d/pi`.
     diffuse: [Lane; 3],
     /// `Phi R_s` and `Phi (1 - R_s)`: the Fresnel term's part without and with Schlick's weight.
@@ -44,17 +109,21 @@ struct Block {
     grazing: [Lane; 3],
 }
 
-/// What the specular BRDF needs of a surface and the direction that is fixed there.
-#[derive(Clone, Copy, Debug, Default)]
-struct Facets {
-    /// Cosine of the normal with the fixed direction.
-    cosine: Lane,
-    /// alpha^2.
-    width: Lane,
-    /// Of the fixed direction: the root of the height-correlated masking and the kept cosine, or for Beckmann the
-    /// masking over the cosine in the first and 0 in the second.
-    masking: Lane,
-    kept: Lane,
+impl Block {
+    /// Lights without power, which the last block is filled up with; finite everywhere.
+    fn dark() -> Self {
+        let (zero, one) = ([Lane::default(); 3], Lane::all(1.0));
+        Self {
+            position: zero,
+            normal: zero,
+            towards: zero,
+            disc: one,
+            facet: FixedFacet { cosine: one, width: one, masking: one, kept: one },
+            diffuse: zero,
+            specular: zero,
+            grazing: zero,
+        }
+    }
 }
 
 /// The virtual point lights of a light's map.
@@ -94,7 +163,7 @@ impl VirtualPointLights {
     pub fn push(&mut self, surface: &SurfaceTexel, towards: Vector3, power: Vector3, area: f64) {
         let lane = self.count % LANES;
         if lane == 0 {
-            self.blocks.push(Block::default());
+            self.blocks.push(Block::dark());
         }
         self.count += 1;
         let Some(block) = self.blocks.last_mut() else {
@@ -103,7 +172,7 @@ impl VirtualPointLights {
         let material = surface.material;
         let set = |lanes: &mut [Lane; 3], vector: Vector3| {
             for (lanes, part) in lanes.iter_mut().zip(vector.to_array()) {
-                lanes[lane] = part;
+                lanes.0[lane] = part;
             }
         };
         set(&mut block.position, surface.position);
@@ -112,12 +181,12 @@ impl VirtualPointLights {
         set(&mut block.diffuse, power.times(material.diffuse_brdf()));
         set(&mut block.specular, power.times(material.specular));
         set(&mut block.grazing, power.times(Vector3::splat(1.0) - material.specular));
-        block.disc[lane] = area / PI;
+        block.disc.0[lane] = area / PI;
         let facet = FixedFacet::new(self.ndf, surface.normal.dot(towards), material.alpha);
-        block.facet.cosine[lane] = facet.cosine;
-        block.facet.width[lane] = facet.width;
-        block.facet.masking[lane] = facet.masking;
-        block.facet.kept[lane] = facet.kept;
+        block.facet.cosine.0[lane] = facet.cosine;
+        block.facet.width.0[lane] = facet.width;
+        block.facet.masking.0[lane] = facet.masking;
+        block.facet.kept.0[lane] = facet.kept;
     }
 
     /// The number of lights.
@@ -183,47 +252,78 @@ impl VirtualPointLights {
     }
 }
 
-/// The specular BRDF with one direction fixed.
+/// What the specular BRDF needs of a surface and of the direction that is fixed there.
 #[derive(Clone, Copy, Debug)]
-struct FixedFacet {
-    cosine: f64,
-    width: f64,
-    masking: f64,
-    kept: f64,
+struct FixedFacet<T = f64> {
+    /// Cosine of the normal with the fixed direction.
+    cosine: T,
+    /// alpha^2.
+    width: T,
+    /// The fixed direction's masking: the root in GGX's, or all of Beckmann's over the cosine.
+    masking: T,
+    /// The fixed direction's cosine, kept above 0.
+    kept: T,
 }
 
 impl FixedFacet {
     fn new(ndf: Ndf, cosine: f64, alpha: f64) -> Self {
         let (width, kept) = (alpha * alpha, cosine.max(MINIMUM_COSINE));
-        match ndf {
-            Ndf::Ggx => {
-                Self { cosine, width, masking: (kept * kept * (1.0 - width) + width).sqrt(), kept }
-            }
-            Ndf::Beckmann => {
-                Self { cosine, width, masking: beckmann_masking(kept, width), kept: 0.0 }
-            }
+        let masking = match ndf {
+            Ndf::Ggx => (kept * kept * (1.0 - width) + width).sqrt(),
+            Ndf::Beckmann => beckmann_masking(kept, width),
+        };
+        Self { cosine, width, masking, kept }
+    }
+
+    fn everywhere(self) -> FixedFacet<Lane> {
+        FixedFacet {
+            cosine: Lane::all(self.cosine),
+            width: Lane::all(self.width),
+            masking: Lane::all(self.masking),
+            kept: Lane::all(self.kept),
         }
     }
 
+    fn beckmann(self, cosine: f64, square: f64) -> f64 {
+        let normal_part = cosine + self.cosine;
+        if normal_part <= 0.0 {
+            return 0.0;
+        }
+        let cosine_squared = (normal_part * normal_part / square).min(1.0);
+        let exponent = (cosine_squared - 1.0) / (cosine_squared * self.width);
+        let distribution = exponent.exp() / (PI * self.width * cosine_squared * cosine_squared);
+        0.25 * distribution * self.masking * beckmann_masking(cosine, self.width)
+    }
+}
+
+impl FixedFacet<Lane> {
     /// `D V` and Schlick's weight, from the cosine of the other direction with the normal (at least 0) and with the
     /// fixed direction. The half vector enters by its squared length and its product with the normal alone.
     #[inline(always)]
-    fn evaluate<const GGX: bool>(self, cosine: f64, between: f64) -> (f64, f64) {
-        let square = (2.0 + 2.0 * between).max(1e-24);
-        let normal_part = cosine + self.cosine;
-        let rest = (1.0 - 0.5 * square.sqrt()).max(0.0);
+    fn evaluate<const GGX: bool>(&self, cosine: Lane, between: Lane) -> (Lane, Lane) {
+        let (one, half) = (Lane::all(1.0), Lane::all(0.5));
+        let square = (between + one + between + one).at_least(1e-24);
+        let rest = (one - half * square.map(f64::sqrt)).at_least(0.0);
         let weight = (rest * rest) * (rest * rest) * rest;
         let value = if GGX {
-            let denominator = normal_part * normal_part * (self.width - 1.0) + square;
-            let root = (cosine * cosine * (1.0 - self.width) + self.width).sqrt();
+            let normal_part = cosine + self.cosine;
+            let denominator = normal_part * normal_part * (self.width - one) + square;
+            let root = (cosine * cosine * (one - self.width) + self.width).map(f64::sqrt);
             let masking = cosine * self.masking + self.kept * root;
-            0.5 * self.width * square * square / (PI * denominator * denominator * masking)
+            Lane::all(0.5 / PI) * self.width * square * square
+                / (denominator * denominator * masking)
         } else {
-            let cosine_squared = (normal_part * normal_part / square).min(1.0);
-            let exponent = (cosine_squared - 1.0) / (cosine_squared * self.width);
-            let distribution = exponent.exp() / (PI * self.width * cosine_squared * cosine_squared);
-            let masking = 0.25 * self.masking * beckmann_masking(cosine, self.width);
-            if normal_part > 0.0 { distribution * masking } else { 0.0 }
+            let mut value = Lane::default();
+            for lane in 0..LANES {
+                let facet = FixedFacet {
+                    cosine: self.cosine.0[lane],
+                    width: self.width.0[lane],
+                    masking: self.masking.0[lane],
+                    kept: self.kept.0[lane],
+                };
+                value.0[lane] = facet.beckmann(cosine.0[lane], square.0[lane]);
+            }
+            value
         };
         (value, weight)
     }
@@ -241,23 +341,26 @@ fn beckmann_masking(cosine: f64, width: f64) -> f64 {
     }
 }
 
-/// What the sum needs of a pixel.
+/// What the sum needs of a pixel, for every lane.
 #[derive(Clone, Copy, Debug)]
 struct Receiver {
-    position: [f64; 3],
-    normal: [f64; 3],
-    view: [f64; 3],
-    facet: FixedFacet,
+    position: [Lane; 3],
+    /// Away from the surface's normal and from the eye: against the light's direction.
+    against_normal: [Lane; 3],
+    against_view: [Lane; 3],
+    facet: FixedFacet<Lane>,
 }
 
 impl Receiver {
     fn new(surface: &SurfaceTexel, eye: Vector3, ndf: Ndf) -> Self {
         let view = (eye - surface.position).normalized();
+        let everywhere = |vector: Vector3| vector.to_array().map(Lane::all);
+        let cosine = surface.normal.dot(view);
         Self {
-            position: surface.position.to_array(),
-            normal: surface.normal.to_array(),
-            view: view.to_array(),
-            facet: FixedFacet::new(ndf, surface.normal.dot(view), surface.material.alpha),
+            position: everywhere(surface.position),
+            against_normal: everywhere(-surface.normal),
+            against_view: everywhere(-view),
+            facet: FixedFacet::new(ndf, cosine, surface.material.alpha).everywhere(),
         }
     }
 }
@@ -273,40 +376,31 @@ struct Sums {
 impl Sums {
     #[inline(always)]
     fn add<const GGX: bool>(&mut self, block: &Block, receiver: &Receiver) {
-        for lane in 0..LANES {
-            let path = [0, 1, 2].map(|axis| receiver.position[axis] - block.position[axis][lane]);
-            let square = dot(path, path).max(1e-30);
-            let inverse = 1.0 / square.sqrt();
-            let direction = path.map(|part| part * inverse);
-            let at = |lanes: &[Lane; 3]| [lanes[0][lane], lanes[1][lane], lanes[2][lane]];
-            let cosine_emitted = dot(at(&block.normal), direction).max(0.0);
-            let cosine_received = (-dot(receiver.normal, direction)).max(0.0);
-            let geometry = cosine_emitted * cosine_received / (square + block.disc[lane]);
+        let path = [0, 1, 2].map(|axis| receiver.position[axis] - block.position[axis]);
+        let square = Lane::dot(path, path).at_least(1e-30);
+        let inverse = Lane::all(1.0) / square.map(f64::sqrt);
+        let direction = path.map(|part| part * inverse);
+        let cosine_emitted = Lane::dot(block.normal, direction).at_least(0.0);
+        let cosine_received = Lane::dot(receiver.against_normal, direction).at_least(0.0);
+        let geometry = cosine_emitted * cosine_received / (square + block.disc);
 
-            let emitter = FixedFacet {
-                cosine: block.facet.cosine[lane],
-                width: block.facet.width[lane],
-                masking: block.facet.masking[lane],
-                kept: block.facet.kept[lane],
-            };
-            let (emitted, emitted_weight) =
-                emitter.evaluate::<GGX>(cosine_emitted, dot(at(&block.towards), direction));
-            let (received, received_weight) =
-                receiver.facet.evaluate::<GGX>(cosine_received, -dot(receiver.view, direction));
-            for channel in 0..3 {
-                let fresnel =
-                    block.specular[channel][lane] + block.grazing[channel][lane] * emitted_weight;
-                let arriving = geometry * (block.diffuse[channel][lane] + emitted * fresnel);
-                self.irradiance[channel][lane] += arriving;
-                self.specular[channel][lane] += arriving * received;
-                self.grazing[channel][lane] += arriving * received * received_weight;
-            }
+        let towards = Lane::dot(block.towards, direction);
+        let (emitted, emitted_weight) = block.facet.evaluate::<GGX>(cosine_emitted, towards);
+        let back = Lane::dot(receiver.against_view, direction);
+        let (received, received_weight) = receiver.facet.evaluate::<GGX>(cosine_received, back);
+        for channel in 0..3 {
+            let fresnel = block.specular[channel] + block.grazing[channel] * emitted_weight;
+            let arriving = geometry * (block.diffuse[channel] + emitted * fresnel);
+            let specular = arriving * received;
+            self.irradiance[channel] = self.irradiance[channel] + arriving;
+            self.specular[channel] = self.specular[channel] + specular;
+            self.grazing[channel] = self.grazing[channel] + specular * received_weight;
         }
     }
 
     fn reflected(&self, surface: &SurfaceTexel) -> Reflected {
         let sum = |lanes: &[Lane; 3]| {
-            let [x, y, z] = lanes.map(|lane| lane.iter().sum());
+            let [x, y, z] = lanes.map(|lane| lane.0.iter().sum());
             Vector3::new(x, y, z)
         };
         let (specular, grazing) = (sum(&self.specular), sum(&self.grazing));
@@ -315,11 +409,6 @@ impl Sums {
             specular: (specular - grazing).times(surface.material.specular) + grazing,
         }
     }
-}
-
-#[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]
@@ -390,6 +479,7 @@ mod tests {
             let surfaces: Vec<_> = (0..70).map(|_| surface(&mut random)).collect();
             let eye = Vector3::new(0.1, 0.2, 0.3);
             let fast = lights.reflect(&surfaces, eye, |_| true).unwrap();
+            let mut missed = 0;
             for (surface, fast) in surfaces.iter().zip(&fast) {
                 let plain = plainly(surface, eye, &emitters, ndf);
                 assert!((plain.diffuse - fast.diffuse).length() <= 1e-12 * plain.diffuse.length());
@@ -398,12 +488,10 @@ mod tests {
                     "{plain:?} {fast:?}"
                 );
                 // Negative control: one light less.
-                let less = plainly(surface, eye, &emitters[1..], ndf);
-                assert!(
-                    less == plain
-                        || (less.diffuse - fast.diffuse).length() > 1e-12 * plain.diffuse.length()
-                );
+                let less = plainly(surface, eye, &emitters[1..], ndf).diffuse;
+                missed += usize::from((less - fast.diffuse).length() > 1e-3 * less.length());
             }
+            assert!(missed > 5, "{missed}");
         }
     }
 

@@ -79,7 +79,7 @@ mod tests {
         let reflected =
             direct(&surface::<Bounded>(), eye, &light(LightKind::Point), Ndf::Ggx, Bounded::one());
         for part in [reflected.diffuse.x, reflected.specular.x] {
-            assert!(part.error < 2e-5 * part.value, "{part:?}");
+            assert!(part.error < 1e-4 * part.value, "{part:?}");
         }
     }
 }

@@ -150,12 +150,15 @@ mod tests {
         assert_eq!(Random::new(5).bits(), Random::new(5).bits());
     }
 
-    /// What the kernels of a density make of it.
+    /// What the kernels of a density make of a power that is the density times a smooth reflectance.
     #[derive(Debug)]
     struct Row {
+        /// Sum of the kernels' powers over the true total.
         total: f64,
+        /// The largest power times N over the true total.
         brightest: f64,
-        variation: f64,
+        /// Root mean square of N times the density's integral within a kernel, minus 1.
+        deviation: f64,
     }
 
     fn row(
@@ -163,45 +166,62 @@ mod tests {
         count: u32,
         kernel: impl Fn([f64; 2], [usize; 2]) -> (f64, f64),
     ) -> Row {
-        let whole = density.top() * density.texel_count() as f64;
+        let size = density.size();
+        let angle = |index: usize| 2.0 * core::f64::consts::PI * (index as f64 + 0.5) / size as f64;
+        let reflectance =
+            |index: usize| 0.6 + 0.1 * (angle(index % size).sin() + angle(index / size).cos());
+        let powers =
+            density.level(0).iter().enumerate().map(|(index, &mass)| mass * reflectance(index));
+        let power = Pyramid::build(size, powers.collect()).unwrap();
+        let whole = power.top() * density.texel_count() as f64;
+        let n = f64::from(count);
         let kernels: Vec<(f64, f64)> = (0..count)
             .map(|index| {
                 let warped = warp(density, lattice::point(index, count));
                 let (level, factor) = kernel(warped.centre, warped.texel);
-                let power = factor * trilinear(density, warped.centre, level) / whole;
-                (power, f64::from(count) * kernel_mass(density, warped.centre, level))
+                let share = factor * trilinear(&power, warped.centre, level) / whole;
+                (share, n * kernel_mass(density, warped.centre, level))
             })
             .collect();
-        let n = f64::from(count);
-        let mean = kernels.iter().map(|kernel| kernel.1).sum::<f64>() / n;
-        let variance = kernels.iter().map(|kernel| (kernel.1 - mean).powi(2)).sum::<f64>() / n;
+        let variance = kernels.iter().map(|kernel| (kernel.1 - 1.0).powi(2)).sum::<f64>() / n;
         Row {
             total: kernels.iter().map(|kernel| kernel.0).sum(),
             brightest: kernels.iter().map(|kernel| kernel.0 * n).fold(0.0, f64::max),
-            variation: variance.sqrt() / mean,
+            deviation: variance.sqrt(),
         }
     }
 
-    fn previous(density: &Pyramid<f64>, count: u32) -> Row {
+    /// The previous kernels, with p of the texel that the warp ended in or interpolated at the centre.
+    fn previous(density: &Pyramid<f64>, count: u32, interpolate: bool) -> Row {
         let (top, texels) = (density.top(), density.texel_count());
-        row(density, count, |_, [x, y]| {
-            let at = density.at(0, x, y);
-            (
-                previous_level(at, top, texels, count, 1.0).level,
-                previous_factor(at, top, texels, count),
-            )
+        row(density, count, |centre, [x, y]| {
+            let at =
+                if interpolate { trilinear(density, centre, 0.0) } else { density.at(0, x, y) };
+            let level = previous_level(at, top, texels, count, 1.0).level;
+            (level, previous_factor(at, top, texels, count))
         })
     }
 
-    fn modified(density: &Pyramid<f64>, count: u32, scale_area: bool) -> Row {
+    /// A mistake in the modified kernels.
+    #[derive(Clone, Copy, PartialEq)]
+    enum Mistake {
+        None,
+        /// Every kernel counts as one texel: 4^l is forgotten.
+        Area,
+        /// The kernel is one level too large.
+        Level,
+    }
+
+    fn modified(density: &Pyramid<f64>, count: u32, mistake: Mistake) -> Row {
         let (top, texels) = (density.top(), density.texel_count());
         row(density, count, |centre, _| {
             let level = modified_level(density, centre, count, 1.0, 12).level;
-            let filtered = trilinear(density, centre, level);
-            // With `scale_area` off the kernel's area is forgotten: every kernel counts as one texel.
-            let factor =
-                if scale_area { modified_factor(filtered, top, texels, count) } else { 1.0 };
-            (level, factor)
+            let factor = modified_factor(trilinear(density, centre, level), top, texels, count);
+            match mistake {
+                Mistake::None => (level, factor),
+                Mistake::Area => (level, 1.0),
+                Mistake::Level => (level + 1.0, factor),
+            }
         })
     }
 
@@ -209,28 +229,57 @@ mod tests {
     fn the_modified_kernels_keep_the_total_and_the_previous_ones_do_not() {
         for (name, stress) in Stress::ALL {
             let density = stress.pyramid(256, 2016).unwrap();
-            if stress == Stress::Zero {
-                continue;
+            for count in [64, 1024] {
+                let before = previous(&density, count, false);
+                let interpolated = previous(&density, count, true);
+                let after = modified(&density, count, Mistake::None);
+                let centres: Vec<[f64; 2]> = (0..count)
+                    .map(|index| warp(&density, lattice::point(index, count)).centre)
+                    .collect();
+                let share = |kinds: &dyn Fn(&[f64; 2]) -> bool| {
+                    centres.iter().filter(|centre| kinds(centre)).count() as f64 / f64::from(count)
+                };
+                let kinked = share(&|&centre| !is_monotone(&density, centre));
+                let rootless =
+                    share(&|&centre| kernel_mass(&density, centre, 0.0) > 1.0 / f64::from(count));
+                let show = |row: &Row| {
+                    format!("{:.3} {:.1} {:.4}", row.total, row.brightest, row.deviation)
+                };
+                println!(
+                    "{name:>12} {count:>4}: previous {}, interpolated {}; modified {}; {kinked:.2} {rootless:.2}",
+                    show(&before),
+                    show(&interpolated),
+                    show(&after),
+                );
+                if stress == Stress::Zero {
+                    continue;
+                }
+                assert!((after.total - 1.0).abs() < 0.03, "{name} {after:?}");
+                // The reflectance is between 0.4 and 0.8: no light may be brighter than that allows.
+                assert!(after.brightest <= 2.0, "{name} {after:?}");
+                assert!(before.brightest > 10.0 || name == "smooth" || name == "checkerboard");
+                if count == 1024 && !matches!(stress, Stress::Smooth) {
+                    assert!((before.total - 1.0).abs() > 0.03, "{name} {before:?}");
+                }
+                // Negative controls.
+                let forgotten = modified(&density, count, Mistake::Area);
+                assert!((forgotten.total - 1.0).abs() > 0.03, "{name} {forgotten:?}");
+                if stress == Stress::Smooth {
+                    let shifted = modified(&density, count, Mistake::Level);
+                    assert!(after.deviation < 2e-3, "{name} {after:?}");
+                    assert!(shifted.deviation > 1.0, "{name} {shifted:?}");
+                }
             }
-            let (before, after) = (previous(&density, 1024), modified(&density, 1024, true));
-            let centres = (0..1024).map(|index| warp(&density, lattice::point(index, 1024)).centre);
-            let centres: Vec<[f64; 2]> = centres.collect();
-            let kinked = centres.iter().filter(|&&centre| !is_monotone(&density, centre)).count();
-            let rootless = centres
-                .iter()
-                .filter(|&&centre| kernel_mass(&density, centre, 0.0) > 1.0 / 1024.0)
-                .count();
-            println!(
-                "{name:>12}: previous {:.3} {:.1} {:.3}; modified {:.4} {:.2} {:.4}; not monotone {:.2}, no root {:.2}",
-                before.total,
-                before.brightest,
-                before.variation,
-                after.total,
-                after.brightest,
-                after.variation,
-                kinked as f64 / 1024.0,
-                rootless as f64 / 1024.0,
-            );
         }
+    }
+
+    #[test]
+    fn no_mass_gives_no_power_and_no_nan() {
+        let density = Stress::Zero.pyramid(16, 0).unwrap();
+        let centre = warp(&density, lattice::point(3, 8)).centre;
+        let level = modified_level(&density, centre, 8, 1.0, 12).level;
+        assert!((level - 4.0).abs() < 1e-3);
+        assert_eq!(modified_factor(0.0, 0.0, 256, 8), 0.0);
+        assert_eq!(previous_factor(0.0, 0.0, 256, 8), 256.0);
     }
 }

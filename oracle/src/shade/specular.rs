@@ -142,7 +142,7 @@ mod tests {
         let (view, alpha) = (at(0.9), 0.05_f64);
         let [x, y, z] = axes(view, NORMAL);
         let cosine = NORMAL.dot(view);
-        for offset in [x * 0.02, y * 0.02, x * 0.01 - y * 0.015] {
+        for offset in [x * 0.02, y * 0.02, x * 0.01 - y * 0.025] {
             let light = (z + offset).normalized();
             let half = (light + view).normalized();
             let facets = evaluate(half, NORMAL, 2.0 / (alpha * alpha));
