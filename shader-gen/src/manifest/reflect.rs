@@ -1,0 +1,525 @@
+//! What a host has to know of a module: entry points, bindings, the layout of its structs, limits.
+//!
+//! All of it comes from naga's reading of the final text; descriptions are the text's own doc comments.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::sync::Arc;
+
+use naga::common::wgsl::{ToWgsl, TryToWgsl};
+use naga::proc::{IndexableLength, Layouter};
+use naga::valid::{GlobalUse, ModuleInfo};
+use naga::{
+    AddressSpace, ArraySize, Handle, ImageClass, ImageDimension, Scalar, ScalarKind, ShaderStage,
+    StorageAccess, Type, TypeInner, VectorSize,
+};
+
+use super::{
+    Access, Binding, Dimension, EntryPoint, Field, Resource, SampleType, SamplerType, Stage, Struct,
+};
+
+/// Why a module cannot be described.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A resource of a kind that no host is told how to bind.
+    #[error("`{name}` is {what}; what a package may bind is: uniform and storage buffers, sampled, depth and storage textures, samplers")]
+    Resource {
+        /// The variable.
+        name: String,
+        /// What it is.
+        what: &'static str,
+    },
+    /// A type in a buffer that has no layout.
+    #[error("`{name}` lies in a buffer but has no layout there")]
+    Layout {
+        /// The variable or field.
+        name: String,
+    },
+    /// naga cannot lay the types out.
+    #[error("naga cannot lay out the types: {0}")]
+    Layouter(#[from] naga::proc::LayoutError),
+    /// The text could not be read for its comments.
+    #[error("the text cannot be read for its comments: {0}")]
+    Comments(#[from] Box<naga::front::wgsl::ParseError>),
+}
+
+/// The memory layout of a struct.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Layout {
+    /// Its name in the text.
+    pub name: String,
+    /// What it is, from its doc comment.
+    pub description: String,
+    /// Bytes, its padding included; with one element of a runtime-sized array.
+    pub size: u32,
+    /// Alignment in bytes.
+    pub align: u32,
+    /// Its fields.
+    pub fields: Vec<LayoutField>,
+}
+
+/// A field of a [`Layout`].
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LayoutField {
+    /// Its name in the text.
+    pub name: String,
+    /// What it is, from its doc comment.
+    pub description: String,
+    /// Bytes from the start of the struct.
+    pub offset: u32,
+    /// Bytes; those of one element for a runtime-sized array.
+    pub size: u32,
+    /// Its type.
+    pub r#type: FieldType,
+}
+
+/// The type of something in a buffer.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FieldType {
+    /// A number.
+    Scalar(Scalar),
+    /// A number that is changed atomically.
+    Atomic(Scalar),
+    /// Two to four numbers.
+    Vector(VectorSize, Scalar),
+    /// Columns of vectors.
+    Matrix {
+        /// How many columns.
+        columns: VectorSize,
+        /// How many numbers each has.
+        rows: VectorSize,
+        /// Of which kind.
+        scalar: Scalar,
+    },
+    /// Elements of one type.
+    Array {
+        /// Their type.
+        element: Box<Self>,
+        /// How many; as many as the buffer holds if absent.
+        length: Option<u32>,
+        /// Bytes from one to the next.
+        stride: u32,
+    },
+    /// A struct.
+    Struct(Arc<Layout>),
+}
+
+impl FieldType {
+    /// The layouts of the structs within, the innermost first.
+    pub fn layouts(&self, into: &mut Vec<Arc<Layout>>) {
+        match self {
+            Self::Array { element, .. } => element.layouts(into),
+            Self::Struct(layout) if !into.contains(layout) => {
+                for field in &layout.fields {
+                    field.r#type.layouts(into);
+                }
+                into.push(Arc::clone(layout));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// As WGSL spells it.
+impl fmt::Display for FieldType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = |scalar: &Scalar| scalar.try_to_wgsl().unwrap_or("unknown");
+        match self {
+            Self::Scalar(scalar) => f.write_str(name(scalar)),
+            Self::Atomic(scalar) => write!(f, "atomic<{}>", name(scalar)),
+            Self::Vector(size, scalar) => write!(f, "vec{}<{}>", *size as u8, name(scalar)),
+            Self::Matrix { columns, rows, scalar } => {
+                write!(f, "mat{}x{}<{}>", *columns as u8, *rows as u8, name(scalar))
+            }
+            Self::Array { element, length: Some(length), .. } => write!(f, "array<{element}, {length}>"),
+            Self::Array { element, length: None, .. } => write!(f, "array<{element}>"),
+            Self::Struct(layout) => f.write_str(&layout.name),
+        }
+    }
+}
+
+/// What a host has to know of a module.
+#[derive(Clone, Debug)]
+pub struct Reflection {
+    /// In the order of the text.
+    pub entry_points: Vec<EntryPoint>,
+    /// By group and number.
+    pub bindings: Vec<Binding>,
+    /// The structs in buffers, each after those within it.
+    pub layouts: Vec<Arc<Layout>>,
+    /// WebGPU limits and what the module needs of each.
+    pub limits: BTreeMap<String, u64>,
+    /// WebGPU features that the module itself uses.
+    pub features: BTreeSet<String>,
+}
+
+/// Describes a module for its host.
+///
+/// # Errors
+///
+/// When it binds something that is no buffer, texture or sampler.
+pub fn reflect(text: &str, module: &naga::Module, info: &ModuleInfo) -> Result<Reflection, Error> {
+    let mut layouter = Layouter::default();
+    layouter.update(module.to_ctx())?;
+    let commented = naga::front::wgsl::Frontend::new_with_options(naga::front::wgsl::Options {
+        parse_doc_comments: true,
+        ..naga::front::wgsl::Options::new()
+    })
+    .parse(text)
+    .map_err(Box::new)?;
+    let reflector =
+        Reflector { module, info, layouter, comments: Comments::of(&commented) };
+    let mut layouts = Vec::new();
+    let bindings = reflector.bindings(&mut layouts)?;
+    Ok(Reflection {
+        entry_points: reflector.entry_points(),
+        limits: reflector.limits(&bindings),
+        features: reflector.features(),
+        bindings,
+        layouts,
+    })
+}
+
+/// The description that doc comments give, without their marks.
+fn prose(lines: &[String]) -> String {
+    let marks: &[char] = &['/', '*', '!'];
+    lines
+        .iter()
+        .flat_map(|comment| comment.lines())
+        .map(|line| line.trim().trim_start_matches(marks).trim_end_matches("*/").trim())
+        .filter(|line| !line.is_empty())
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Descriptions by name.
+struct Comments {
+    structs: BTreeMap<String, String>,
+    fields: BTreeMap<(String, usize), String>,
+    variables: BTreeMap<String, String>,
+}
+
+impl Comments {
+    fn of(module: &naga::Module) -> Self {
+        let mut comments =
+            Self { structs: BTreeMap::new(), fields: BTreeMap::new(), variables: BTreeMap::new() };
+        let Some(found) = &module.doc_comments else {
+            return comments;
+        };
+        let name = |handle: Handle<Type>| module.types[handle].name.clone().unwrap_or_default();
+        comments.structs = found.types.iter().map(|(ty, lines)| (name(*ty), prose(lines))).collect();
+        comments.fields = found
+            .struct_members
+            .iter()
+            .map(|((ty, index), lines)| ((name(*ty), *index), prose(lines)))
+            .collect();
+        comments.variables = found
+            .global_variables
+            .iter()
+            .map(|(variable, lines)| {
+                (module.global_variables[*variable].name.clone().unwrap_or_default(), prose(lines))
+            })
+            .collect();
+        comments
+    }
+}
+
+struct Reflector<'a> {
+    module: &'a naga::Module,
+    info: &'a ModuleInfo,
+    layouter: Layouter,
+    comments: Comments,
+}
+
+impl Reflector<'_> {
+    fn entry_points(&self) -> Vec<EntryPoint> {
+        let entry_points = self.module.entry_points.iter().enumerate();
+        entry_points
+            .map(|(index, entry_point)| EntryPoint {
+                name: entry_point.name.clone(),
+                stage: Stage::of(entry_point.stage),
+                workgroup_size: (entry_point.stage == ShaderStage::Compute)
+                    .then_some(entry_point.workgroup_size),
+                cost: super::cost::of(self.module, self.info, index),
+            })
+            .collect()
+    }
+
+    fn bindings(&self, layouts: &mut Vec<Arc<Layout>>) -> Result<Vec<Binding>, Error> {
+        let mut bindings = Vec::new();
+        for (handle, variable) in self.module.global_variables.iter() {
+            let Some(at) = &variable.binding else {
+                continue;
+            };
+            let name = variable.name.clone().unwrap_or_default();
+            let mut visibility: Vec<Stage> = self
+                .users(handle)
+                .map(|index| Stage::of(self.module.entry_points[index].stage))
+                .collect();
+            visibility.sort();
+            visibility.dedup();
+            bindings.push(Binding {
+                group: at.group,
+                binding: at.binding,
+                description: self.comments.variables.get(&name).cloned().unwrap_or_default(),
+                resource: self.resource(handle, &name, layouts)?,
+                name,
+                visibility,
+            });
+        }
+        bindings.sort_by_key(|binding| (binding.group, binding.binding));
+        Ok(bindings)
+    }
+
+    /// The entry points that use a variable.
+    fn users(&self, variable: Handle<naga::GlobalVariable>) -> impl Iterator<Item = usize> {
+        (0..self.module.entry_points.len()).filter(move |index| {
+            self.info.get_entry_point(*index)[variable] != GlobalUse::empty()
+        })
+    }
+
+    fn resource(
+        &self,
+        handle: Handle<naga::GlobalVariable>,
+        name: &str,
+        layouts: &mut Vec<Arc<Layout>>,
+    ) -> Result<Resource, Error> {
+        let variable = &self.module.global_variables[handle];
+        let refuse = |what| Err(Error::Resource { name: name.to_owned(), what });
+        let mut buffer = || {
+            let ty = self.field_type(variable.ty, name)?;
+            ty.layouts(layouts);
+            Ok::<_, Error>((ty.to_string(), u64::from(self.layouter[variable.ty].size)))
+        };
+        match variable.space {
+            AddressSpace::Uniform => {
+                let (r#type, min_size) = buffer()?;
+                return Ok(Resource::Uniform { r#type, min_size });
+            }
+            AddressSpace::Storage { access } => {
+                let (r#type, min_size) = buffer()?;
+                return Ok(Resource::Storage { access: Access::of(access), r#type, min_size });
+            }
+            _ => {}
+        }
+        match self.module.types[variable.ty].inner {
+            TypeInner::Image { dim, arrayed, class } => {
+                let Some(dimension) = Dimension::of(dim, arrayed) else {
+                    return refuse("an array of 1D or 3D textures");
+                };
+                match class {
+                    ImageClass::Sampled { kind, multi } => Ok(Resource::Texture {
+                        dimension,
+                        sample_type: match kind {
+                            ScalarKind::Sint => SampleType::Sint,
+                            ScalarKind::Uint => SampleType::Uint,
+                            _ if self.is_sampled(handle) => SampleType::Float,
+                            _ => SampleType::UnfilterableFloat,
+                        },
+                        multisampled: multi,
+                    }),
+                    ImageClass::Depth { multi } => Ok(Resource::Texture {
+                        dimension,
+                        sample_type: SampleType::Depth,
+                        multisampled: multi,
+                    }),
+                    ImageClass::Storage { format, access } => Ok(Resource::StorageTexture {
+                        dimension,
+                        format: format.to_wgsl().to_owned(),
+                        access: Access::of(access),
+                    }),
+                    ImageClass::External => refuse("an external texture"),
+                }
+            }
+            TypeInner::Sampler { comparison } => Ok(Resource::Sampler {
+                sampler_type: if comparison { SamplerType::Comparison } else { SamplerType::Filtering },
+            }),
+            TypeInner::BindingArray { .. } => refuse("an array of bindings"),
+            TypeInner::AccelerationStructure { .. } => refuse("an acceleration structure"),
+            _ => refuse("neither buffer nor texture nor sampler"),
+        }
+    }
+
+    /// Whether a sampler ever reads the texture.
+    fn is_sampled(&self, image: Handle<naga::GlobalVariable>) -> bool {
+        (0..self.module.entry_points.len()).any(|index| {
+            let set = &self.info.get_entry_point(index).sampling_set;
+            set.iter().any(|pair| pair.image == image)
+        })
+    }
+
+    fn field_type(&self, handle: Handle<Type>, name: &str) -> Result<FieldType, Error> {
+        let no_layout = || Error::Layout { name: name.to_owned() };
+        Ok(match &self.module.types[handle].inner {
+            TypeInner::Scalar(scalar) => FieldType::Scalar(*scalar),
+            TypeInner::Atomic(scalar) => FieldType::Atomic(*scalar),
+            TypeInner::Vector { size, scalar } => FieldType::Vector(*size, *scalar),
+            TypeInner::Matrix { columns, rows, scalar } => {
+                FieldType::Matrix { columns: *columns, rows: *rows, scalar: *scalar }
+            }
+            TypeInner::Array { base, size, stride } => FieldType::Array {
+                element: Box::new(self.field_type(*base, name)?),
+                length: self.length(*size).ok_or_else(no_layout)?,
+                stride: *stride,
+            },
+            TypeInner::Struct { members, span } => {
+                let name = self.module.types[handle].name.clone().unwrap_or_default();
+                let fields = members.iter().enumerate().map(|(index, member)| {
+                    let field = member.name.clone().unwrap_or_default();
+                    Ok(LayoutField {
+                        offset: member.offset,
+                        size: self.layouter[member.ty].size,
+                        r#type: self.field_type(member.ty, &format!("{name}.{field}"))?,
+                        description: self
+                            .comments
+                            .fields
+                            .get(&(name.clone(), index))
+                            .cloned()
+                            .unwrap_or_default(),
+                        name: field,
+                    })
+                });
+                FieldType::Struct(Arc::new(Layout {
+                    fields: fields.collect::<Result<_, Error>>()?,
+                    description: self.comments.structs.get(&name).cloned().unwrap_or_default(),
+                    size: *span,
+                    align: self.layouter[handle].alignment.round_up(1),
+                    name,
+                }))
+            }
+            _ => return Err(no_layout()),
+        })
+    }
+
+    /// The outer option is `None` where the length is not known when the pipeline is made.
+    fn length(&self, size: ArraySize) -> Option<Option<u32>> {
+        match size.resolve(self.module.to_ctx()).ok()? {
+            IndexableLength::Known(length) => Some(Some(length)),
+            IndexableLength::Dynamic => Some(None),
+        }
+    }
+
+    /// What the module needs of the WebGPU limits that count things or sizes; nothing that is zero.
+    fn limits(&self, bindings: &[Binding]) -> BTreeMap<String, u64> {
+        let mut limits = BTreeMap::new();
+        let mut need = |name: &str, value: u64| {
+            if value > 0 {
+                let limit: &mut u64 = limits.entry(name.to_owned()).or_default();
+                *limit = value.max(*limit);
+            }
+        };
+        need(
+            "maxBindGroups",
+            bindings.iter().map(|binding| u64::from(binding.group) + 1).max().unwrap_or(0),
+        );
+        for (index, entry_point) in self.module.entry_points.iter().enumerate() {
+            let stage = Stage::of(entry_point.stage);
+            let mut counts = BTreeMap::<_, u64>::new();
+            for binding in bindings.iter().filter(|binding| binding.visibility.contains(&stage)) {
+                *counts.entry(binding.resource.limit()).or_default() += 1;
+            }
+            for (name, count) in counts {
+                need(name, count);
+            }
+            if entry_point.stage != ShaderStage::Compute {
+                continue;
+            }
+            let [x, y, z] = entry_point.workgroup_size.map(u64::from);
+            need("maxComputeInvocationsPerWorkgroup", x * y * z);
+            need("maxComputeWorkgroupSizeX", x);
+            need("maxComputeWorkgroupSizeY", y);
+            need("maxComputeWorkgroupSizeZ", z);
+            // [WGSL, Section 13.4.2]: each variable counts with its size rounded up to 16 bytes.
+            let used = self.module.global_variables.iter().filter(|(handle, variable)| {
+                variable.space == AddressSpace::WorkGroup
+                    && self.users(*handle).any(|user| user == index)
+            });
+            let bytes = used.map(|(_, variable)| u64::from(self.layouter[variable.ty].size));
+            need("maxComputeWorkgroupStorageSize", bytes.map(|size| size.next_multiple_of(16)).sum());
+        }
+        limits
+    }
+
+    /// Features that types and functions ask for by themselves.
+    fn features(&self) -> BTreeSet<String> {
+        let mut features = BTreeSet::new();
+        let half = |scalar: Scalar| scalar.kind == ScalarKind::Float && scalar.width == 2;
+        if self.module.types.iter().any(|(_, ty)| ty.inner.scalar().is_some_and(half)) {
+            features.insert("shader-f16".to_owned());
+        }
+        let functions = self.module.functions.iter().map(|(_, function)| function);
+        let entry_points = self.module.entry_points.iter().map(|entry_point| &entry_point.function);
+        let subgroups = functions.chain(entry_points).any(|function| {
+            function.expressions.iter().any(|(_, expression)| {
+                matches!(
+                    expression,
+                    naga::Expression::SubgroupBallotResult
+                        | naga::Expression::SubgroupOperationResult { .. }
+                )
+            })
+        });
+        if subgroups {
+            features.insert("subgroups".to_owned());
+        }
+        features
+    }
+}
+
+/// The structs of a [`Reflection`] as a manifest names them.
+pub(super) fn structs(layouts: &[Arc<Layout>]) -> Vec<Struct> {
+    layouts
+        .iter()
+        .map(|layout| Struct {
+            name: layout.name.clone(),
+            description: layout.description.clone(),
+            size: layout.size,
+            align: layout.align,
+            fields: layout
+                .fields
+                .iter()
+                .map(|field| Field {
+                    name: field.name.clone(),
+                    description: field.description.clone(),
+                    r#type: field.r#type.to_string(),
+                    offset: field.offset,
+                    size: field.size,
+                })
+                .collect(),
+        })
+        .collect()
+}
+
+impl Stage {
+    fn of(stage: ShaderStage) -> Self {
+        match stage {
+            ShaderStage::Vertex => Self::Vertex,
+            ShaderStage::Fragment => Self::Fragment,
+            ShaderStage::Compute => Self::Compute,
+            _ => Self::Other,
+        }
+    }
+}
+
+impl Access {
+    fn of(access: StorageAccess) -> Self {
+        match (access.contains(StorageAccess::LOAD), access.contains(StorageAccess::STORE)) {
+            (true, false) => Self::Read,
+            (false, true) => Self::Write,
+            _ => Self::ReadWrite,
+        }
+    }
+}
+
+impl Dimension {
+    fn of(dimension: ImageDimension, arrayed: bool) -> Option<Self> {
+        Some(match (dimension, arrayed) {
+            (ImageDimension::D1, false) => Self::D1,
+            (ImageDimension::D2, false) => Self::D2,
+            (ImageDimension::D2, true) => Self::D2Array,
+            (ImageDimension::D3, false) => Self::D3,
+            (ImageDimension::Cube, false) => Self::Cube,
+            (ImageDimension::Cube, true) => Self::CubeArray,
+            (ImageDimension::D1 | ImageDimension::D3, true) => return None,
+        })
+    }
+}
