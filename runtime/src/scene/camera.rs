@@ -60,10 +60,7 @@ impl Camera {
     pub(super) fn fault(&self, file: &Path) -> Option<SceneError> {
         let angle = self.vertical_fov;
         let reason = if !(angle > 0.0 && angle < std::f32::consts::PI) {
-            format!(
-                "its vertical angle of {} degrees is not between 0 and 180",
-                angle.to_degrees()
-            )
+            format!("its vertical angle of {} degrees is not between 0 and 180", angle.to_degrees())
         } else if !Vec3::from(self.position).is_finite() {
             format!("its position {:?} is not finite", self.position)
         } else if !Vec3::from(self.forward).is_normalized() {

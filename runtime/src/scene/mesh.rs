@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::note::{NoteKind, Notes};
 use super::SceneError;
+use super::note::{NoteKind, Notes};
 
 /// Triangles of one material in world space. No triangle is degenerate.
 #[derive(Clone, Debug, PartialEq)]

@@ -66,9 +66,6 @@ impl Notes {
     }
 
     pub(super) fn into_list(self) -> Vec<Note> {
-        self.0
-            .into_iter()
-            .map(|((kind, text), subjects)| Note { kind, text, subjects })
-            .collect()
+        self.0.into_iter().map(|((kind, text), subjects)| Note { kind, text, subjects }).collect()
     }
 }

@@ -56,9 +56,8 @@ pub(super) fn load<'a>(
             place: place.to_owned(),
             reason,
         };
-        let bytes = buffers
-            .get(buffer)
-            .ok_or_else(|| invalid(format!("there is no buffer {buffer}")))?;
+        let bytes =
+            buffers.get(buffer).ok_or_else(|| invalid(format!("there is no buffer {buffer}")))?;
         let range = offset..offset.saturating_add(length);
         bytes.get(range).ok_or_else(|| {
             let end = offset.saturating_add(length);
@@ -169,7 +168,9 @@ pub(super) fn validate(file: &Path, root: &json::Root) -> Result<(), SceneError>
     if faults.is_empty() {
         root.validate(root, json::Path::new, &mut |path, error| {
             let place = path().to_string();
-            use json::validation::Error::{IndexOutOfBounds, Invalid, Missing, Oversize, Unsupported};
+            use json::validation::Error::{
+                IndexOutOfBounds, Invalid, Missing, Oversize, Unsupported,
+            };
             let reason = match error {
                 IndexOutOfBounds => "the index is out of range",
                 Invalid => "the value is not valid",

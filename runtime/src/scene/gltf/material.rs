@@ -31,11 +31,7 @@ pub(super) struct Converted {
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(
-        file: &'a Path,
-        document: &'a gltf::Document,
-        views: &'a Views<'a>,
-    ) -> Self {
+    pub(super) fn new(file: &'a Path, document: &'a gltf::Document, views: &'a Views<'a>) -> Self {
         Self { file, document, views, images: Vec::new(), origins: Vec::new() }
     }
 
@@ -45,7 +41,8 @@ impl<'a> Materials<'a> {
         notes: &mut Notes,
     ) -> Result<Converted, SceneError> {
         let pbr = source.pbr_metallic_roughness();
-        let index = source.index().map_or("default material".to_owned(), |i| format!("material {i}"));
+        let index =
+            source.index().map_or("default material".to_owned(), |i| format!("material {i}"));
         let name = source.name().map_or(index, str::to_owned);
         let mut ignored = |what: &str| notes.add(NoteKind::Ignored, what, &name);
         if source.normal_texture().is_some() {
@@ -130,7 +127,11 @@ impl<'a> Materials<'a> {
         Ok(TextureUse {
             image: self.image(texture.source().index(), srgb)?,
             wrap: [wrap(sampler.wrap_s()), wrap(sampler.wrap_t())],
-            magnify: if sampler.mag_filter() == Some(MagFilter::Nearest) { Nearest } else { Linear },
+            magnify: if sampler.mag_filter() == Some(MagFilter::Nearest) {
+                Nearest
+            } else {
+                Linear
+            },
             minify,
             mip,
             transform: info.texture_transform().map_or(UvTransform::default(), |transform| {

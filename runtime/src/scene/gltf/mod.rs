@@ -114,10 +114,8 @@ impl Reader<'_> {
             name = format!("{name}/{}", primitive.index());
         }
         let notes = &mut self.draft.notes;
-        if matches!(
-            primitive.mode(),
-            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
-        ) {
+        if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip)
+        {
             notes.add(NoteKind::Ignored, "points and lines", name);
             return Ok(());
         }
@@ -183,7 +181,8 @@ impl Reader<'_> {
             }
             None => (0..count as u32).collect(),
         };
-        let textured = self.draft.materials.get(material).is_some_and(|m| m.textures().next().is_some());
+        let textured =
+            self.draft.materials.get(material).is_some_and(|m| m.textures().next().is_some());
         if textured && uvs.is_empty() {
             let text = "textures of a mesh without texture coordinates are read at (0, 0)";
             self.draft.notes.add(NoteKind::Assumed, text, &name);
@@ -195,8 +194,8 @@ impl Reader<'_> {
         }
         // The cofactors: the inverse transpose times the determinant, which does not need to exist.
         let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
-        let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y))
-            * linear.determinant().signum();
+        let cofactors =
+            Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * linear.determinant().signum();
         self.draft.meshes.push(RawMesh {
             name,
             positions: positions
