@@ -43,3 +43,6 @@ pub mod vsgl;
 pub use real::{Linear, Real};
 pub use tolerance::Bounded;
 pub use vector::Vector3;
+
+#[cfg(test)]
+mod adversary;

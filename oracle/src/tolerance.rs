@@ -83,8 +83,7 @@ impl Bounded {
     /// A result with the error its operands cause, a rounding of `ulps`, and a flush to zero where it may happen.
     fn rounded(value: f64, propagated: f64, ulps: f64) -> Self {
         let magnitude = value.abs() + propagated;
-        // Not `magnitude > MAX`: this also catches NaN.
-        if !(magnitude <= f64::from(f32::MAX)) {
+        if magnitude.is_nan() || magnitude > f64::from(f32::MAX) {
             return Self { value, error: f64::INFINITY };
         }
         let flush = if magnitude > 0.0 && value.abs() - propagated < SMALLEST_NORMAL {
@@ -186,7 +185,7 @@ impl Real for Bounded {
     fn log2(self) -> Self {
         let value = self.value.log2();
         let low = self.value - self.error;
-        if !(low > 0.0) {
+        if low.is_nan() || low <= 0.0 {
             return Self { value, error: f64::INFINITY };
         }
         let propagated = value - low.log2();

@@ -286,7 +286,8 @@ impl FixedFacet {
 
     fn beckmann(self, cosine: f64, square: f64) -> f64 {
         let normal_part = cosine + self.cosine;
-        if normal_part <= 0.0 {
+        // Light along the horizon or from below counts for nothing: the exponential is saved.
+        if cosine <= 0.0 || normal_part <= 0.0 {
             return 0.0;
         }
         let cosine_squared = (normal_part * normal_part / square).min(1.0);

@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn is_the_product_everywhere() {
         for (la, lb, angle) in
-            [(3.0, 5.0, 0.4), (1e-3, 20.0, 2.0), (0.0, 0.0, 1.0), (100.0, 1.0, 3.14)]
+            [(3.0, 5.0, 0.4), (1e-3, 20.0, 2.0), (0.0, 0.0, 1.0), (100.0, 1.0, 3.1)]
         {
             let (a, b) = (direction(0.3, 1.0), direction(0.3 + angle, 1.3));
             let lobe = product(a, la, b, lb);

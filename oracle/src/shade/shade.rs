@@ -123,4 +123,49 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn extremes_stay_finite() {
+        let sharpnesses = [0.0, 1e-30, 2f64.powi(-24), 1.0, 1e2, 1e5, 2f64.powi(20) - 1.0];
+        let axes = [
+            Vector3::new(0.0, 1.0, 0.0),
+            Vector3::new(0.0, -1.0, 0.0),
+            Vector3::new(1.0, 0.0, 0.0),
+            Vector3::new(0.0, 1.0, 1e-7),
+        ];
+        let mut checked = 0;
+        for sharpness in sharpnesses {
+            for axis in axes {
+                for position in [Vector3::zero(), axes[0] * 1e-6, axes[0], axes[2] * 1e4, -axes[0]]
+                {
+                    for (variance, alpha) in [(1e-8, 0.01), (1.0, 1.0), (1e8, 0.01)] {
+                        let lobe =
+                            crate::vsgl::Lobe { axis, sharpness, coefficient: Vector3::splat(1.0) };
+                        let light =
+                            Vsgl { position, variance, diffuse: lobe, specular: Some(lobe) };
+                        let (mut surface, _, _) = scene::<f64>();
+                        surface.material.alpha = alpha;
+                        for eye in [axes[0], axes[2], Vector3::new(1.0, 1e-4, 0.0)] {
+                            for specular in [Specular::Sg, Specular::Asg] {
+                                for ndf in [Ndf::Ggx, Ndf::Beckmann] {
+                                    let model = Model {
+                                        diffuse: Some(Diffuse::Gaussian),
+                                        specular: Some(specular),
+                                        ndf,
+                                    };
+                                    let reflected = shade(&surface, eye, [light], &model).total();
+                                    let parts = reflected.to_array();
+                                    assert!(
+                                        parts.iter().all(|part| part.is_finite() && *part >= 0.0)
+                                    );
+                                    checked += 1;
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        assert!(checked > 5000);
+    }
 }

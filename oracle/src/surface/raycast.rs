@@ -163,7 +163,7 @@ mod tests {
             perspective: true,
         };
         let image = camera.image(&walls, [4, 4]);
-        let hit = image[4 * 1 + 2].unwrap();
+        let hit = image[4 + 2].unwrap();
         assert_eq!((hit.triangle, hit.material), (1, 1));
         assert!((hit.position - Vector3::new(0.75, 0.75, -3.0)).length() < 1e-14);
         assert!((hit.normal - Vector3::new(0.0, 0.0, 1.0)).length() < 1e-14);

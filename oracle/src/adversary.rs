@@ -1,0 +1,464 @@
+//! An f32 that uses up what the GPU languages grant: the tolerances of whole stages are held against it.
+//!
+//! Every operation is rounded up or down as by chance and missed by up to its grant, and subnormal results are flushed
+//! now and then. Whatever [`Bounded`] promises has to hold for it too.
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::brdf::Ndf;
+use crate::direct::direct;
+use crate::fis::stress::{Random, Stress};
+use crate::fis::{Warped, modified_level, previous_level};
+use crate::light::{Light, LightKind};
+use crate::rsm::{Lobes, Moments, Pyramid, moments};
+use crate::shade::{Diffuse, Model, Reflected, Specular, shade};
+use crate::surface::SurfaceTexel;
+use crate::tolerance::{
+    DIVISION_ULPS, LOG_NEAR_ONE, LOG_ULPS, ROUNDING_ULPS, SQRT_ULPS, exp_ulps, one_minus_exp_ulps,
+};
+use crate::vsgl::sample::light_of_kernel;
+use crate::vsgl::{Kernel, Settings, Vsgl, sample};
+use crate::{Bounded, Linear, Real, Vector3};
+
+/// A number between -1 and 1, mostly one of both, that only depends on a value and on what is asked about it.
+fn malice(value: f64, question: u64) -> f64 {
+    let mut random = Random::new(value.to_bits().rotate_left(29) ^ question);
+    (4.0 * (random.uniform() - 0.5)).clamp(-1.0, 1.0)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Adversary(f64);
+
+impl Adversary {
+    /// The nearest f32 at or beyond a value that is missed by some ULP.
+    #[expect(clippy::cast_possible_truncation, reason = "the rounding is what is wanted")]
+    fn missed(value: f64, ulps: f64, absolute: f64) -> Self {
+        // One ULP is kept for the rounding itself.
+        let spread = (ulps - 1.0).max(0.0) * f64::from(f32::EPSILON) * 0.5 * value.abs() + absolute;
+        let wished = value + malice(value, 1) * spread;
+        let nearest = wished as f32;
+        let rounded = if f64::from(nearest) == wished || malice(value, 2) > 0.0 {
+            nearest
+        } else if f64::from(nearest) < wished {
+            nearest.next_up()
+        } else {
+            nearest.next_down()
+        };
+        if rounded.is_subnormal() && malice(value, 3) > 0.0 {
+            Self(0.0)
+        } else {
+            Self(f64::from(rounded))
+        }
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $name:ident, $symbol:tt, $ulps:expr) => {
+        impl $trait for Adversary {
+            type Output = Self;
+            fn $name(self, other: Self) -> Self {
+                Self::missed(self.0 $symbol other.0, $ulps, 0.0)
+            }
+        }
+    };
+}
+operator!(Add, add, +, ROUNDING_ULPS);
+operator!(Sub, sub, -, ROUNDING_ULPS);
+operator!(Mul, mul, *, ROUNDING_ULPS);
+operator!(Div, div, /, DIVISION_ULPS);
+
+impl Neg for Adversary {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl Real for Adversary {
+    fn constant(value: f64) -> Self {
+        #[expect(clippy::cast_possible_truncation, reason = "constants are rounded to nearest")]
+        Self(f64::from(value as f32))
+    }
+    fn value(self) -> f64 {
+        self.0
+    }
+    fn error(self) -> f64 {
+        0.0
+    }
+    fn sqrt(self) -> Self {
+        Self::missed(self.0.max(0.0).sqrt(), SQRT_ULPS, 0.0)
+    }
+    fn exp(self) -> Self {
+        Self::missed(self.0.exp(), exp_ulps(self.0), 0.0)
+    }
+    fn exp2(self) -> Self {
+        Self::missed(self.0.exp2(), exp_ulps(self.0), 0.0)
+    }
+    fn log2(self) -> Self {
+        let near_one = (0.5..=2.0).contains(&self.0);
+        Self::missed(self.0.log2(), LOG_ULPS, if near_one { LOG_NEAR_ONE } else { 0.0 })
+    }
+    fn one_minus_exp_over(self) -> Self {
+        Self::missed(self.0.one_minus_exp_over(), one_minus_exp_ulps(self.0.max(1e-30)), 0.0)
+    }
+    fn abs(self) -> Self {
+        Self(self.0.abs())
+    }
+    fn min(self, other: Self) -> Self {
+        Self(self.0.min(other.0))
+    }
+    fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0))
+    }
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        let [x, y, z] = [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
+        if malice(x.0, 4) > 0.0 { (x + y) + z } else { x + (z + y) }
+    }
+    fn cover(self, _other: Self) -> Self {
+        self
+    }
+}
+
+/// How much of the tolerances was used at most, and how many numbers were promised nothing.
+#[derive(Debug, Default)]
+struct Use {
+    largest: f64,
+    compared: usize,
+    vacuous: usize,
+}
+
+impl Use {
+    fn compare(&mut self, found: Adversary, bounded: Bounded, what: &str) {
+        if !bounded.promises() {
+            self.vacuous += 1;
+            return;
+        }
+        let distance = (found.0 - bounded.value).abs();
+        assert!(distance <= bounded.error, "{what}: {found:?} {bounded:?}");
+        self.compared += 1;
+        if bounded.error > 0.0 {
+            self.largest = self.largest.max(distance / bounded.error);
+        }
+    }
+    fn color(&mut self, found: Vector3<Adversary>, bounded: Vector3<Bounded>, what: &str) {
+        for (found, bounded) in found.to_array().into_iter().zip(bounded.to_array()) {
+            self.compare(found, bounded, what);
+        }
+    }
+    fn reflected(
+        &mut self,
+        found: &Reflected<Adversary>,
+        bounded: &Reflected<Bounded>,
+        what: &str,
+    ) {
+        self.color(found.diffuse, bounded.diffuse, what);
+        self.color(found.specular, bounded.specular, what);
+    }
+    fn light(&mut self, found: &Vsgl<Adversary>, bounded: &Vsgl<Bounded>) {
+        self.color(found.position, bounded.position, "position");
+        self.compare(found.variance, bounded.variance, "variance");
+        let lobes = |light: &Vsgl<Adversary>| {
+            core::iter::once(light.diffuse).chain(light.specular).collect::<Vec<_>>()
+        };
+        let bounds = core::iter::once(bounded.diffuse).chain(bounded.specular);
+        for (found, bounded) in lobes(found).into_iter().zip(bounds) {
+            self.color(found.axis, bounded.axis, "axis");
+            self.compare(found.sharpness, bounded.sharpness, "sharpness");
+            self.color(found.coefficient, bounded.coefficient, "coefficient");
+        }
+    }
+    /// At least this share of a tolerance was used, and hardly anything was promised nothing.
+    fn assert_meaningful(&self, share: f64) {
+        println!("{self:?}");
+        assert!(self.largest > share, "the tolerances are far too wide: {self:?}");
+        assert!(self.vacuous * 50 <= self.compared, "too little is promised: {self:?}");
+    }
+}
+
+const SIZE: usize = 16;
+
+fn light() -> Light {
+    Light {
+        kind: LightKind::Spot { tan_half_angle: 0.8, cone_scale: 4.0, cone_offset: -2.5 },
+        position: Vector3::new(0.25, 4.0, 0.5),
+        right: Vector3::new(1.0, 0.0, 0.0),
+        up: Vector3::new(0.0, 0.0, -1.0),
+        forward: Vector3::new(0.0, -1.0, 0.0),
+        intensity: Vector3::new(30.0, 20.0, 10.0),
+    }
+}
+
+/// A floor of hills under the light, with materials of all kinds.
+fn texels() -> Vec<[[f32; 4]; 3]> {
+    let noise = Stress::Noise { sigma: 0.5 }.texels(SIZE, 4);
+    (0..SIZE * SIZE)
+        .map(|index| {
+            let (x, y) = ((index % SIZE) as f32 / 4.0 - 2.0, (index / SIZE) as f32 / 4.0 - 2.0);
+            let share = (noise[index] * 0.3).min(1.0);
+            let normal = [0.3 * (x * 2.0).sin(), 1.0, 0.2 * (y * 3.0).cos()];
+            [
+                [x, 0.2 * share, y, if index % 37 == 5 { -1.0 } else { 0.04 }],
+                [normal[0], normal[1], normal[2], 0.05 + 0.9 * share],
+                [share, 0.5, 1.0 - share, if index % 3 == 0 { 1.0 } else { 0.0 }],
+            ]
+        })
+        .collect()
+}
+
+fn surfaces<R: Real>() -> Vec<SurfaceTexel<R>> {
+    texels()
+        .into_iter()
+        .map(|[position, normal, color]| SurfaceTexel::decode(position, normal, color))
+        .collect()
+}
+
+fn all_moments<R: Real>() -> Vec<Moments<R>> {
+    let origin = Vector3::constant(Vector3::new(0.5, 0.0, 0.25));
+    surfaces::<R>()
+        .iter()
+        .enumerate()
+        .map(|(index, surface)| {
+            let power = light().photon_power([index % SIZE, index / SIZE], [SIZE, SIZE]);
+            moments(surface, power, light().towards(surface.position).0, origin, Lobes::Both)
+        })
+        .collect()
+}
+
+fn settings(kernel: Kernel) -> Settings {
+    Settings {
+        count: 32,
+        kernel,
+        scale: 1.0,
+        origin: Vector3::new(0.5, 0.0, 0.25),
+        minimum_variance: 1e-6,
+        lobes: Lobes::Both,
+    }
+}
+
+fn pyramids<R: Real>(texels: Vec<Moments<R>>) -> (Pyramid<R>, Pyramid<Moments<R>>) {
+    let density = texels.iter().map(crate::rsm::density::density).collect();
+    (Pyramid::build(SIZE, density).unwrap(), Pyramid::build(SIZE, texels).unwrap())
+}
+
+#[test]
+fn moments_and_mips_stay_within_their_tolerances() {
+    let mut used = Use::default();
+    let (found, bounded) =
+        (pyramids(all_moments::<Adversary>()), pyramids(all_moments::<Bounded>()));
+    for level in 0..=bounded.0.top_level() {
+        for (found, bounded) in found.1.level(level).iter().zip(bounded.1.level(level)) {
+            let pairs =
+                found.layers.into_iter().flatten().zip(bounded.layers.into_iter().flatten());
+            pairs.for_each(|(found, bounded)| used.compare(found, bounded, "moments"));
+        }
+    }
+    used.assert_meaningful(0.05);
+}
+
+/// The moments as a texture holds them: exact f32.
+fn stored<R: Real>() -> Vec<Moments<R>> {
+    let exact = all_moments::<Adversary>();
+    exact
+        .into_iter()
+        .map(|moments| Moments {
+            layers: moments.layers.map(|layer| layer.map(|v| R::constant(v.0))),
+        })
+        .collect()
+}
+
+#[test]
+fn kernels_and_lights_stay_within_their_tolerances() {
+    let texels = stored::<Adversary>();
+    let exact = texels.iter().map(|moments| Moments {
+        layers: moments.layers.map(|layer| layer.map(|v| Bounded::constant(v.0))),
+    });
+    let bounded = pyramids(exact.collect());
+    let found = pyramids(texels);
+    for kernel in [Kernel::Previous, Kernel::Modified { iterations: 12 }] {
+        let (mut used, mut doubtful) = (Use::default(), 0);
+        for index in 0..32 {
+            let settings = settings(kernel);
+            let ours = sample(index, &bounded.0, &bounded.1, &settings);
+            let theirs = sample(index, &found.0, &found.1, &settings);
+            if !ours.warped.certain {
+                doubtful += 1;
+                continue;
+            }
+            let Warped { centre, texel, .. } = theirs.warped;
+            assert_eq!(texel, ours.warped.texel);
+            used.compare(centre[0], ours.warped.centre[0], "centre");
+            used.compare(centre[1], ours.warped.centre[1], "centre");
+            let level = theirs.level.level.value();
+            assert!(
+                level >= ours.level.certain[0] && level <= ours.level.certain[1],
+                "{level} {:?}",
+                ours.level
+            );
+            if ours.level.certain[0] == ours.level.certain[1] || kernel == Kernel::Previous {
+                used.light(&theirs.light, &ours.light);
+            } else {
+                // Another level is another light, but the light of that level is known.
+                doubtful += 1;
+                let exact = |value: Adversary| Bounded::constant(value.0);
+                let light = light_of_kernel(
+                    &bounded.0,
+                    &bounded.1,
+                    centre.map(exact),
+                    texel,
+                    exact(theirs.level.level),
+                    &settings,
+                );
+                used.light(&theirs.light, &light);
+            }
+        }
+        assert!(doubtful < 8, "{doubtful}");
+        used.assert_meaningful(0.05);
+    }
+}
+
+#[test]
+fn levels_of_a_stress_stay_within_their_intervals() {
+    for (_, stress) in Stress::ALL {
+        let texels = stress.texels(SIZE, 9);
+        let bounded =
+            Pyramid::build(SIZE, texels.iter().copied().map(Bounded::exact).collect()).unwrap();
+        let found =
+            Pyramid::build(SIZE, texels.iter().map(|&texel| Adversary(f64::from(texel))).collect())
+                .unwrap();
+        for index in 0..64 {
+            let [x, y] = [index % 8, index / 8].map(|part| (f64::from(part) + 0.3) / 8.0);
+            let ours = modified_level(&bounded, [x, y].map(Bounded::constant), 16, 1.0, 12);
+            let theirs =
+                modified_level(&found, [x, y].map(Adversary::constant), 16, 1.0, 12).level.value();
+            assert!(
+                theirs >= ours.certain[0] && theirs <= ours.certain[1],
+                "{stress:?} {theirs} {ours:?}"
+            );
+            let texel = [(x * 16.0) as usize, (y * 16.0) as usize];
+            let ours =
+                previous_level(bounded.at(0, texel[0], texel[1]), bounded.top(), 256, 16, 1.0);
+            let theirs = previous_level(found.at(0, texel[0], texel[1]), found.top(), 256, 16, 1.0)
+                .level
+                .value();
+            assert!(
+                theirs >= ours.certain[0] && theirs <= ours.certain[1],
+                "{stress:?} {theirs} {ours:?}"
+            );
+        }
+    }
+}
+
+fn some_lights<R: Real>() -> Vec<Vsgl<R>> {
+    let texels = stored::<Adversary>();
+    texels
+        .chunks(29)
+        .map(|chunk| {
+            let sum = chunk.iter().map(|moments| Moments {
+                layers: moments.layers.map(|layer| layer.map(|value| value.0)),
+            });
+            let sum = sum.fold(Moments::<f64>::nothing(), Moments::plus);
+            let light = Vsgl::of_moments(&sum, Vector3::new(0.5, 0.0, 0.25), 1e-6, Lobes::Both);
+            let lobe = |lobe: crate::vsgl::Lobe| crate::vsgl::Lobe {
+                axis: Vector3::constant(lobe.axis),
+                sharpness: R::constant(lobe.sharpness),
+                coefficient: Vector3::constant(lobe.coefficient),
+            };
+            Vsgl {
+                position: Vector3::constant(light.position),
+                variance: R::constant(light.variance),
+                diffuse: lobe(light.diffuse),
+                specular: light.specular.map(lobe),
+            }
+        })
+        .collect()
+}
+
+/// Walls around the floor, so that light arrives.
+fn receivers<R: Real>() -> Vec<SurfaceTexel<R>> {
+    let mut random = Random::new(8);
+    (0..48)
+        .map(|_| {
+            let mut number = |low: f64, high: f64| (low + (high - low) * random.uniform()) as f32;
+            let position = [number(-2.0, 2.0), number(0.3, 2.0), number(-2.0, 2.0), 0.04];
+            let normal =
+                [number(-1.0, 1.0), number(-1.0, 0.5), number(-1.0, 1.0), number(0.05, 1.0)];
+            let color = [number(0.0, 1.0), number(0.0, 1.0), number(0.0, 1.0), number(0.0, 1.0)];
+            SurfaceTexel::decode(position, normal, color)
+        })
+        .collect()
+}
+
+#[test]
+fn reflections_stay_within_their_tolerances() {
+    let eye = Vector3::new(0.0, 1.0, 6.0);
+    for diffuse in [Diffuse::Constant, Diffuse::Gaussian] {
+        for specular in [Specular::Sg, Specular::Asg] {
+            for ndf in [Ndf::Ggx, Ndf::Beckmann] {
+                let lights = some_lights::<Adversary>();
+                let bounds = some_lights::<Bounded>();
+                let model = Model { diffuse: Some(diffuse), specular: Some(specular), ndf };
+                let mut used = Use::default();
+                for (found, bounded) in receivers::<Adversary>().iter().zip(&receivers::<Bounded>())
+                {
+                    // Lights as a buffer holds them.
+                    let found =
+                        shade(found, Vector3::constant(eye), lights.iter().copied(), &model);
+                    let bounded =
+                        shade(bounded, Vector3::constant(eye), bounds.iter().copied(), &model);
+                    used.reflected(&found, &bounded, &format!("{model:?}"));
+                }
+                // A sum of many terms: the worst case of all of them does not happen at once.
+                used.assert_meaningful(0.02);
+            }
+        }
+    }
+}
+
+#[test]
+fn direct_light_stays_within_its_tolerances() {
+    let eye = Vector3::new(0.0, 3.0, 6.0);
+    for ndf in [Ndf::Ggx, Ndf::Beckmann] {
+        let mut used = Use::default();
+        let half = (Adversary::constant(0.5), Bounded::constant(0.5));
+        for (found, bounded) in surfaces::<Adversary>().iter().zip(&surfaces::<Bounded>()) {
+            let found = direct(found, Vector3::constant(eye), &light(), ndf, half.0);
+            let bounded = direct(bounded, Vector3::constant(eye), &light(), ndf, half.1);
+            used.reflected(&found, &bounded, "direct");
+        }
+        used.assert_meaningful(0.05);
+    }
+}
+
+#[test]
+fn the_tolerances_tell_the_models_apart() {
+    // Negative control: every other model leaves the tolerances of many receivers.
+    let eye = Vector3::new(0.0, 1.0, 6.0);
+    let model =
+        |diffuse, specular, ndf| Model { diffuse: Some(diffuse), specular: Some(specular), ndf };
+    let right = model(Diffuse::Constant, Specular::Sg, Ndf::Ggx);
+    let outside = |other: &Model| {
+        let receivers = receivers::<f64>().into_iter().zip(receivers::<Bounded>());
+        let reflected = receivers.map(|(found, bounded)| {
+            let found = shade(&found, eye, some_lights::<f64>(), other);
+            let eye = Vector3::constant(eye);
+            (found, shade(&bounded, eye, some_lights::<Bounded>(), &right))
+        });
+        let far =
+            |found: f64, bounded: Bounded| u32::from((found - bounded.value).abs() > bounded.error);
+        reflected.fold([0, 0], |[diffuse, specular], (found, bounded)| {
+            [
+                diffuse + far(found.diffuse.y, bounded.diffuse.y),
+                specular + far(found.specular.y, bounded.specular.y),
+            ]
+        })
+    };
+    let counts = [
+        outside(&right),
+        outside(&model(Diffuse::Gaussian, Specular::Sg, Ndf::Ggx)),
+        outside(&model(Diffuse::Constant, Specular::Asg, Ndf::Ggx)),
+        outside(&model(Diffuse::Constant, Specular::Sg, Ndf::Beckmann)),
+    ];
+    println!("{counts:?}");
+    assert_eq!(counts[0], [0, 0]);
+    assert!(counts[1][0] > 20 && counts[2][1] > 10 && counts[3][1] > 10, "{counts:?}");
+}
