@@ -5,6 +5,9 @@
 //! A type that lies in workgroup memory alone loses its layout; one that lies in a buffer as well
 //! gets a twin without layout, and values are taken apart and put together between the two, because
 //! SPIR-V 1.3 has no `OpCopyLogical`.
+//!
+//! Where a texel is loaded at unsigned coordinates, naga keeps them in range with a vector of unsigned type that it
+//! makes of signed ones. Those become unsigned.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -93,7 +96,11 @@ pub fn write(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>, Error
             .map_err(Box::new)?;
         spv::write_vec(&baked, &info, &options(), None)?
     };
-    without_workgroup_layout(words)
+    let mut module =
+        rspirv::dr::load_words(&words).map_err(|error| Error::ReadBack(error.to_string()))?;
+    agree_on_signs(&mut module);
+    without_workgroup_layout(&mut module)?;
+    Ok(module.assemble())
 }
 
 /// The words as they lie in a `.spv` file: little endian.
@@ -101,38 +108,71 @@ pub fn bytes(words: &[u32]) -> Vec<u8> {
     words.iter().flat_map(|word| word.to_le_bytes()).collect()
 }
 
-/// Takes the explicit layout from every type in workgroup memory.
-fn without_workgroup_layout(words: Vec<u32>) -> Result<Vec<u32>, Error> {
-    if !has_workgroup_pointer(&words) {
-        return Ok(words);
+/// Gives the integers of a constant vector the sign of its type.
+fn agree_on_signs(module: &mut Module) {
+    let mut integers = BTreeSet::new();
+    let mut components = BTreeMap::new();
+    // Type and value of an integer by its id, and the other way round.
+    let mut values: BTreeMap<Word, (Word, Word)> = BTreeMap::new();
+    let mut constants: BTreeMap<(Word, Word), Word> = BTreeMap::new();
+    let mut bound = module.header.as_ref().map_or(0, |header| header.bound);
+    let mut agreed = Vec::with_capacity(module.types_global_values.len());
+    for mut instruction in std::mem::take(&mut module.types_global_values) {
+        let operands = instruction.operands.as_slice();
+        match (instruction.class.opcode, instruction.result_id, instruction.result_type, operands) {
+            (Op::TypeInt, Some(ty), ..) => {
+                integers.insert(ty);
+            }
+            (Op::TypeVector, Some(ty), _, [Operand::IdRef(component), ..]) => {
+                components.insert(ty, *component);
+            }
+            (Op::Constant, Some(constant), Some(ty), [Operand::LiteralBit32(value)])
+                if integers.contains(&ty) =>
+            {
+                values.insert(constant, (ty, *value));
+                constants.insert((ty, *value), constant);
+            }
+            (Op::ConstantComposite, _, Some(ty), _) => {
+                let component = components.get(&ty).filter(|component| integers.contains(component));
+                for operand in &mut instruction.operands {
+                    let (Some(&component), Operand::IdRef(part)) = (component, operand) else {
+                        continue;
+                    };
+                    let Some(&(_, value)) = values.get(part).filter(|(ty, _)| *ty != component)
+                    else {
+                        continue;
+                    };
+                    *part = *constants.entry((component, value)).or_insert_with(|| {
+                        let fresh = bound;
+                        bound += 1;
+                        let value = vec![Operand::LiteralBit32(value)];
+                        let ty = Some(component);
+                        agreed.push(Instruction::new(Op::Constant, ty, Some(fresh), value));
+                        fresh
+                    });
+                }
+            }
+            _ => {}
+        }
+        agreed.push(instruction);
     }
-    let mut module =
-        rspirv::dr::load_words(&words).map_err(|error| Error::ReadBack(error.to_string()))?;
-    let types = Types::of(&module);
+    module.types_global_values = agreed;
+    if let Some(header) = &mut module.header {
+        header.bound = bound;
+    }
+}
+
+/// Takes the explicit layout from every type in workgroup memory.
+fn without_workgroup_layout(module: &mut Module) -> Result<(), Error> {
+    let types = Types::of(module);
     let (stripped, twinned) = types.split();
     module.annotations.retain(|annotation| {
         !(is_layout(annotation) && id(annotation, 0).is_some_and(|id| stripped.contains(&id)))
     });
     if !twinned.is_empty() {
-        Twins::declare(&mut module, &types, &twinned).rewrite(&mut module)?;
+        Twins::declare(module, &types, &twinned).rewrite(module)?;
     }
-    Ok(module.assemble())
-}
-
-/// Whether any `OpTypePointer` of the words points into workgroup memory.
-fn has_workgroup_pointer(words: &[u32]) -> bool {
-    const HEADER: usize = 5;
-    let mut rest = words.get(HEADER..).unwrap_or_default();
-    while let [first, tail @ ..] = rest {
-        let (opcode, length) = (first & 0xffff, (first >> 16).max(1) as usize);
-        if opcode == Op::TypePointer as u32
-            && tail.get(1) == Some(&(StorageClass::Workgroup as u32))
-        {
-            return true;
-        }
-        rest = rest.get(length..).unwrap_or_default();
-    }
-    false
+    Ok(())
 }
 
 /// The id that is the operand at `index`.
@@ -575,6 +615,33 @@ fn main(@builtin(local_invocation_index) i: u32) {
             },
             "the default of an override shows"
         );
+    }
+
+    #[test]
+    fn unsigned_coordinates_are_kept_in_range_by_unsigned_limits() {
+        let (module, info) = parse(
+            "@group(0) @binding(0) var<storage, read_write> r: array<f32>;
+            @group(0) @binding(1) var t: texture_2d<f32>;
+            @compute @workgroup_size(1) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+                r[0] = textureLoad(t, id.xy, 0).x;
+            }",
+        );
+        let disagreeing = |words: &[u32]| {
+            let module = rspirv::dr::load_words(words).unwrap();
+            let types: BTreeMap<_, _> = module
+                .types_global_values
+                .iter()
+                .map(|of| (of.result_id, (of.class.opcode, of.result_type, of.operands.clone())))
+                .collect();
+            let vectors = types.values().filter(|(opcode, ..)| *opcode == Op::ConstantComposite);
+            vectors
+                .flat_map(|(_, ty, parts)| parts.iter().map(move |part| (ty, part)))
+                .filter(|(ty, part)| types[&part.id_ref_any()].1 != types[ty].2[0].id_ref_any())
+                .count()
+        };
+        assert_eq!(disagreeing(&write(&module, &info).unwrap()), 0);
+        // Negative control: naga alone mixes them.
+        assert_ne!(disagreeing(&spv::write_vec(&module, &info, &options(), None).unwrap()), 0);
     }
 
     #[test]
