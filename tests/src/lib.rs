@@ -1,1 +1,1 @@
-//! Under construction.
+//! Whole-system tests.

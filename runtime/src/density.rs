@@ -1,0 +1,107 @@
+//! The sampling pass on a density of choice, without a scene: what a density does to the method.
+
+use std::time::Duration;
+
+use sglow_shaders::{Lobes, SglowKernel, SglowVsglDiffuse};
+
+use crate::device::Gpu;
+use crate::frame::FrameError;
+use crate::indirect::Indirect;
+use crate::light::LightView;
+use crate::package::Package;
+use crate::scene::{Bounds, Light, LightKind};
+use crate::settings::Settings;
+use crate::timing::Timer;
+
+/// What the sampling pass made of a density.
+#[derive(Clone, Debug)]
+pub struct Sampled {
+    /// Where the kernels lie and how large they are.
+    pub kernels: Vec<SglowKernel>,
+    /// Power of each light.
+    pub powers: Vec<f64>,
+    /// Power of the whole density.
+    pub total: f64,
+    /// Time of the sampling pass alone.
+    pub time: Duration,
+}
+
+/// Draws `settings.count` kernels on a density of `settings.rsm_size` squared texels, row by row from the top, each at
+/// least 0. Every texel counts as a photon of that power on a white diffuse wall.
+pub fn sample(gpu: &Gpu, package: &Package, settings: &Settings, density: &[f32]) -> Result<Sampled, FrameError> {
+    let mut settings = settings.clone();
+    settings.lobes = Lobes::Diffuse;
+    settings.specular = sglow_shaders::Specular::None;
+    settings.ndf = sglow_shaders::Ndf::None;
+    settings.diffuse = sglow_shaders::Diffuse::Constant;
+    settings.size = [1, 1];
+    let indirect = Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)?;
+    let size = settings.rsm_size;
+    // A wall of side one, so that positions are those of the image.
+    let mut position = Vec::with_capacity(density.len());
+    let mut power = Vec::with_capacity(density.len());
+    let mut direction = Vec::with_capacity(density.len());
+    for (index, &weight) in density.iter().enumerate() {
+        let x = (index as u32 % size) as f32 / size as f32 - 0.5;
+        let y = (index as u32 / size) as f32 / size as f32 - 0.5;
+        position.push([weight * x, weight * y, 0.0, weight * (x * x + y * y)]);
+        power.push([weight; 4]);
+        direction.push([0.0, 0.0, weight * 2.0 / 3.0, 0.0]);
+    }
+    let layers = [position, power, direction].concat();
+    let write = |texture: &wgpu::Texture, bytes: &[u8], layers: u32, texel: u32| {
+        gpu.queue.write_texture(
+            texture.as_image_copy(),
+            bytes,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(size * texel),
+                rows_per_image: Some(size),
+            },
+            wgpu::Extent3d { width: size, height: size, depth_or_array_layers: layers },
+        );
+    };
+    write(indirect.moments(), bytemuck::cast_slice(&layers), 3, 16);
+    write(indirect.density(), bytemuck::cast_slice(density), 1, 4);
+    let light = Light {
+        name: "density".to_owned(),
+        kind: LightKind::Directional,
+        position: [0.0; 3],
+        direction: [0.0, 0.0, -1.0],
+        intensity: [1.0; 3],
+        range: None,
+    };
+    let view = LightView::new(&light, &Bounds::around(&[[-0.5, -0.5, 0.0], [0.5, 0.5, 0.0]]), size);
+    let run = |timer: &mut Timer<'_>| {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        indirect.encode_mips(&mut encoder, None);
+        indirect.encode_sample(&mut encoder, &view, Some(timer));
+        gpu.queue.submit([encoder.finish()]);
+    };
+    // The first run compiles; the median of five is the time.
+    let mut times = Vec::new();
+    for _ in 0..6 {
+        let mut timer = Timer::new(gpu);
+        run(&mut timer);
+        times.extend(timer.finish()?.into_iter().map(|(_, time)| time));
+    }
+    times.remove(0);
+    times.sort();
+    let lights: Vec<SglowVsglDiffuse> = crate::readback::buffer(gpu, indirect.vsgls())?;
+    Ok(Sampled {
+        kernels: crate::readback::buffer(gpu, indirect.kernels())?,
+        powers: lights.iter().map(|light| lobe_power(light.diffuse_coefficient[0], light.diffuse_sharpness)).collect(),
+        total: density.iter().map(|&weight| f64::from(weight)).sum(),
+        time: times[times.len() / 2],
+    })
+}
+
+/// The power that a lobe emits: its coefficient times the integral of its spherical Gaussian.
+/// [Tokuyoshi 2016, Appendix A]
+fn lobe_power(coefficient: f32, sharpness: f32) -> f64 {
+    let sharpness = f64::from(sharpness);
+    if sharpness == 0.0 {
+        return 4.0 * std::f64::consts::PI * f64::from(coefficient);
+    }
+    f64::from(coefficient) * std::f64::consts::TAU * -(-2.0 * sharpness).exp_m1() / sharpness
+}

@@ -1,0 +1,276 @@
+//! A whole frame of a scene: rasterised, lit directly and indirectly, composed.
+
+use std::time::Duration;
+
+use glam::Vec3;
+use glam::camera::rh::view::look_to_mat4;
+use sglow_shaders::{Diffuse, Emission, Indirect as IndirectAxis, Light, SglowView, Specular};
+use thiserror::Error;
+
+use crate::device::{DeviceError, Gpu};
+use crate::direct::{Compose, Direct, ShadowBias, Terms};
+use crate::indirect::{Indirect, IndirectError, Inputs, picture};
+use crate::light::{LightView, perspective};
+use crate::package::Package;
+use crate::pipeline::PipelineError;
+use crate::raster::{Raster, SurfaceTargets};
+use crate::readback;
+use crate::scene::{LightKind, Scene};
+use crate::settings::Settings;
+use crate::timing::{Clock, Timer};
+
+/// Why there is no frame.
+#[derive(Debug, Error)]
+pub enum FrameError {
+    /// No indirect light.
+    #[error(transparent)]
+    Indirect(#[from] IndirectError),
+    /// A variant does not become a pipeline.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// The device fails.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// The scene has no such light.
+    #[error("the scene has no light {index}; it has {count}, counted from 0")]
+    NoSuchLight {
+        /// The number asked for.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+/// Pixels of a picture, row by row from the top; four floats each.
+pub type Pixels = Vec<[f32; 4]>;
+
+/// A frame on the CPU: linear radiance, and what the camera sees of the surfaces.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// Width and height.
+    pub size: [u32; 2],
+    /// Everything added up.
+    pub radiance: Pixels,
+    /// Directly reflected radiance.
+    pub direct: Pixels,
+    /// Diffusely reflected indirect radiance.
+    pub indirect_diffuse: Option<Pixels>,
+    /// Specularly reflected indirect radiance.
+    pub indirect_specular: Option<Pixels>,
+    /// Emitted radiance.
+    pub emission: Option<Pixels>,
+    /// The G-buffer's textures.
+    pub gbuffer: Surfaces,
+}
+
+/// Surface textures on the CPU.
+#[derive(Clone, Debug)]
+pub struct Surfaces {
+    /// World position; dielectric reflectance in w, negative without a surface.
+    pub position: Pixels,
+    /// Normal; roughness alpha in w.
+    pub normal: Pixels,
+    /// Base colour; metallic in w.
+    pub base_color: Pixels,
+}
+
+/// Renders a scene with one set of settings.
+pub struct Renderer<'a> {
+    gpu: &'a Gpu,
+    raster: Raster,
+    view: SglowView,
+    eye: Vec3,
+    light: LightView,
+    rsm: SurfaceTargets,
+    gbuffer: SurfaceTargets,
+    shadow_map: wgpu::Texture,
+    shadow_bias: ShadowBias,
+    indirect: Indirect,
+    direct: Direct,
+    emission: Option<wgpu::Texture>,
+    compose: Compose,
+}
+
+/// Width and height of the shadow map of direct light.
+pub const SHADOW_SIZE: u32 = 1024;
+
+impl<'a> Renderer<'a> {
+    /// A renderer of `scene`, lit by its light number `light_index`. The light's kind overrides that of the settings.
+    ///
+    /// # Errors
+    ///
+    /// [`FrameError`] names the setting, the variant or the device at fault.
+    pub fn new(
+        gpu: &'a Gpu,
+        package: &Package,
+        scene: &Scene,
+        settings: &Settings,
+        light_index: usize,
+    ) -> Result<Self, FrameError> {
+        let Some(light) = scene.lights.get(light_index) else {
+            return Err(FrameError::NoSuchLight { index: light_index, count: scene.lights.len() });
+        };
+        let mut settings = settings.clone();
+        settings.light = match light.kind {
+            LightKind::Spot { .. } => Light::Spot,
+            LightKind::Directional => Light::Directional,
+            LightKind::Point => Light::Point,
+        };
+        let device = &gpu.device;
+        let indirect = Indirect::with_package(device, &gpu.queue, &settings, package)?;
+        let bounds = scene.bounds();
+        let size = settings.size;
+        let view = LightView::new(light, &bounds, settings.rsm_size);
+        let emits = settings.complete || scene
+            .meshes
+            .iter()
+            .any(|mesh| scene.materials[mesh.material].emission.iter().any(|&channel| channel > 0.0));
+        let terms = match (settings.diffuse, settings.specular) {
+            (Diffuse::None, _) => IndirectAxis::Specular,
+            (_, Specular::None) => IndirectAxis::Diffuse,
+            _ => IndirectAxis::Both,
+        };
+        let (near, far) = scene.camera.planes(&bounds);
+        let eye = Vec3::from(scene.camera.position);
+        let aspect = size[0] as f32 / size[1] as f32;
+        let projection = perspective((0.5 * scene.camera.vertical_fov).tan(), aspect, near, far);
+        let look = look_to_mat4(eye, scene.camera.forward.into(), scene.camera.up.into());
+        // A texel of the shadow map at the distance of the scene's radius, in world units.
+        let footprint = (6.0 * view.minimum_variance).sqrt() * settings.rsm_size as f32 / SHADOW_SIZE as f32;
+        Ok(Self {
+            raster: Raster::new(gpu, package, scene, settings.complete)?,
+            view: SglowView {
+                clip_from_world: (projection * look).to_cols_array_2d(),
+                eye: eye.extend(1.0).into(),
+            },
+            eye,
+            rsm: SurfaceTargets::new(device, "sglow reflective shadow map", [settings.rsm_size; 2]),
+            gbuffer: SurfaceTargets::new(device, "sglow G-buffer", size),
+            shadow_map: picture(
+                device,
+                "sglow shadow map",
+                [SHADOW_SIZE; 2],
+                wgpu::TextureFormat::Depth32Float,
+            ),
+            shadow_bias: ShadowBias { depth: 1e-5, normal: 2.0 * footprint },
+            direct: Direct::new(device, &gpu.queue, package, settings.light, settings.ndf, size)?,
+            emission: emits
+                .then(|| picture(device, "sglow emission", size, wgpu::TextureFormat::Rgba16Float)),
+            compose: Compose::new(
+                device,
+                package,
+                terms,
+                if emits { Emission::Seen } else { Emission::None },
+                size,
+            )?,
+            light: view,
+            indirect,
+            gpu,
+        })
+    }
+
+    /// Renders one frame and waits for it. Returns the time of each pass and how it was taken.
+    pub fn render(&self) -> Result<(Vec<(&'static str, Duration)>, Clock), FrameError> {
+        let mut timer = Timer::new(self.gpu);
+        let clock = timer.clock();
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        self.encode(&mut encoder, &mut timer);
+        self.gpu.queue.submit([encoder.finish()]);
+        let times = timer.finish()?;
+        self.gpu.finish()?;
+        Ok((times, clock))
+    }
+
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, timer: &mut Timer<'_>) {
+        let faces = &self.light.faces;
+        self.raster.encode_rsm(encoder, &self.rsm, faces, Some(timer));
+        self.raster.encode_gbuffer(encoder, &self.gbuffer, &self.view, Some(timer));
+        let depth = self.shadow_map.create_view(&Default::default());
+        self.raster.encode_shadow(encoder, &depth, SHADOW_SIZE, faces, Some(timer));
+        let inputs = Inputs {
+            rsm: self.rsm.views(),
+            gbuffer: self.gbuffer.views(),
+            light: &self.light,
+            eye: self.eye,
+        };
+        self.indirect.encode(encoder, &inputs, Some(timer));
+        self.direct.encode(
+            encoder,
+            self.gbuffer.views(),
+            &self.light,
+            &depth,
+            self.shadow_bias,
+            self.eye,
+            Some(timer),
+        );
+        if let Some(emission) = &self.emission {
+            let view = emission.create_view(&Default::default());
+            self.raster.encode_emission(encoder, &view, &self.gbuffer, Some(timer));
+        }
+        let terms = Terms {
+            direct: self.direct.output(),
+            diffuse: self.indirect.diffuse(),
+            specular: self.indirect.specular(),
+            emission: self.emission.as_ref(),
+        };
+        self.compose.encode(encoder, terms, Some(timer));
+    }
+
+    /// The last frame, read back.
+    pub fn read(&self) -> Result<Frame, FrameError> {
+        let read = |texture: &wgpu::Texture| readback::texture(self.gpu, texture, 0);
+        let optional = |texture: Option<&wgpu::Texture>| texture.map(read).transpose();
+        Ok(Frame {
+            size: self.indirect.settings().size,
+            radiance: read(self.compose.output())?,
+            direct: read(self.direct.output())?,
+            indirect_diffuse: optional(self.indirect.diffuse())?,
+            indirect_specular: optional(self.indirect.specular())?,
+            emission: optional(self.emission.as_ref())?,
+            gbuffer: self.read_surfaces(&self.gbuffer)?,
+        })
+    }
+
+    /// The reflective shadow map of the last frame, read back.
+    pub fn read_rsm(&self) -> Result<Surfaces, FrameError> {
+        self.read_surfaces(&self.rsm)
+    }
+
+    /// The shadow map of the last frame, read back: depth in x.
+    pub fn read_shadow_map(&self) -> Result<Pixels, FrameError> {
+        Ok(readback::texture(self.gpu, &self.shadow_map, 0)?)
+    }
+
+    fn read_surfaces(&self, targets: &SurfaceTargets) -> Result<Surfaces, FrameError> {
+        Ok(Surfaces {
+            position: readback::texture(self.gpu, &targets.position, 0)?,
+            normal: readback::texture(self.gpu, &targets.normal, 0)?,
+            base_color: readback::texture(self.gpu, &targets.base_color, 0)?,
+        })
+    }
+
+    /// The indirect light.
+    pub fn indirect(&self) -> &Indirect {
+        &self.indirect
+    }
+
+    /// The light's view.
+    pub fn light(&self) -> &LightView {
+        &self.light
+    }
+
+    /// The camera's position.
+    pub fn eye(&self) -> Vec3 {
+        self.eye
+    }
+
+    /// The biases of the shadow map.
+    pub fn shadow_bias(&self) -> ShadowBias {
+        self.shadow_bias
+    }
+
+    /// The camera's view.
+    pub fn view(&self) -> &SglowView {
+        &self.view
+    }
+}

@@ -1,0 +1,407 @@
+//! Indirect light on textures that an engine already has: moments, density, mips, lights, shading.
+
+use glam::Vec3;
+use sglow_shaders::{
+    Diffuse, Filter, Kernel, Lobes, SglowKernel, SglowMomentsParameters, SglowSampleParameters, SglowShadeParameters,
+    Specular, Texel,
+};
+
+use crate::light::LightView;
+use crate::package::Package;
+use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
+use crate::settings::{Settings, SettingsError};
+use crate::timing::Timer;
+use thiserror::Error;
+
+/// Why there is no indirect light.
+#[derive(Debug, Error)]
+pub enum IndirectError {
+    /// The settings cannot be.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Settings(Vec<SettingsError>),
+    /// A variant does not become a pipeline.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+}
+
+/// The three surface textures of a reflective shadow map or a G-buffer; what they hold stands in ARCHITECTURE.md.
+#[derive(Clone, Copy)]
+pub struct SurfaceViews<'a> {
+    /// World position; dielectric reflectance in w, negative without a surface.
+    pub position: &'a wgpu::TextureView,
+    /// Unit normal; roughness alpha in w.
+    pub normal: &'a wgpu::TextureView,
+    /// Base colour; metallic in w.
+    pub base_color: &'a wgpu::TextureView,
+}
+
+/// What one frame of indirect light reads.
+pub struct Inputs<'a> {
+    /// The reflective shadow map, `rsm_size` squared.
+    pub rsm: SurfaceViews<'a>,
+    /// The camera's G-buffer, of the picture's size.
+    pub gbuffer: SurfaceViews<'a>,
+    /// The light and its map.
+    pub light: &'a LightView,
+    /// The camera's position.
+    pub eye: Vec3,
+}
+
+/// A texture with its mip chain, and the views that its passes need.
+struct Pyramid {
+    texture: wgpu::Texture,
+    all: wgpu::TextureView,
+    levels: Vec<wgpu::TextureView>,
+}
+
+impl Pyramid {
+    fn new(device: &wgpu::Device, label: &str, size: u32, layers: u32, format: wgpu::TextureFormat) -> Self {
+        let levels = size.ilog2() + 1;
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: layers },
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let view = |base_mip_level, mip_level_count| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                label: Some(label),
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                base_mip_level,
+                mip_level_count,
+                ..Default::default()
+            })
+        };
+        let all = view(0, None);
+        let levels = (0..levels).map(|level| view(level, Some(1))).collect();
+        Self { texture, all, levels }
+    }
+
+    fn layers(&self) -> u32 {
+        self.texture.depth_or_array_layers()
+    }
+}
+
+/// The passes of indirect light, with all they keep between them.
+///
+/// Nothing that the settings leave out exists: without specular lobes there are no specular moments, no mips of them,
+/// no fields for them in the lights, and no texture for their light.
+pub struct Indirect {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    settings: Settings,
+    moments: Pyramid,
+    density: Pyramid,
+    vsgls: wgpu::Buffer,
+    kernels: wgpu::Buffer,
+    sampler: Option<wgpu::Sampler>,
+    diffuse: Option<(wgpu::Texture, wgpu::TextureView)>,
+    specular: Option<(wgpu::Texture, wgpu::TextureView)>,
+    moments_parameters: wgpu::Buffer,
+    sample_parameters: wgpu::Buffer,
+    shade_parameters: wgpu::Buffer,
+    moments_pass: ComputePass,
+    density_pass: ComputePass,
+    moments_mip_pass: ComputePass,
+    density_mip_pass: ComputePass,
+    sample_pass: ComputePass,
+    shade_pass: ComputePass,
+}
+
+impl Indirect {
+    /// Indirect light by the embedded package.
+    ///
+    /// # Errors
+    ///
+    /// All the settings that cannot be, at once; or the variant that the device refuses.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: &Settings) -> Result<Self, IndirectError> {
+        Self::with_package(device, queue, settings, &Package::embedded())
+    }
+
+    /// Indirect light by a package of choice.
+    pub fn with_package(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        settings: &Settings,
+        package: &Package,
+    ) -> Result<Self, IndirectError> {
+        let faults = settings.faults(device);
+        if !faults.is_empty() {
+            return Err(IndirectError::Settings(faults));
+        }
+        let both = settings.lobes == Lobes::Both;
+        let mip = |texel, label| {
+            let id = sglow_shaders::mip::Mip { texel }.id();
+            ComputePass::new(device, package, &id, label, &[])
+        };
+        let moments_id = sglow_shaders::moments::Moments { light: settings.light, lobes: settings.lobes }.id();
+        let density_id = sglow_shaders::density::Density::default().id();
+        let sample =
+            sglow_shaders::sample::Sample { kernel: settings.kernel, filter: settings.filter, lobes: settings.lobes };
+        let iterations = [("sglow_iterations", f64::from(settings.iterations))];
+        let constants: &[_] = if settings.kernel == Kernel::Modified { &iterations } else { &[] };
+        let buffer = |label, size: usize| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: u64::from(settings.count) * size as u64,
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let vsgl_bytes = if both {
+            size_of::<sglow_shaders::SglowVsglBoth>()
+        } else {
+            size_of::<sglow_shaders::SglowVsglDiffuse>()
+        };
+        let output = |label| {
+            let texture = picture(device, label, settings.size, wgpu::TextureFormat::Rgba32Float);
+            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+            (texture, view)
+        };
+        Ok(Self {
+            moments: Pyramid::new(
+                device,
+                "sglow moments",
+                settings.rsm_size,
+                if both { 5 } else { 3 },
+                wgpu::TextureFormat::Rgba32Float,
+            ),
+            density: Pyramid::new(device, "sglow density", settings.rsm_size, 1, wgpu::TextureFormat::R32Float),
+            vsgls: buffer("sglow vsgls", vsgl_bytes),
+            kernels: buffer("sglow kernels", size_of::<SglowKernel>()),
+            sampler: (settings.filter == Filter::Hardware).then(|| {
+                device.create_sampler(&wgpu::SamplerDescriptor {
+                    label: Some("sglow trilinear"),
+                    mag_filter: wgpu::FilterMode::Linear,
+                    min_filter: wgpu::FilterMode::Linear,
+                    mipmap_filter: wgpu::MipmapFilterMode::Linear,
+                    ..Default::default()
+                })
+            }),
+            diffuse: (settings.diffuse != Diffuse::None).then(|| output("sglow indirect diffuse")),
+            specular: (settings.specular != Specular::None).then(|| output("sglow indirect specular")),
+            moments_parameters: uniform::<SglowMomentsParameters>(device, "sglow moments parameters"),
+            sample_parameters: uniform::<SglowSampleParameters>(device, "sglow sample parameters"),
+            shade_parameters: uniform::<SglowShadeParameters>(device, "sglow shade parameters"),
+            moments_pass: ComputePass::new(device, package, &moments_id, "moments", &[])?,
+            density_pass: ComputePass::new(device, package, &density_id, "density", &[])?,
+            moments_mip_pass: mip(Texel::Rgba32float, "mip moments")?,
+            density_mip_pass: mip(Texel::R32float, "mip density")?,
+            sample_pass: ComputePass::new(device, package, &sample.id(), "sample", constants)?,
+            shade_pass: ComputePass::new(device, package, &settings.shade().id(), "shade", &[])?,
+            device: device.clone(),
+            queue: queue.clone(),
+            settings: settings.clone(),
+        })
+    }
+
+    /// Encodes one frame: from the reflective shadow map to reflected radiance in [`Self::diffuse`] and
+    /// [`Self::specular`].
+    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, inputs: &Inputs<'_>, mut timer: Option<&mut Timer<'_>>) {
+        self.encode_moments(encoder, inputs, timer.as_deref_mut());
+        self.encode_density(encoder, timer.as_deref_mut());
+        self.encode_mips(encoder, timer.as_deref_mut());
+        self.encode_sample(encoder, inputs.light, timer.as_deref_mut());
+        self.encode_shade(encoder, inputs.gbuffer, inputs.eye, timer);
+    }
+
+    /// The first stage: what clusters of the reflective shadow map sum.
+    pub fn encode_moments(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
+        timer: Option<&mut Timer<'_>>,
+    ) {
+        let parameters = SglowMomentsParameters {
+            light: inputs.light.uniform,
+            origin: inputs.light.origin.into(),
+            ..bytemuck::Zeroable::zeroed()
+        };
+        self.queue.write_buffer(&self.moments_parameters, 0, bytemuck::bytes_of(&parameters));
+        let groups = self.settings.rsm_size.div_ceil(8);
+        self.moments_pass.encode(
+            &self.device,
+            encoder,
+            timer,
+            &[Dispatch {
+                bindings: &[
+                    (0, self.moments_parameters.as_entire_binding()),
+                    (1, wgpu::BindingResource::TextureView(inputs.rsm.position)),
+                    (2, wgpu::BindingResource::TextureView(inputs.rsm.normal)),
+                    (3, wgpu::BindingResource::TextureView(inputs.rsm.base_color)),
+                    (4, wgpu::BindingResource::TextureView(&self.moments.levels[0])),
+                ],
+                workgroups: [groups, groups, 1],
+            }],
+        );
+    }
+
+    /// The second stage: level 0 of the density from level 0 of the moments.
+    pub fn encode_density(&self, encoder: &mut wgpu::CommandEncoder, timer: Option<&mut Timer<'_>>) {
+        let groups = self.settings.rsm_size.div_ceil(8);
+        self.density_pass.encode(
+            &self.device,
+            encoder,
+            timer,
+            &[Dispatch {
+                bindings: &[
+                    (0, wgpu::BindingResource::TextureView(&self.moments.levels[0])),
+                    (1, wgpu::BindingResource::TextureView(&self.density.levels[0])),
+                ],
+                workgroups: [groups, groups, 1],
+            }],
+        );
+    }
+
+    /// The third stage: both mip chains from their levels 0.
+    pub fn encode_mips(&self, encoder: &mut wgpu::CommandEncoder, mut timer: Option<&mut Timer<'_>>) {
+        for (pass, pyramid) in
+            [(&self.moments_mip_pass, &self.moments), (&self.density_mip_pass, &self.density)]
+        {
+            let bindings: Vec<_> = pyramid
+                .levels
+                .windows(2)
+                .map(|pair| {
+                    [
+                        (0, wgpu::BindingResource::TextureView(&pair[0])),
+                        (1, wgpu::BindingResource::TextureView(&pair[1])),
+                    ]
+                })
+                .collect();
+            let dispatches: Vec<_> = bindings
+                .iter()
+                .enumerate()
+                .map(|(level, bindings)| {
+                    let groups = (self.settings.rsm_size >> (level + 1)).div_ceil(8);
+                    Dispatch { bindings, workgroups: [groups, groups, pyramid.layers()] }
+                })
+                .collect();
+            pass.encode(&self.device, encoder, timer.as_deref_mut(), &dispatches);
+        }
+    }
+
+    /// The fourth stage: kernels and virtual lights.
+    pub fn encode_sample(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        light: &LightView,
+        timer: Option<&mut Timer<'_>>,
+    ) {
+        let parameters = SglowSampleParameters {
+            origin: light.origin.into(),
+            count: self.settings.count,
+            size_factor: self.settings.size_factor,
+            minimum_variance: light.minimum_variance,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        self.queue.write_buffer(&self.sample_parameters, 0, bytemuck::bytes_of(&parameters));
+        let mut bindings = vec![
+            (0, self.sample_parameters.as_entire_binding()),
+            (1, wgpu::BindingResource::TextureView(&self.moments.all)),
+            (2, wgpu::BindingResource::TextureView(&self.density.all)),
+            (3, self.vsgls.as_entire_binding()),
+            (4, self.kernels.as_entire_binding()),
+        ];
+        if let Some(sampler) = &self.sampler {
+            bindings.push((5, wgpu::BindingResource::Sampler(sampler)));
+        }
+        let workgroups = [self.settings.count.div_ceil(64), 1, 1];
+        self.sample_pass.encode(&self.device, encoder, timer, &[Dispatch { bindings: &bindings, workgroups }]);
+    }
+
+    /// The last stage: the virtual lights reflected towards the camera.
+    pub fn encode_shade(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        gbuffer: SurfaceViews<'_>,
+        eye: Vec3,
+        timer: Option<&mut Timer<'_>>,
+    ) {
+        let parameters = SglowShadeParameters { eye: eye.into(), count: self.settings.count };
+        self.queue.write_buffer(&self.shade_parameters, 0, bytemuck::bytes_of(&parameters));
+        let mut bindings = vec![
+            (0, self.shade_parameters.as_entire_binding()),
+            (1, wgpu::BindingResource::TextureView(gbuffer.position)),
+            (2, wgpu::BindingResource::TextureView(gbuffer.normal)),
+            (3, wgpu::BindingResource::TextureView(gbuffer.base_color)),
+            (4, self.vsgls.as_entire_binding()),
+        ];
+        for (binding, output) in [(5, &self.diffuse), (6, &self.specular)] {
+            if let Some((_, view)) = output {
+                bindings.push((binding, wgpu::BindingResource::TextureView(view)));
+            }
+        }
+        let [width, height] = self.settings.size;
+        let workgroups = [width.div_ceil(8), height.div_ceil(8), 1];
+        self.shade_pass.encode(&self.device, encoder, timer, &[Dispatch { bindings: &bindings, workgroups }]);
+    }
+
+    /// What it was made with.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Diffusely reflected radiance, rgba32float; nothing without diffuse reflection.
+    pub fn diffuse(&self) -> Option<&wgpu::Texture> {
+        self.diffuse.as_ref().map(|(texture, _)| texture)
+    }
+
+    /// Specularly reflected radiance, rgba32float; nothing without specular reflection.
+    pub fn specular(&self) -> Option<&wgpu::Texture> {
+        self.specular.as_ref().map(|(texture, _)| texture)
+    }
+
+    /// The moments with their mips, rgba32float, one layer for each.
+    pub fn moments(&self) -> &wgpu::Texture {
+        &self.moments.texture
+    }
+
+    /// The density with its mips, r32float.
+    pub fn density(&self) -> &wgpu::Texture {
+        &self.density.texture
+    }
+
+    /// The virtual lights: `SglowVsglBoth` or `SglowVsglDiffuse`, after the lobes.
+    pub fn vsgls(&self) -> &wgpu::Buffer {
+        &self.vsgls
+    }
+
+    /// The kernels that the lights were made of: `SglowKernel`.
+    pub fn kernels(&self) -> &wgpu::Buffer {
+        &self.kernels
+    }
+}
+
+/// A texture that passes write, passes read, and the CPU can read back.
+pub(crate) fn picture(
+    device: &wgpu::Device,
+    label: &str,
+    size: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::Texture {
+    let attachment = if format == wgpu::TextureFormat::Rgba32Float {
+        wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::STORAGE_BINDING
+    } else {
+        wgpu::TextureUsages::RENDER_ATTACHMENT
+    };
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: attachment
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC
+            | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}

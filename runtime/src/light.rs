@@ -1,0 +1,126 @@
+//! The image that a light's reflective shadow map is: its projection, and what the shaders know of the light.
+
+use glam::camera::rh::proj::directx::orthographic;
+use glam::camera::rh::view::look_to_mat4;
+use glam::{Mat4, Vec3, Vec4};
+use sglow_shaders::SglowLight;
+
+use crate::scene::{Bounds, Light, LightKind};
+
+/// One face of a light's map.
+#[derive(Clone, Copy, Debug)]
+pub struct Face {
+    /// From world space to clip space.
+    pub clip_from_world: Mat4,
+    /// The light's position with w = 1, or the direction towards it with w = 0.
+    pub eye: Vec4,
+    /// The face's rectangle in the map: left, top, width, height, each as a share of the map.
+    pub tile: [f32; 4],
+}
+
+/// A light as it is seen by the passes.
+#[derive(Clone, Debug)]
+pub struct LightView {
+    /// The light's uniform.
+    pub uniform: SglowLight,
+    /// One face, or the six of a point light in the order +x, -x, +y, -y, +z, -z.
+    pub faces: Vec<Face>,
+    /// What the moments' positions are relative to: the middle of the scene.
+    pub origin: Vec3,
+    /// The least positional variance of a virtual light: that of a square as large as a texel of the map, at the
+    /// distance of the scene's radius.
+    pub minimum_variance: f32,
+}
+
+/// Forward and up of the six faces of a point light's map.
+const FACES: [(Vec3, Vec3); 6] = [
+    (Vec3::X, Vec3::Y),
+    (Vec3::NEG_X, Vec3::Y),
+    (Vec3::Y, Vec3::Z),
+    (Vec3::NEG_Y, Vec3::NEG_Z),
+    (Vec3::Z, Vec3::Y),
+    (Vec3::NEG_Z, Vec3::Y),
+];
+
+impl LightView {
+    /// The view of a light on a scene with these bounds, for a map of `size` texels squared.
+    pub fn new(light: &Light, bounds: &Bounds, size: u32) -> Self {
+        let origin = Vec3::from(bounds.center());
+        let radius = bounds.radius().max(1e-6);
+        let forward = match light.kind {
+            LightKind::Point => Vec3::NEG_Z,
+            LightKind::Spot { .. } | LightKind::Directional => Vec3::from(light.direction),
+        };
+        let right = forward.cross(if forward.y.abs() < 0.99 { Vec3::Y } else { Vec3::Z }).normalize();
+        let up = right.cross(forward);
+        // A directional light's image is centred on the scene; its position is where that image's plane lies.
+        let position = match light.kind {
+            LightKind::Directional => origin - forward * (1.01 * radius),
+            LightKind::Spot { .. } | LightKind::Point => Vec3::from(light.position),
+        };
+        let away = position.distance(origin);
+        let far = (away + radius) * 1.001;
+        let near = (away - radius).max(far * 1e-4);
+        let (tan_half_angle, cone_scale, cone_offset) = match light.kind {
+            LightKind::Spot { inner, outer } => {
+                // KHR_lights_punctual, inner and outer cone angles
+                let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-3);
+                (outer.tan(), scale, -outer.cos() * scale)
+            }
+            LightKind::Directional | LightKind::Point => (1.0, 0.0, 1.0),
+        };
+        let half_extent = radius * 1.001;
+        let whole = [0.0, 0.0, 1.0, 1.0];
+        let faces = match light.kind {
+            LightKind::Directional => {
+                let projection = orthographic(-half_extent, half_extent, -half_extent, half_extent, near, far);
+                let view = look_to_mat4(position, forward, up);
+                vec![Face { clip_from_world: projection * view, eye: (-forward).extend(0.0), tile: whole }]
+            }
+            LightKind::Spot { .. } => {
+                let projection = perspective(tan_half_angle, 1.0, near, far);
+                let view = look_to_mat4(position, forward, up);
+                vec![Face { clip_from_world: projection * view, eye: position.extend(1.0), tile: whole }]
+            }
+            LightKind::Point => FACES
+                .iter()
+                .enumerate()
+                .map(|(face, &(forward, up))| Face {
+                    clip_from_world: perspective(1.0, 1.0, near, far) * look_to_mat4(position, forward, up),
+                    eye: position.extend(1.0),
+                    tile: [(face % 4) as f32 * 0.25, (face / 4) as f32 * 0.5, 0.25, 0.5],
+                })
+                .collect(),
+        };
+        let texel = match light.kind {
+            LightKind::Directional => 2.0 * half_extent,
+            LightKind::Spot { .. } | LightKind::Point => 2.0 * tan_half_angle * radius,
+        } / size as f32;
+        let uniform = SglowLight {
+            position: position.into(),
+            tan_half_angle,
+            right: right.into(),
+            half_extent,
+            up: up.into(),
+            cone_scale,
+            forward: forward.into(),
+            cone_offset,
+            intensity: light.intensity,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        // The trace of the variance of a uniform square of side s is s^2 / 6.
+        Self { uniform, faces, origin, minimum_variance: (texel * texel / 6.0).max(1e-12) }
+    }
+}
+
+/// A right-handed perspective projection with depth 0 at the near plane and 1 at the far one.
+///
+/// `tangent`: of half the vertical angle; `aspect`: width over height.
+pub fn perspective(tangent: f32, aspect: f32, near: f32, far: f32) -> Mat4 {
+    Mat4::from_cols(
+        Vec4::new(1.0 / (tangent * aspect), 0.0, 0.0, 0.0),
+        Vec4::new(0.0, 1.0 / tangent, 0.0, 0.0),
+        Vec4::new(0.0, 0.0, far / (near - far), -1.0),
+        Vec4::new(0.0, 0.0, near * far / (near - far), 0.0),
+    )
+}

@@ -1,0 +1,168 @@
+//! Pipelines of variants, with the layouts that were generated beside them.
+
+use thiserror::Error;
+
+use crate::package::{Package, PackageError};
+use crate::timing::Timer;
+
+/// Why a variant does not become a pipeline.
+#[derive(Debug, Error)]
+pub enum PipelineError {
+    /// The package does not give its text.
+    #[error(transparent)]
+    Package(#[from] PackageError),
+    /// The bindings do not know it.
+    #[error("variant '{id}' has no bindings in this version of sglow-shaders; generate its Rust bindings again")]
+    NoBindings {
+        /// The variant.
+        id: String,
+    },
+    /// The device refuses it.
+    #[error("variant '{id}' does not compile on this device: {message}")]
+    Refused {
+        /// The variant.
+        id: String,
+        /// What the device says.
+        message: String,
+    },
+}
+
+/// The shader module and the bind-group layouts of a variant.
+pub(crate) struct Compiled {
+    pub(crate) module: wgpu::ShaderModule,
+    pub(crate) groups: Vec<wgpu::BindGroupLayout>,
+    pub(crate) layout: wgpu::PipelineLayout,
+}
+
+/// Runs `build` and turns what the device refuses in it into an error that names the variant.
+pub(crate) fn guarded<T>(device: &wgpu::Device, id: &str, build: impl FnOnce() -> T) -> Result<T, PipelineError> {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let built = build();
+    match pollster::block_on(scope.pop()) {
+        None => Ok(built),
+        Some(error) => Err(PipelineError::Refused { id: id.to_owned(), message: error.to_string() }),
+    }
+}
+
+pub(crate) fn compile(device: &wgpu::Device, package: &Package, id: &str) -> Result<Compiled, PipelineError> {
+    let text = package.text(id)?;
+    let bindings =
+        sglow_shaders::bind_groups(id).ok_or_else(|| PipelineError::NoBindings { id: id.to_owned() })?;
+    guarded(device, id, || {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(id),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        });
+        let groups: Vec<_> = bindings
+            .iter()
+            .map(|entries| {
+                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(id), entries })
+            })
+            .collect();
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(id),
+            bind_group_layouts: &groups.iter().map(Some).collect::<Vec<_>>(),
+            immediate_size: 0,
+        });
+        Compiled { module, groups, layout }
+    })
+}
+
+/// A compute variant with one bind group.
+pub(crate) struct ComputePass {
+    pipeline: wgpu::ComputePipeline,
+    group: wgpu::BindGroupLayout,
+    label: &'static str,
+}
+
+/// One dispatch: what it binds, in the order of binding numbers, and how many workgroups.
+pub(crate) struct Dispatch<'a> {
+    pub(crate) bindings: &'a [(u32, wgpu::BindingResource<'a>)],
+    pub(crate) workgroups: [u32; 3],
+}
+
+impl ComputePass {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        package: &Package,
+        id: &str,
+        label: &'static str,
+        constants: &[(&str, f64)],
+    ) -> Result<Self, PipelineError> {
+        let mut compiled = compile(device, package, id)?;
+        let pipeline = guarded(device, id, || {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(id),
+                layout: Some(&compiled.layout),
+                module: &compiled.module,
+                entry_point: None,
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                cache: None,
+            })
+        })?;
+        Ok(Self { pipeline, group: compiled.groups.swap_remove(0), label })
+    }
+
+    /// Encodes dispatches that follow upon each other, timed as one pass.
+    pub(crate) fn encode(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: Option<&mut Timer<'_>>,
+        dispatches: &[Dispatch<'_>],
+    ) {
+        let groups: Vec<_> = dispatches
+            .iter()
+            .map(|dispatch| {
+                let entries: Vec<_> = dispatch
+                    .bindings
+                    .iter()
+                    .map(|(binding, resource)| wgpu::BindGroupEntry { binding: *binding, resource: resource.clone() })
+                    .collect();
+                device.create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some(self.label),
+                    layout: &self.group,
+                    entries: &entries,
+                })
+            })
+            .collect();
+        timed(encoder, timer, self.label, |encoder, stamps| {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(self.label),
+                timestamp_writes: stamps.map(|stamps| stamps.compute()),
+            });
+            pass.set_pipeline(&self.pipeline);
+            for (dispatch, group) in dispatches.iter().zip(&groups) {
+                let [x, y, z] = dispatch.workgroups;
+                pass.set_bind_group(0, group, &[]);
+                pass.dispatch_workgroups(x, y, z);
+            }
+        });
+    }
+}
+
+/// Encodes one pass between the beginning and the end of its time.
+pub(crate) fn timed(
+    encoder: &mut wgpu::CommandEncoder,
+    timer: Option<&mut Timer<'_>>,
+    label: &'static str,
+    encode: impl FnOnce(&mut wgpu::CommandEncoder, Option<&crate::timing::Stamps<'_>>),
+) {
+    match timer {
+        None => encode(encoder, None),
+        Some(timer) => {
+            encode(encoder, timer.begin(label).as_ref());
+            timer.end(encoder);
+        }
+    }
+}
+
+/// A uniform buffer that holds one struct.
+pub(crate) fn uniform<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &str) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size_of::<T>() as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}

@@ -1,0 +1,150 @@
+//! What the oracle needs to judge a frame: the runtime's data as the oracle's, and the brute-force picture.
+//!
+//! Everything here is read back from the device or from the settings; nothing is computed that the oracle computes.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::Vec3;
+use sglow_oracle::brdf;
+use sglow_oracle::light::{Light, LightKind};
+use sglow_oracle::rsm;
+use sglow_oracle::shade::{Model, Reflected};
+use sglow_oracle::surface::SurfaceTexel;
+use sglow_oracle::vpl::VirtualPointLights;
+use sglow_oracle::vsgl::{Kernel as OracleKernel, Settings as SampleSettings};
+use sglow_oracle::{Real, Vector3, shade};
+use sglow_shaders::{Diffuse, Kernel, Light as LightAxis, Lobes, Ndf, Specular};
+
+use crate::frame::{Pixels, Surfaces};
+use crate::light::LightView;
+use crate::settings::Settings;
+
+/// A vector of the runtime as one of the oracle.
+pub fn vector(value: impl Into<Vec3>) -> Vector3 {
+    let value: Vec3 = value.into();
+    Vector3::new(f64::from(value.x), f64::from(value.y), f64::from(value.z))
+}
+
+/// The light, by the numbers in its uniform.
+pub fn light(view: &LightView, kind: LightAxis) -> Light {
+    let uniform = &view.uniform;
+    Light {
+        kind: match kind {
+            LightAxis::Spot => LightKind::Spot {
+                tan_half_angle: f64::from(uniform.tan_half_angle),
+                cone_scale: f64::from(uniform.cone_scale),
+                cone_offset: f64::from(uniform.cone_offset),
+            },
+            LightAxis::Directional => {
+                LightKind::Directional { half_extent: f64::from(uniform.half_extent) }
+            }
+            LightAxis::Point => LightKind::Point,
+        },
+        position: vector(uniform.position),
+        right: vector(uniform.right),
+        up: vector(uniform.up),
+        forward: vector(uniform.forward),
+        intensity: vector(uniform.intensity),
+    }
+}
+
+/// Surface textures as the oracle's texels.
+pub fn texels<R: Real>(surfaces: &Surfaces) -> Vec<SurfaceTexel<R>> {
+    surfaces
+        .position
+        .iter()
+        .zip(&surfaces.normal)
+        .zip(&surfaces.base_color)
+        .map(|((&position, &normal), &base_color)| {
+            SurfaceTexel::decode(position, normal, base_color)
+        })
+        .collect()
+}
+
+/// The distribution of microfacet normals; without specular reflection it is of no account.
+pub fn ndf(ndf: Ndf) -> brdf::Ndf {
+    match ndf {
+        Ndf::None | Ndf::Ggx => brdf::Ndf::Ggx,
+        Ndf::Beckmann => brdf::Ndf::Beckmann,
+    }
+}
+
+/// The lobes that virtual lights emit.
+pub fn lobes(lobes: Lobes) -> rsm::Lobes {
+    match lobes {
+        Lobes::Diffuse => rsm::Lobes::Diffuse,
+        Lobes::Both => rsm::Lobes::Both,
+    }
+}
+
+/// The shading model.
+pub fn model(settings: &Settings) -> Model {
+    Model {
+        diffuse: match settings.diffuse {
+            Diffuse::None => None,
+            Diffuse::Constant => Some(shade::Diffuse::Constant),
+            Diffuse::Gaussian => Some(shade::Diffuse::Gaussian),
+        },
+        specular: match settings.specular {
+            Specular::None => None,
+            Specular::Sg => Some(shade::Specular::Sg),
+            Specular::Asg => Some(shade::Specular::Asg),
+        },
+        ndf: ndf(settings.ndf),
+    }
+}
+
+/// What kernels have in common.
+pub fn sample_settings(settings: &Settings, view: &LightView) -> SampleSettings {
+    SampleSettings {
+        count: settings.count,
+        kernel: match settings.kernel {
+            Kernel::Previous => OracleKernel::Previous,
+            Kernel::Modified => OracleKernel::Modified { iterations: settings.iterations },
+        },
+        scale: f64::from(settings.size_factor),
+        origin: vector(view.origin),
+        minimum_variance: f64::from(view.minimum_variance),
+        lobes: lobes(settings.lobes),
+    }
+}
+
+/// The brute-force picture: every texel of the reflective shadow map as a virtual point light with the real BRDF at
+/// both ends, in f64, without visibility.
+///
+/// `progress` is told how many of the pixels are done, from several threads, and says whether to go on; the result is
+/// `None` if it said no.
+pub fn virtual_point_lights(
+    view: &LightView,
+    settings: &Settings,
+    rsm: &Surfaces,
+    gbuffer: &Surfaces,
+    eye: Vec3,
+    progress: impl Fn(usize, usize) -> bool + Sync,
+) -> Option<Vec<Reflected>> {
+    let size = [settings.rsm_size as usize; 2];
+    let lights = VirtualPointLights::of_map(
+        &light(view, settings.light),
+        &texels(rsm),
+        size,
+        ndf(settings.ndf),
+    );
+    let receivers = texels(gbuffer);
+    let most = AtomicUsize::new(0);
+    lights.reflect(&receivers, vector(eye), |done| {
+        // Threads report out of order; progress only grows.
+        let most = most.fetch_max(done, Ordering::Relaxed).max(done);
+        progress(most, receivers.len())
+    })
+}
+
+/// The oracle's vectors as pixels of a picture.
+pub fn pixels(reflected: &[Reflected], part: impl Fn(&Reflected) -> Vector3) -> Pixels {
+    reflected
+        .iter()
+        .map(|reflected| {
+            let [r, g, b] = part(reflected).to_array();
+            [r as f32, g as f32, b as f32, 1.0]
+        })
+        .collect()
+}

@@ -1,0 +1,238 @@
+//! What the tests share: a device, comparisons that count, and inputs made by a fixed generator.
+
+use std::sync::OnceLock;
+
+use glam::Vec3;
+use sglow_oracle::fis::stress::Random;
+use sglow_oracle::{Bounded, Real, Vector3};
+use sglow_runtime::device::Gpu;
+use sglow_runtime::frame::Surfaces;
+use sglow_runtime::indirect::{Indirect, Inputs, SurfaceViews};
+use sglow_runtime::light::LightView;
+use sglow_runtime::package::Package;
+use sglow_runtime::scene::{Bounds, Light, LightKind};
+use sglow_runtime::settings::Settings;
+
+/// The device that all tests use.
+pub(crate) fn gpu() -> &'static Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    GPU.get_or_init(|| {
+        Gpu::open(None).expect("a Vulkan driver: `cargo xtask test` makes sure that there is one")
+    })
+}
+
+/// Comparisons of measured numbers with values and their tolerances.
+#[derive(Default)]
+pub(crate) struct Comparison {
+    compared: usize,
+    unpromised: usize,
+    violations: usize,
+    worst: Option<(f64, String)>,
+}
+
+impl Comparison {
+    /// Compares one number.
+    pub(crate) fn number(&mut self, name: impl FnOnce() -> String, measured: f32, expected: Bounded) {
+        if !expected.promises() {
+            self.unpromised += 1;
+            return;
+        }
+        self.compared += 1;
+        let excess = (f64::from(measured) - expected.value()).abs() / expected.error().max(1e-300);
+        let holds = expected.admits(measured) && measured.is_finite();
+        if !holds {
+            self.violations += 1;
+        }
+        let excess = if excess.is_nan() { f64::INFINITY } else { excess };
+        if self.worst.as_ref().is_none_or(|(worst, _)| excess > *worst) {
+            let text = format!(
+                "{}: measured {measured:e} ({:#010x}), expected {:e} within {:e}",
+                name(),
+                measured.to_bits(),
+                expected.value(),
+                expected.error()
+            );
+            self.worst = Some((excess, text));
+        }
+    }
+
+    /// Compares three numbers.
+    pub(crate) fn vector(&mut self, name: &str, measured: [f32; 3], expected: Vector3<Bounded>) {
+        for (index, (measured, expected)) in measured.into_iter().zip(expected.to_array()).enumerate() {
+            self.number(|| format!("{name}[{index}]"), measured, expected);
+        }
+    }
+
+    /// How many comparisons did not hold.
+    pub(crate) fn violations(&self) -> usize {
+        self.violations
+    }
+
+    /// Everything holds, there was something to hold, and a promise was given for nearly all of it.
+    #[track_caller]
+    pub(crate) fn assert_holds(&self, what: &str) {
+        let (excess, worst) = self.worst.clone().unwrap_or((0.0, "nothing was compared".to_owned()));
+        println!(
+            "{what}: {} compared, {} without a promise, {} violations; worst at {excess:.3} of its tolerance: {worst}",
+            self.compared, self.unpromised, self.violations
+        );
+        assert!(self.compared > 0, "{what}: nothing was compared");
+        assert!(
+            self.unpromised * 20 <= self.compared,
+            "{what}: {} of {} have no tolerance",
+            self.unpromised,
+            self.compared + self.unpromised
+        );
+        assert_eq!(self.violations, 0, "{what}: {worst}");
+    }
+
+    /// The negative control: something does not hold.
+    #[track_caller]
+    pub(crate) fn assert_fails(&self, what: &str) {
+        println!("{what}: {} of {} comparisons fail, as they should", self.violations, self.compared);
+        assert!(self.violations > 0, "{what} went unnoticed in {} comparisons", self.compared);
+    }
+}
+
+/// The text of a variant with one thing broken on purpose.
+#[track_caller]
+pub(crate) fn broken(id: &str, from: &str, to: &str) -> Package {
+    let package = Package::embedded();
+    let text = package.text(id).unwrap().to_owned();
+    assert!(text.contains(from), "{id} has no '{from}' to break");
+    package.with_text(id, text.replace(from, to))
+}
+
+/// A light of a kind, above a scene of radius about two.
+pub(crate) fn light(kind: LightKind, size: u32) -> LightView {
+    let light = Light {
+        name: "test".to_owned(),
+        kind,
+        position: [0.3, 2.5, 0.2],
+        direction: Vec3::new(0.1, -1.0, 0.15).normalize().into(),
+        intensity: [30.0, 25.0, 12.0],
+        range: None,
+    };
+    let corners = [[-1.5, -1.0, -1.2], [1.4, 1.2, 1.3]];
+    LightView::new(&light, &Bounds::around(&corners), size)
+}
+
+/// The kinds of lights.
+pub(crate) const KINDS: [LightKind; 3] =
+    [LightKind::Spot { inner: 0.3, outer: 0.9 }, LightKind::Directional, LightKind::Point];
+
+/// Random surfaces: positions in a box, normals towards the upper half, all materials, some texels empty.
+pub(crate) fn random_surfaces(size: [u32; 2], seed: u64) -> Surfaces {
+    let mut random = Random::new(seed);
+    let mut uniform = move || random.uniform() as f32;
+    let mut surfaces =
+        Surfaces { position: Vec::new(), normal: Vec::new(), base_color: Vec::new() };
+    for _ in 0..size[0] * size[1] {
+        let position = [uniform() * 3.0 - 1.5, uniform() * 2.0 - 1.0, uniform() * 2.4 - 1.2];
+        let normal = loop {
+            let normal = Vec3::new(uniform() * 2.0 - 1.0, uniform(), uniform() * 2.0 - 1.0);
+            if (0.1..1.0).contains(&normal.length()) {
+                break normal.normalize();
+            }
+        };
+        let present = uniform() > 0.1;
+        let dielectric = if present { 0.08 * uniform() } else { -1.0 };
+        let roughness = 0.1 + 0.9 * uniform();
+        surfaces.position.push([position[0], position[1], position[2], dielectric]);
+        surfaces.normal.push([normal.x, normal.y, normal.z, roughness * roughness]);
+        surfaces.base_color.push([uniform(), uniform(), uniform(), uniform() * uniform()]);
+    }
+    surfaces
+}
+
+/// Surface textures of 32-bit floats that hold these surfaces to the bit.
+pub(crate) struct Uploaded {
+    views: [wgpu::TextureView; 3],
+}
+
+impl Uploaded {
+    pub(crate) fn new(surfaces: &Surfaces, size: [u32; 2]) -> Self {
+        let views = [&surfaces.position, &surfaces.normal, &surfaces.base_color].map(|pixels| {
+            let texture = gpu().device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("test"),
+                size: extent(size, 1),
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::Rgba32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+                view_formats: &[],
+            });
+            write(&texture, bytemuck::cast_slice(pixels), size, 1, 16);
+            texture.create_view(&Default::default())
+        });
+        Self { views }
+    }
+
+    pub(crate) fn views(&self) -> SurfaceViews<'_> {
+        let [position, normal, base_color] = &self.views;
+        SurfaceViews { position, normal, base_color }
+    }
+}
+
+fn extent([width, height]: [u32; 2], layers: u32) -> wgpu::Extent3d {
+    wgpu::Extent3d { width, height, depth_or_array_layers: layers }
+}
+
+/// Writes level 0 of a texture.
+pub(crate) fn write(texture: &wgpu::Texture, bytes: &[u8], size: [u32; 2], layers: u32, texel: u32) {
+    gpu().queue.write_texture(
+        wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d::ZERO,
+            aspect: wgpu::TextureAspect::All,
+        },
+        bytes,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(size[0] * texel),
+            rows_per_image: Some(size[1]),
+        },
+        extent(size, layers),
+    );
+}
+
+/// Indirect light of random surfaces, encoded and run once.
+pub(crate) struct Run {
+    pub(crate) indirect: Indirect,
+    pub(crate) light: LightView,
+    pub(crate) rsm: Surfaces,
+    pub(crate) gbuffer: Surfaces,
+    pub(crate) eye: Vec3,
+}
+
+impl Run {
+    pub(crate) fn new(settings: &Settings, kind: LightKind, package: &Package, seed: u64) -> Self {
+        let gpu = gpu();
+        let rsm = random_surfaces([settings.rsm_size; 2], seed);
+        let gbuffer = random_surfaces(settings.size, seed + 1);
+        let indirect = Indirect::with_package(&gpu.device, &gpu.queue, settings, package).unwrap();
+        let run = Self {
+            indirect,
+            light: light(kind, settings.rsm_size),
+            rsm,
+            gbuffer,
+            eye: Vec3::new(0.5, 1.8, 3.0),
+        };
+        let rsm = Uploaded::new(&run.rsm, [settings.rsm_size; 2]);
+        let gbuffer = Uploaded::new(&run.gbuffer, settings.size);
+        let inputs =
+            Inputs { rsm: rsm.views(), gbuffer: gbuffer.views(), light: &run.light, eye: run.eye };
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        run.indirect.encode(&mut encoder, &inputs, None);
+        gpu.queue.submit([encoder.finish()]);
+        gpu.finish().unwrap();
+        run
+    }
+}
+
+/// Settings small enough for a test.
+pub(crate) fn small() -> Settings {
+    Settings { size: [24, 16], rsm_size: 32, count: 48, ..Settings::default() }
+}

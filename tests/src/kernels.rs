@@ -1,0 +1,233 @@
+//! Kernels and the lights made of them: `shaders/src/fis`, `shaders/src/vsgl`.
+
+use sglow_oracle::fis::{lattice, modified_level, previous_level, warp};
+use sglow_oracle::rsm::{Moments, Pyramid};
+use sglow_oracle::vsgl::{self, Kernel as OracleKernel, Lobe};
+use sglow_oracle::Bounded;
+use sglow_runtime::package::Package;
+use sglow_runtime::settings::Settings;
+use sglow_runtime::{readback, reference};
+use sglow_shaders::{Filter, Kernel, Lobes, SglowKernel, SglowVsglBoth, SglowVsglDiffuse};
+
+use crate::common::{Comparison, KINDS, Run, broken, gpu, small};
+
+/// A light as read back, whatever its lobes.
+struct Measured {
+    position: [f32; 3],
+    variance: f32,
+    lobes: Vec<([f32; 3], f32, [f32; 3])>,
+}
+
+fn measured(run: &Run) -> Vec<Measured> {
+    let buffer = run.indirect.vsgls();
+    match run.indirect.settings().lobes {
+        Lobes::Diffuse => readback::buffer::<SglowVsglDiffuse>(gpu(), buffer)
+            .unwrap()
+            .into_iter()
+            .map(|light| Measured {
+                position: light.position,
+                variance: light.variance,
+                lobes: vec![(light.diffuse_axis, light.diffuse_sharpness, light.diffuse_coefficient)],
+            })
+            .collect(),
+        Lobes::Both => readback::buffer::<SglowVsglBoth>(gpu(), buffer)
+            .unwrap()
+            .into_iter()
+            .map(|light| Measured {
+                position: light.position,
+                variance: light.variance,
+                lobes: vec![
+                    (light.diffuse_axis, light.diffuse_sharpness, light.diffuse_coefficient),
+                    (light.specular_axis, light.specular_sharpness, light.specular_coefficient),
+                ],
+            })
+            .collect(),
+    }
+}
+
+fn density(run: &Run) -> Pyramid<Bounded> {
+    let texture = run.indirect.density();
+    let levels = (0..texture.mip_level_count())
+        .map(|level| {
+            let texels = readback::texture(gpu(), texture, level).unwrap();
+            texels.into_iter().map(|texel| Bounded::exact(texel[0])).collect()
+        })
+        .collect();
+    Pyramid::of_levels(texture.width() as usize, levels).unwrap()
+}
+
+fn moments(run: &Run) -> Pyramid<Moments<Bounded>> {
+    let texture = run.indirect.moments();
+    let layers = texture.depth_or_array_layers() as usize;
+    let levels = (0..texture.mip_level_count())
+        .map(|level| {
+            let texels = readback::texture(gpu(), texture, level).unwrap();
+            let count = texels.len() / layers;
+            (0..count)
+                .map(|index| {
+                    let stack: Vec<_> = (0..layers).map(|layer| texels[layer * count + index]).collect();
+                    Moments::of_texels(&stack)
+                })
+                .collect()
+        })
+        .collect();
+    Pyramid::of_levels(texture.width() as usize, levels).unwrap()
+}
+
+struct Comparisons {
+    centres: Comparison,
+    levels: Comparison,
+    lights: Comparison,
+    uncertain: usize,
+}
+
+fn compare(run: &Run) -> Comparisons {
+    let settings = run.indirect.settings();
+    let kernels: Vec<SglowKernel> = readback::buffer(gpu(), run.indirect.kernels()).unwrap();
+    let lights = measured(run);
+    let (density, moments) = (density(run), moments(run));
+    let sample = reference::sample_settings(settings, &run.light);
+    let mut comparisons = Comparisons {
+        centres: Comparison::default(),
+        levels: Comparison::default(),
+        lights: Comparison::default(),
+        uncertain: 0,
+    };
+    for (index, (kernel, light)) in kernels.iter().zip(&lights).enumerate() {
+        let warped = warp(&density, lattice::point::<Bounded>(index as u32, settings.count));
+        if !warped.certain {
+            // Rounding may lead the warp into another texel, and all that follows with it.
+            comparisons.uncertain += 1;
+            continue;
+        }
+        for axis in 0..2 {
+            let name = || format!("centre {axis} of kernel {index}");
+            comparisons.centres.number(name, kernel.centre[axis], warped.centre[axis]);
+        }
+        let centre = kernel.centre.map(Bounded::exact);
+        let [x, y] = warped.texel;
+        let level = match sample.kernel {
+            OracleKernel::Previous => previous_level(
+                density.at(0, x, y),
+                density.top(),
+                density.texel_count(),
+                sample.count,
+                sample.scale,
+            ),
+            OracleKernel::Modified { iterations } => {
+                modified_level(&density, centre, sample.count, sample.scale, iterations)
+            }
+        };
+        let [low, high] = level.certain;
+        let expected = Bounded::with_error(0.5 * (low + high), 0.5 * (high - low) + 1e-12);
+        comparisons.levels.number(|| format!("level of kernel {index}"), kernel.level, expected);
+
+        let expected = vsgl::light_of_kernel(
+            &density,
+            &moments,
+            centre,
+            warped.texel,
+            Bounded::exact(kernel.level),
+            &sample,
+        );
+        let comparison = &mut comparisons.lights;
+        comparison.vector(&format!("position of light {index}"), light.position, expected.position);
+        let variance = || format!("variance of light {index}");
+        comparison.number(variance, light.variance, expected.variance);
+        let expected: Vec<Lobe<Bounded>> =
+            std::iter::once(expected.diffuse).chain(expected.specular).collect();
+        assert_eq!(expected.len(), light.lobes.len());
+        for (lobe, ((axis, sharpness, coefficient), expected)) in
+            light.lobes.iter().zip(expected).enumerate()
+        {
+            let name = |what: &str| format!("{what} of lobe {lobe} of light {index}");
+            comparison.vector(&name("axis"), *axis, expected.axis);
+            comparison.number(|| name("sharpness"), *sharpness, expected.sharpness);
+            comparison.vector(&name("coefficient"), *coefficient, expected.coefficient);
+        }
+    }
+    comparisons
+}
+
+fn settings(kernel: Kernel, lobes: Lobes) -> Settings {
+    Settings { kernel, lobes, count: 200, ..small() }
+}
+
+#[test]
+fn agree_with_the_oracle() {
+    for kernel in [Kernel::Previous, Kernel::Modified] {
+        for lobes in [Lobes::Diffuse, Lobes::Both] {
+            let run = Run::new(&settings(kernel, lobes), KINDS[0], &Package::embedded(), 3);
+            let comparisons = compare(&run);
+            let what = format!("{kernel}, {lobes}");
+            assert!(comparisons.uncertain * 10 < 200, "{} of 200", comparisons.uncertain);
+            comparisons.centres.assert_holds(&format!("centres, {what}"));
+            comparisons.levels.assert_holds(&format!("levels, {what}"));
+            comparisons.lights.assert_holds(&format!("lights, {what}"));
+        }
+    }
+}
+
+#[test]
+fn a_broken_warp_is_noticed() {
+    let package = broken("sample-modified-exact-both", "2654435769u", "2654435761u");
+    let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
+    compare(&run).centres.assert_fails("another lattice");
+}
+
+#[test]
+fn a_broken_kernel_is_noticed() {
+    let breaks = [
+        (Kernel::Modified, "exp2(2.0 * level)", "exp2(2.0 * level + 2.0)", "a level off by one"),
+        (Kernel::Modified, "if mass < target_mass", "if mass > target_mass", "a bisection the wrong way"),
+        (Kernel::Previous, "0.5 * log2", "0.49 * log2", "another exponent"),
+    ];
+    for (kernel, from, to, what) in breaks {
+        let package = broken(&format!("sample-{kernel}-exact-both"), from, to);
+        let run = Run::new(&settings(kernel, Lobes::Both), KINDS[0], &package, 3);
+        compare(&run).levels.assert_fails(what);
+    }
+}
+
+#[test]
+fn a_broken_light_is_noticed() {
+    let breaks = [
+        ("texels / (count * max(filtered, 1e-30))", "1.0 / (count * max(filtered, 1e-30))", "a dropped number of texels"),
+        ("- dot(mean, mean)", "- 0.999 * dot(mean, mean)", "a mean that is not quite subtracted"),
+        ("mean_length / (1.0 - mean_length)", "mean_length / (1.001 - mean_length)", "another sharpness"),
+        ("min(lower_level + 1, top)", "min(lower_level + 2, top)", "a mip level off by one"),
+    ];
+    for (from, to, what) in breaks {
+        let package = broken("sample-modified-exact-both", from, to);
+        let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
+        compare(&run).lights.assert_fails(what);
+    }
+}
+
+/// The sampler's weights may have 8 fractional bits, which moves a position between texels by up to 2^-9 of a texel and
+/// a level by 2^-9: the sum of powers, an average over all kernels, then stays within 1 % of the exact filter's.
+#[test]
+fn hardware_filtering_keeps_the_power() {
+    if !gpu().filters_float32() {
+        println!("skipped: this device does not filter 32-bit floats");
+        return;
+    }
+    let power = |filter, package: &Package| {
+        let settings = Settings { filter, ..settings(Kernel::Modified, Lobes::Diffuse) };
+        let run = Run::new(&settings, KINDS[0], package, 3);
+        measured(&run)
+            .iter()
+            .map(|light| {
+                let (_, sharpness, coefficient) = light.lobes[0];
+                f64::from(coefficient[0]) * sglow_oracle::sg::integral(f64::from(sharpness))
+            })
+            .sum::<f64>()
+    };
+    let exact = power(Filter::Exact, &Package::embedded());
+    let hardware = power(Filter::Hardware, &Package::embedded());
+    println!("summed power: exact {exact}, hardware {hardware}");
+    assert!((hardware / exact - 1.0).abs() < 0.01);
+    let package = broken("sample-modified-hardware-diffuse", "position, layer, level)", "position, layer, level + 1.0)");
+    assert!((power(Filter::Hardware, &package) / exact - 1.0).abs() > 1e-4, "a level off by one went unnoticed");
+    assert!(exact > 0.0);
+}

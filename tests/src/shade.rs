@@ -1,0 +1,139 @@
+//! Reflection of virtual lights: `shaders/src/shade`, `shaders/src/sg`, `shaders/src/brdf`.
+
+use sglow_oracle::surface::SurfaceTexel;
+use sglow_oracle::vsgl::{Lobe, Vsgl};
+use sglow_oracle::{Bounded, Vector3, shade};
+use sglow_runtime::package::Package;
+use sglow_runtime::settings::Settings;
+use sglow_runtime::{readback, reference};
+use sglow_shaders::{Diffuse, Lobes, Ndf, SglowVsglBoth, SglowVsglDiffuse, Specular};
+
+use crate::common::{Comparison, KINDS, Run, broken, gpu, small};
+
+fn exact(vector: [f32; 3]) -> Vector3<Bounded> {
+    let [x, y, z] = vector.map(Bounded::exact);
+    Vector3::new(x, y, z)
+}
+
+fn lobe(axis: [f32; 3], sharpness: f32, coefficient: [f32; 3]) -> Lobe<Bounded> {
+    Lobe { axis: exact(axis), sharpness: Bounded::exact(sharpness), coefficient: exact(coefficient) }
+}
+
+fn lights(run: &Run) -> Vec<Vsgl<Bounded>> {
+    let buffer = run.indirect.vsgls();
+    match run.indirect.settings().lobes {
+        Lobes::Diffuse => readback::buffer::<SglowVsglDiffuse>(gpu(), buffer)
+            .unwrap()
+            .into_iter()
+            .map(|light| Vsgl {
+                position: exact(light.position),
+                variance: Bounded::exact(light.variance),
+                diffuse: lobe(light.diffuse_axis, light.diffuse_sharpness, light.diffuse_coefficient),
+                specular: None,
+            })
+            .collect(),
+        Lobes::Both => readback::buffer::<SglowVsglBoth>(gpu(), buffer)
+            .unwrap()
+            .into_iter()
+            .map(|light| Vsgl {
+                position: exact(light.position),
+                variance: Bounded::exact(light.variance),
+                diffuse: lobe(light.diffuse_axis, light.diffuse_sharpness, light.diffuse_coefficient),
+                specular: Some(lobe(
+                    light.specular_axis,
+                    light.specular_sharpness,
+                    light.specular_coefficient,
+                )),
+            })
+            .collect(),
+    }
+}
+
+/// Compares diffuse and specular reflection at every pixel.
+fn compare(run: &Run) -> Comparison {
+    let lights = lights(run);
+    let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&run.gbuffer);
+    let model = reference::model(run.indirect.settings());
+    let eye = Vector3::constant(reference::vector(run.eye));
+    let read = |texture| readback::texture(gpu(), texture, 0).unwrap();
+    let diffuse = run.indirect.diffuse().map(read);
+    let specular = run.indirect.specular().map(read);
+    let mut comparison = Comparison::default();
+    for (index, surface) in surfaces.iter().enumerate() {
+        let expected = shade::shade(surface, eye, lights.iter().copied(), &model);
+        for (name, measured, expected) in
+            [("diffuse", &diffuse, expected.diffuse), ("specular", &specular, expected.specular)]
+        {
+            if let Some(measured) = measured {
+                let [r, g, b, _] = measured[index];
+                comparison.vector(&format!("{name} of pixel {index}"), [r, g, b], expected);
+            }
+        }
+    }
+    comparison
+}
+
+fn settings(diffuse: Diffuse, specular: Specular, ndf: Ndf, lobes: Lobes) -> Settings {
+    Settings { diffuse, specular, ndf, lobes, ..small() }
+}
+
+#[test]
+fn agrees_with_the_oracle() {
+    for lobes in [Lobes::Diffuse, Lobes::Both] {
+        for diffuse in [Diffuse::None, Diffuse::Constant, Diffuse::Gaussian] {
+            for specular in [Specular::None, Specular::Sg, Specular::Asg] {
+                for ndf in [Ndf::None, Ndf::Ggx, Ndf::Beckmann] {
+                    let settings = settings(diffuse, specular, ndf, lobes);
+                    if settings.shade().excluded().is_some() {
+                        continue;
+                    }
+                    let run = Run::new(&settings, KINDS[0], &Package::embedded(), 4);
+                    compare(&run).assert_holds(&settings.shade().id());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_broken_shader_is_noticed() {
+    let breaks = [
+        ("constant", "sg", "ggx", "6.2831855 * variance", "6.2 * variance", "another normalisation"),
+        ("constant", "sg", "ggx", "0.31830987 * sglow_sg_integral", "0.3183 * sglow_sg_integral", "pi to four digits"),
+        ("constant", "sg", "ggx", "sglow_sg_product(-axis", "sglow_sg_product(axis", "light that leaves backwards"),
+        ("gaussian", "asg", "ggx", "normal, 2.0)", "normal, 2.1)", "another cosine lobe"),
+        ("gaussian", "asg", "ggx", "0.25 / (receiver.alpha", "0.26 / (receiver.alpha", "another bandwidth"),
+        ("gaussian", "asg", "beckmann", "3.535", "3.5", "another fit of the masking"),
+        ("constant", "sg", "ggx", "peak * visibility * cosine_in", "peak * visibility", "a dropped cosine"),
+        ("constant", "sg", "ggx", "specular += sglow_specular(from_specular", "specular += 0.0 * sglow_specular(from_specular", "a dropped lobe"),
+    ];
+    for (diffuse, specular, ndf, from, to, what) in breaks {
+        let id = format!("shade-{diffuse}-{specular}-{ndf}-both");
+        let settings = settings(
+            diffuse.parse().unwrap(),
+            specular.parse().unwrap(),
+            ndf.parse().unwrap(),
+            Lobes::Both,
+        );
+        let run = Run::new(&settings, KINDS[0], &broken(&id, from, to), 4);
+        compare(&run).assert_fails(&format!("{id}: {what}"));
+    }
+}
+
+#[test]
+fn output_is_finite_where_surfaces_and_lights_touch() {
+    // Every pixel lies on a texel of the map: lights sit at shading points.
+    let settings = Settings { size: [32, 32], ..small() };
+    let mut run = Run::new(&settings, KINDS[0], &Package::embedded(), 5);
+    run.gbuffer = run.rsm.clone();
+    let uploaded = crate::common::Uploaded::new(&run.gbuffer, settings.size);
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    run.indirect.encode_shade(&mut encoder, uploaded.views(), run.eye, None);
+    gpu().queue.submit([encoder.finish()]);
+    gpu().finish().unwrap();
+    for texture in [run.indirect.diffuse().unwrap(), run.indirect.specular().unwrap()] {
+        let pixels = readback::texture(gpu(), texture, 0).unwrap();
+        assert!(pixels.iter().flatten().all(|value| value.is_finite() && *value >= 0.0));
+        assert!(pixels.iter().any(|pixel| pixel[0] > 0.0), "nothing was lit");
+    }
+}

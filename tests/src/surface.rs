@@ -1,0 +1,138 @@
+//! Rasterised surfaces against rays: `shaders/src/surface`.
+
+use glam::Vec3;
+use sglow_oracle::surface::{Camera, Hit, Triangle};
+use sglow_oracle::{Bounded, Vector3};
+use sglow_runtime::frame::{Renderer, Surfaces};
+use sglow_runtime::package::Package;
+use sglow_runtime::reference;
+use sglow_runtime::scene::Scene;
+use sglow_runtime::settings::Settings;
+
+use crate::common::{Comparison, broken, gpu};
+
+fn settings() -> Settings {
+    Settings { size: [96, 72], rsm_size: 64, count: 8, ..Settings::default() }
+}
+
+fn triangles(scene: &Scene) -> Vec<Triangle> {
+    let vector = |value: [f32; 3]| reference::vector(value);
+    scene
+        .meshes
+        .iter()
+        .flat_map(|mesh| {
+            mesh.indices.chunks_exact(3).map(move |corners| Triangle {
+                positions: [0, 1, 2].map(|corner| vector(mesh.positions[corners[corner] as usize])),
+                normals: [0, 1, 2].map(|corner| vector(mesh.normals[corners[corner] as usize])),
+                material: mesh.material as u32,
+            })
+        })
+        .collect()
+}
+
+fn camera(scene: &Scene, [width, height]: [u32; 2]) -> Camera {
+    let camera = &scene.camera;
+    let forward = Vec3::from(camera.forward);
+    let up = Vec3::from(camera.up);
+    let tangent = f64::from(0.5 * camera.vertical_fov).tan();
+    Camera {
+        position: reference::vector(camera.position),
+        right: reference::vector(forward.cross(up)),
+        up: reference::vector(up),
+        forward: reference::vector(forward),
+        half_extent: [tangent * f64::from(width) / f64::from(height), tangent],
+        perspective: true,
+    }
+}
+
+/// Compares the pixels whose eight neighbours see the same triangle, as the rays tell.
+fn compare(
+    scene: &Scene,
+    surfaces: &Surfaces,
+    camera: &Camera,
+    eye: Vector3,
+    size: [usize; 2],
+) -> Comparison {
+    let hits = camera.image(&triangles(scene), size);
+    let mut comparison = Comparison::default();
+    for y in 1..size[1] - 1 {
+        for x in 1..size[0] - 1 {
+            let at = |dx: i32, dy: i32| -> Option<&Hit> {
+                hits[(y as i32 + dy) as usize * size[0] + (x as i32 + dx) as usize].as_ref()
+            };
+            let Some(hit) = at(0, 0) else { continue };
+            let same = |dx, dy| at(dx, dy).is_some_and(|other| other.triangle == hit.triangle);
+            if !(-1..=1).all(|dy| (-1..=1).all(|dx| same(dx, dy))) {
+                continue;
+            }
+            let (Some(right), Some(below)) = (at(1, 0), at(0, 1)) else { continue };
+            // Vertices may be snapped to a grid of a sixteenth of a pixel (Vulkan's least subPixelPrecisionBits is 4),
+            // which moves what a pixel's centre sees by up to that share of its footprint in both directions; the
+            // factor 2 is for the change of the footprint itself over a pixel.
+            let footprint = (right.position - hit.position).length() + (below.position - hit.position).length();
+            let error = 2.0 * footprint / 16.0 + 1e-5 * hit.distance;
+            let index = y * size[0] + x;
+            let material = &scene.materials[hit.material as usize];
+            let expected = hit.position.map(|part| Bounded::with_error(part, error));
+            let [px, py, pz, dielectric] = surfaces.position[index];
+            comparison.vector(&format!("position of {x} {y}"), [px, py, pz], expected);
+            comparison.number(|| "dielectric".to_owned(), dielectric, Bounded::exact(material.dielectric));
+            let facing = if hit.normal.dot(eye - hit.position) < 0.0 { -hit.normal } else { hit.normal };
+            // Half floats: 2^-11 relative, at most 2^-11 for a unit vector; the oracle's normals are interpolated at
+            // the exact centre, so that curved surfaces get the footprint's share as well.
+            let turn = (right.normal - hit.normal).length() + (below.normal - hit.normal).length();
+            let expected = facing.map(|part| Bounded::with_error(part, 2f64.powi(-11) + 2.0 * turn / 16.0));
+            let [nx, ny, nz, alpha] = surfaces.normal[index];
+            comparison.vector(&format!("normal of {x} {y}"), [nx, ny, nz], expected);
+            let half = |value: f64| Bounded::with_error(value, value.abs() * 2f64.powi(-11) + 1e-7);
+            let roughness = f64::from(material.roughness);
+            comparison.number(|| "alpha".to_owned(), alpha, half((roughness * roughness).max(0.01)));
+            let color = surfaces.base_color[index];
+            for channel in 0..3 {
+                let expected = half(f64::from(material.base_color[channel]));
+                comparison.number(|| format!("colour {channel} of {x} {y}"), color[channel], expected);
+            }
+            comparison.number(|| "metallic".to_owned(), color[3], half(f64::from(material.metallic)));
+        }
+    }
+    comparison
+}
+
+fn run(name: &str, package: &Package) -> [Comparison; 2] {
+    let scene = Scene::builtin(name).unwrap();
+    let settings = settings();
+    let renderer = Renderer::new(gpu(), package, &scene, &settings, 0).unwrap();
+    renderer.render().unwrap();
+    let frame = renderer.read().unwrap();
+    let eye = reference::vector(scene.camera.position);
+    let size = settings.size.map(|side| side as usize);
+    let seen = compare(&scene, &frame.gbuffer, &camera(&scene, settings.size), eye, size);
+
+    let rsm = renderer.read_rsm().unwrap();
+    let light = reference::light(renderer.light(), sglow_shaders::Light::Spot);
+    let lit = compare(&scene, &rsm, &light.cameras()[0], light.position, [settings.rsm_size as usize; 2]);
+    [seen, lit]
+}
+
+#[test]
+fn agree_with_rays() {
+    for name in ["cornell", "cornell-glossy"] {
+        let [seen, lit] = run(name, &Package::embedded());
+        seen.assert_holds(&format!("G-buffer of {name}"));
+        lit.assert_holds(&format!("reflective shadow map of {name}"));
+    }
+}
+
+#[test]
+fn a_broken_shader_is_noticed() {
+    let breaks = [
+        ("normal = -normal", "normal = normal", "normals that do not face the viewer"),
+        ("max(roughness * roughness, 0.01)", "roughness", "roughness that is not squared"),
+        ("fragment.position, sglow_material.dielectric", "1.02 * fragment.position, sglow_material.dielectric", "moved positions"),
+    ];
+    for (from, to, what) in breaks {
+        let package = broken("surface-constant-opaque", from, to);
+        let [seen, lit] = run("cornell-glossy", &package);
+        assert!(seen.violations() + lit.violations() > 0, "{what} went unnoticed");
+    }
+}
