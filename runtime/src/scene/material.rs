@@ -49,6 +49,23 @@ impl Material {
         }
     }
 
+    /// Brings the factors into their ranges; whether one was outside.
+    pub(super) fn clamp(&mut self) -> bool {
+        let mut moved = false;
+        let mut clamp = |factor: &mut f32, most: f32| {
+            // NaN becomes 0.
+            let inside = factor.max(0.0).min(most);
+            moved |= inside != *factor;
+            *factor = inside;
+        };
+        self.base_color.iter_mut().for_each(|channel| clamp(channel, 1.0));
+        self.emission.iter_mut().for_each(|channel| clamp(channel, f32::MAX));
+        clamp(&mut self.roughness, 1.0);
+        clamp(&mut self.metallic, 1.0);
+        clamp(&mut self.dielectric, 1.0);
+        moved
+    }
+
     /// The textures it uses.
     pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
         [&self.base_color_texture, &self.metallic_roughness_texture, &self.emission_texture]

@@ -175,6 +175,11 @@ impl Draft {
     /// Checks everything that a scene promises, and derives what is missing.
     fn finish(mut self, file: &Path, name: String) -> Result<Scene, SceneError> {
         let mut faults = Vec::new();
+        for material in &mut self.materials {
+            if material.clamp() {
+                self.notes.add(NoteKind::Assumed, "factors clamped to their range", &material.name);
+            }
+        }
         let mut meshes = Vec::new();
         for raw in self.meshes {
             match raw.clean(file, &mut self.notes) {

@@ -17,7 +17,7 @@ use crate::scene::{SceneError, error};
 const COMPRESSION: &str = "EXT_meshopt_compression";
 
 /// The bytes of each buffer view.
-pub(super) struct Views<'a>(Vec<Cow<'a, [u8]>>);
+pub(super) struct Views(Vec<Vec<u8>>);
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -33,7 +33,7 @@ struct Compression {
     filter: Filter,
 }
 
-impl<'a> Views<'a> {
+impl Views {
     /// The bytes of a view; nothing for an index out of range.
     pub(super) fn get(&self, index: usize) -> &[u8] {
         self.0.get(index).map_or(&[], |bytes| bytes)
@@ -41,11 +41,11 @@ impl<'a> Views<'a> {
 }
 
 /// Reads the buffers and cuts them into views.
-pub(super) fn load<'a>(
+pub(super) fn load(
     file: &Path,
-    root: &'a json::Root,
-    binary: Option<&'a [u8]>,
-) -> Result<Views<'a>, SceneError> {
+    root: &json::Root,
+    binary: Option<&[u8]>,
+) -> Result<Views, SceneError> {
     let mut buffers = Vec::with_capacity(root.buffers.len());
     for (index, buffer) in root.buffers.iter().enumerate() {
         buffers.push(load_buffer(file, index, buffer, binary)?);
@@ -72,7 +72,7 @@ pub(super) fn load<'a>(
         views.push(match extension {
             None => {
                 let offset = view.byte_offset.map_or(0, |offset| offset.0 as usize);
-                Cow::Owned(cut(&place, view.buffer.value(), offset, length)?.to_vec())
+                cut(&place, view.buffer.value(), offset, length)?.to_vec()
             }
             Some(extension) => {
                 let place = format!("{place}.extensions.{COMPRESSION}");
@@ -91,7 +91,7 @@ pub(super) fn load<'a>(
                         decoded.len()
                     )));
                 }
-                Cow::Owned(decoded)
+                decoded
             }
         });
     }

@@ -24,6 +24,9 @@ pub(super) struct Container<'a> {
     pub(super) binary: Option<&'a [u8]>,
 }
 
+/// The type of a chunk, its data, and what follows it.
+type Chunk<'a> = ([u8; 4], &'a [u8], &'a [u8]);
+
 /// The part of the JSON that says whether the rest can be understood.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -57,7 +60,7 @@ pub(super) fn split<'a>(file: &Path, bytes: &'a [u8]) -> Result<Container<'a>, S
     let contents = bytes.get(12..length as usize).ok_or_else(|| {
         truncated(format!("the header announces {length} bytes, found {}", bytes.len()))
     })?;
-    let chunk = |rest: &'a [u8], kind: &str| -> Result<([u8; 4], &'a [u8], &'a [u8]), SceneError> {
+    let chunk = |rest: &'a [u8], kind: &str| -> Result<Chunk<'a>, SceneError> {
         let found = number(rest).and_then(|(length, rest)| {
             let (tag, rest) = rest.split_first_chunk::<4>()?;
             Some((length as usize, *tag, rest))

@@ -16,9 +16,9 @@ const DIELECTRIC: f32 = 0.04;
 
 /// Converts materials, and decodes the images that they use.
 pub(super) struct Materials<'a> {
-    pub(super) file: &'a Path,
-    pub(super) document: &'a gltf::Document,
-    pub(super) views: &'a Views<'a>,
+    file: &'a Path,
+    document: &'a gltf::Document,
+    views: &'a Views,
     pub(super) images: Vec<Image>,
     /// Which image of the file, read as sRGB or not, each of `images` is.
     origins: Vec<(usize, bool)>,
@@ -31,7 +31,7 @@ pub(super) struct Converted {
 }
 
 impl<'a> Materials<'a> {
-    pub(super) fn new(file: &'a Path, document: &'a gltf::Document, views: &'a Views<'a>) -> Self {
+    pub(super) fn new(file: &'a Path, document: &'a gltf::Document, views: &'a Views) -> Self {
         Self { file, document, views, images: Vec::new(), origins: Vec::new() }
     }
 
@@ -50,6 +50,11 @@ impl<'a> Materials<'a> {
         }
         if source.occlusion_texture().is_some() {
             ignored("occlusion map: occlusion is what is computed");
+        }
+        if let Some(Value::Object(specular)) = source.extension_value("KHR_materials_specular")
+            && specular.keys().any(|key| key != "specularFactor")
+        {
+            ignored("specular colour and specular map");
         }
         let emission_scale = source.emissive_strength().unwrap_or(1.0);
         let mut base_color_info = pbr.base_color_texture();

@@ -369,7 +369,7 @@ mod tests {
         let value = |i: u32, b: u32| match b % 4 {
             0 => 7,
             1 => (i / 3) as u8,
-            2 => (i as u8).wrapping_add((noise(i) % 6) as u8 * u8::from(i % 9 == 0)),
+            2 => (i as u8).wrapping_add((noise(i) % 6) as u8 * u8::from(i.is_multiple_of(9))),
             _ => noise(i * 64 + b) as u8,
         };
         (0..count).map(|i| std::array::from_fn(|b| value(i, b as u32))).collect()

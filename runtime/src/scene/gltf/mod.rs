@@ -27,7 +27,7 @@ pub(super) fn load(file: &Path, bytes: &[u8]) -> Result<Draft, SceneError> {
     let root: gltf::json::Root = container::parse(file, container.json)?;
     buffer::validate(file, &root)?;
     let views = buffer::load(file, &root, container.binary)?;
-    let document = gltf::Document::from_json_without_validation(root.clone());
+    let document = gltf::Document::from_json_without_validation(root);
 
     let mut draft = Draft::default();
     for name in head.ignored() {
@@ -53,7 +53,7 @@ pub(super) fn load(file: &Path, bytes: &[u8]) -> Result<Draft, SceneError> {
 struct Reader<'a> {
     file: &'a Path,
     document: &'a gltf::Document,
-    views: &'a Views<'a>,
+    views: &'a Views,
     /// Which set of texture coordinates each material needs.
     uv_sets: Vec<u32>,
     draft: Draft,
