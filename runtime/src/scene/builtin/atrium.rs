@@ -60,7 +60,7 @@ pub(super) fn with_triangles(triangles: usize) -> Draft {
     made.into_draft()
 }
 
-/// The atrium with few triangles, some 20 thousand.
+/// The atrium with few triangles, about 26 thousand.
 pub(super) fn small() -> Draft {
     Atrium::new(0.5).into_draft()
 }

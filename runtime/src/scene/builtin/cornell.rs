@@ -1,13 +1,14 @@
 //! The Cornell box, with the published measurements.
 //!
 //! [Goral et al. 1984], measured again by the Cornell Program of Computer Graphics ("Cornell box
-//! data"): millimetres there, tenths of a metre here, so that the box is 5.5 m wide.
+//! data"). A millimetre there is a centimetre here, so that the box is 5.5 m wide.
 
 use glam::Vec3;
 
 use super::shape::Shape;
 use crate::scene::{Camera, Draft, Light, LightKind, Material};
 
+/// A published millimetre, in metres.
 const MILLIMETRE: f32 = 0.01;
 
 /// The spectra of the paints, as customarily rounded to linear Rec. 709.
