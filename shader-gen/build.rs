@@ -9,16 +9,8 @@ use std::{env, fs, io};
 use sha2::{Digest, Sha256};
 
 /// The crates whose version shows in the bytes of a package.
-const PRINTERS: [&str; 8] = [
-    "naga",
-    "prettyplease",
-    "proc-macro2",
-    "quote",
-    "rspirv",
-    "schemars",
-    "serde_json",
-    "syn",
-];
+const PRINTERS: [&str; 8] =
+    ["naga", "prettyplease", "proc-macro2", "quote", "rspirv", "schemars", "serde_json", "syn"];
 
 fn main() -> io::Result<()> {
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
@@ -39,11 +31,7 @@ fn main() -> io::Result<()> {
     for (name, version) in &versions {
         digest.update(format!("{name} {version}\n"));
     }
-    let fingerprint: String = digest
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect();
+    let fingerprint: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     let naga = versions.get("naga").map_or("unknown", String::as_str);
     println!("cargo::rustc-env=SGLOW_GENERATOR_FINGERPRINT={fingerprint}");
     println!("cargo::rustc-env=SGLOW_NAGA_VERSION={naga}");
@@ -68,10 +56,7 @@ fn collect(folder: &Path, into: &mut Vec<PathBuf>) -> io::Result<()> {
 /// The versions of [`PRINTERS`] in a lock file.
 fn versions(lock: &str) -> BTreeMap<String, String> {
     let quoted = |line: &str, key: &str| {
-        let value = line
-            .strip_prefix(key)?
-            .strip_prefix(" = \"")?
-            .strip_suffix('"')?;
+        let value = line.strip_prefix(key)?.strip_prefix(" = \"")?.strip_suffix('"')?;
         Some(value.to_owned())
     };
     let mut versions = BTreeMap::new();

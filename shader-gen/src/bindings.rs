@@ -18,7 +18,9 @@ use crate::manifest::{self, Access, Dimension, Resource, SampleType, SamplerType
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Two things of the library would have one name in Rust.
-    #[error("`{name}` would name {first} and {second} in the Rust bindings; rename one of them in the library")]
+    #[error(
+        "`{name}` would name {first} and {second} in the Rust bindings; rename one of them in the library"
+    )]
     Collision {
         /// The name.
         name: String,
@@ -28,7 +30,9 @@ pub enum Error {
         second: String,
     },
     /// A number that Rust has no type for.
-    #[error("`{place}` is {ty}, for which the Rust bindings have no type; known are f16, f32, f64, i32, u32, i64, u64")]
+    #[error(
+        "`{place}` is {ty}, for which the Rust bindings have no type; known are f16, f32, f64, i32, u32, i64, u64"
+    )]
     Scalar {
         /// Struct and field.
         place: String,
@@ -63,7 +67,10 @@ pub fn write(library: &Library, variants: &[Described<'_>]) -> Result<String, Er
     let support = support();
     let table = variants.iter().map(|described| variant_entry(described, variants));
     let embedded = variants.iter().filter_map(|described| embedded_entry(described.variant));
-    let title = format!("{}: its choices as types, its structs and variants.", library.library.description);
+    let title = format!(
+        " {}: its choices as types, its structs and variants.",
+        library.library.description
+    );
     let file = quote! {
         #![doc = #title]
         #![cfg_attr(rustfmt, rustfmt_skip)]
@@ -441,7 +448,8 @@ fn overrides(pass: &str, variants: &[Described<'_>]) -> TokenStream {
 /// The typed key of a pass's variants.
 fn variant_key(library: &Library, pass: &Pass, ty: &Ident) -> TokenStream {
     let name = &pass.name;
-    let axes: Vec<_> = pass.axes.iter().filter_map(|axis| library.axis.get_key_value(axis)).collect();
+    let axes: Vec<_> =
+        pass.axes.iter().filter_map(|axis| library.axis.get_key_value(axis)).collect();
     let fields: Vec<_> = axes.iter().map(|(name, _)| ident(name)).collect();
     let types: Vec<_> = axes.iter().map(|(name, _)| type_ident(name)).collect();
     let abouts = axes.iter().map(|(_, axis)| doc(&axis.description));
@@ -819,7 +827,17 @@ impl Structs {
 
     fn tokens(&self) -> Result<TokenStream, Error> {
         let all = self.by_name.values().flatten();
-        all.map(|named| self.definition(named)).collect()
+        let definitions: TokenStream =
+            all.map(|named| self.definition(named)).collect::<Result<_, _>>()?;
+        let equal = (!definitions.is_empty()).then(|| {
+            quote! {
+                /// Does not compile where a layout is not that of the shaders.
+                const fn equal(here: usize, shaders: usize) {
+                    assert!(here == shaders, "the layout of a struct is not that of the shaders");
+                }
+            }
+        });
+        Ok(quote!(#equal #definitions))
     }
 
     fn definition(&self, named: &Named) -> Result<TokenStream, Error> {
@@ -858,7 +876,7 @@ impl Structs {
             };
             fields.push(quote!(#[doc = #about] pub #name: #rust));
             let offset = Literal::u32_unsuffixed(field.offset);
-            asserts.push(quote!(assert!(core::mem::offset_of!(#ty, #name) == #offset);));
+            asserts.push(quote!(equal(core::mem::offset_of!(#ty, #name), #offset);));
             end = field.offset + field.size;
         }
         if fields.is_empty() {
@@ -866,23 +884,27 @@ impl Structs {
         }
         let size = tail.as_ref().map_or(layout.size, |(offset, _)| *offset);
         pad(end, size, &mut fields);
-        let first = if layout.description.is_empty() {
-            format!(" `{}` of the shaders.", layout.name)
-        } else {
-            escape(&format!(" {}", sentence(&layout.description)))
-        };
-        let mut more = Vec::new();
-        if let Some(condition) = &named.condition {
-            more.push(format!(" `{}` of the variants with {condition}.", layout.name));
+        let mut about = Vec::new();
+        if !layout.description.is_empty() {
+            about.push(escape(&format!(" {}", sentence(&layout.description))));
+        }
+        match &named.condition {
+            Some(condition) => {
+                about.push(format!(" `{}` of the variants with {condition}.", layout.name));
+            }
+            None if about.is_empty() => about.push(format!(" `{}` of the shaders.", layout.name)),
+            None => {}
         }
         if let Some((_, element)) = tail {
-            more.push(format!(" Followed by as many `{element}` as the buffer holds."));
+            about.push(format!(" Followed by as many `{element}` as the buffer holds."));
         }
-        let more = more.iter().map(|line| quote!(#[doc = ""] #[doc = #line]));
+        let about = about.iter().enumerate().map(|(index, line)| {
+            let blank = (index > 0).then(|| quote!(#[doc = ""]));
+            quote!(#blank #[doc = #line])
+        });
         let size = Literal::u32_unsuffixed(size);
         Ok(quote! {
-            #[doc = #first]
-            #(#more)*
+            #(#about)*
             #[repr(C)]
             #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
             pub struct #ty { #(#fields),* }
@@ -895,7 +917,7 @@ impl Structs {
             }
 
             const _: () = {
-                assert!(size_of::<#ty>() == #size);
+                equal(size_of::<#ty>(), #size);
                 #(#asserts)*
             };
         })
@@ -1025,7 +1047,11 @@ fn name_layouts(
                 })
                 .collect();
             combinations.sort_by_key(|values| {
-                choices.iter().zip(values).map(|(choice, value)| rank(choice, value)).collect::<Vec<_>>()
+                choices
+                    .iter()
+                    .zip(values)
+                    .map(|(choice, value)| rank(choice, value))
+                    .collect::<Vec<_>>()
             });
             combinations.dedup();
             let suffix: String = combinations.iter().take(1).flatten().map(|v| pascal(v)).collect();
@@ -1050,11 +1076,7 @@ const PASS: &str = "pass";
 
 /// A variant's value, or nothing where its pass lacks the axis.
 fn chosen<'a>(variant: &'a manifest::Variant, choice: &str) -> &'a str {
-    if choice == PASS {
-        &variant.pass
-    } else {
-        variant.axes.get(choice).map_or("", String::as_str)
-    }
+    if choice == PASS { &variant.pass } else { variant.axes.get(choice).map_or("", String::as_str) }
 }
 
 /// The smallest set of axes, the first in the library's order, whose values determine the layout; with the pass as the

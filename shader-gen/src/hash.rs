@@ -61,7 +61,8 @@ mod tests {
     fn parts_count_with_their_names_and_without_their_order() {
         let hash = of_parts([("a", "1"), ("b", "2")]);
         assert_eq!(hash, of_parts([("b", "2"), ("a", "1")]));
-        for other in [[("a", "1"), ("b", "3")], [("a", "1b"), ("", "2")], [("a1", ""), ("b", "2")]] {
+        for other in [[("a", "1"), ("b", "3")], [("a", "1b"), ("", "2")], [("a1", ""), ("b", "2")]]
+        {
             assert_ne!(hash, of_parts(other));
         }
     }

@@ -177,7 +177,9 @@ pub enum Error {
     #[error(transparent)]
     Bindings(#[from] bindings::Error),
     /// A licence whose text is not known.
-    #[error("the library's licence names `{0}`, whose text is not known; known are MIT, Apache-2.0")]
+    #[error(
+        "the library's licence names `{0}`, whose text is not known; known are MIT, Apache-2.0"
+    )]
     License(String),
     /// The manifest cannot be written as JSON.
     #[error("the manifest cannot be written: {0}")]
@@ -247,7 +249,8 @@ pub fn generate(
     };
     let files = build(&parts, &options.targets)?;
     progress(Progress::Files(files.len()));
-    let outcome = if options.check { compare(&options.out, &files) } else { write(&options.out, &files) }?;
+    let outcome =
+        if options.check { compare(&options.out, &files) } else { write(&options.out, &files) }?;
     remember(options, &source, &files)?;
     Ok(outcome)
 }
@@ -327,7 +330,8 @@ pub fn build(
     for functions in parts.libraries {
         let text = wgsl::functions(library, &functions.name, &functions.text).into_bytes();
         let (file, entry) = file(Target::Wgsl, format!("wgsl/lib/{}.wgsl", functions.name), text);
-        libraries.push(manifest::FunctionLibrary { name: functions.name.clone(), files: vec![entry] });
+        libraries
+            .push(manifest::FunctionLibrary { name: functions.name.clone(), files: vec![entry] });
         files.extend([file]);
     }
     if targets.contains(&Target::Rust) {
@@ -351,9 +355,13 @@ pub fn build(
     Ok(files)
 }
 
-fn one(library: &Library, validated: &Validated, targets: &BTreeSet<Target>) -> Result<Written, Cause> {
+fn one(
+    library: &Library,
+    validated: &Validated,
+    targets: &BTreeSet<Target>,
+) -> Result<Written, Cause> {
     let id = validated.variant.id();
-    let reflection = reflect::reflect(&validated.text, &validated.module, &validated.info)?;
+    let reflection = reflect(&validated.text, &validated.module, &validated.info)?;
     let text = wgsl::variant(library, &validated.variant, &validated.text).into_bytes();
     let mut written = vec![file(Target::Wgsl, format!("wgsl/{id}.wgsl"), text)];
     if targets.contains(&Target::Spirv) {
@@ -461,7 +469,9 @@ fn readme(manifest: &Manifest) -> String {
         manifest.package, manifest.version, manifest.description
     );
     if !manifest.libraries.is_empty() {
-        text.push_str(" `wgsl/lib/` has functions without bindings for hosts that bring their own passes.");
+        text.push_str(
+            " `wgsl/lib/` has functions without bindings for hosts that bring their own passes.",
+        );
     }
     if manifest.targets.iter().any(|target| target == "spirv") {
         text.push_str(
@@ -510,7 +520,10 @@ fn readme(manifest: &Manifest) -> String {
 
 fn capital(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map(|first| first.to_uppercase().to_string() + letters.as_str()).unwrap_or_default()
+    letters
+        .next()
+        .map(|first| first.to_uppercase().to_string() + letters.as_str())
+        .unwrap_or_default()
 }
 
 fn changelog(parts: &Parts<'_>) -> String {
@@ -584,7 +597,8 @@ fn replace(out: &Path, files: &BTreeMap<String, Vec<u8>>, paths: &[String]) -> R
         _ => Path::new("."),
     };
     fs::create_dir_all(parent).map_err(at(parent))?;
-    let beside = tempfile::Builder::new().prefix(".package-").tempdir_in(parent).map_err(at(parent))?;
+    let beside =
+        tempfile::Builder::new().prefix(".package-").tempdir_in(parent).map_err(at(parent))?;
     let create = |file: &Path| {
         let folder = file.parent().unwrap_or(file);
         fs::create_dir_all(folder).map_err(at(folder))
@@ -592,7 +606,8 @@ fn replace(out: &Path, files: &BTreeMap<String, Vec<u8>>, paths: &[String]) -> R
     for path in paths {
         let file = beside.path().join(path);
         create(&file)?;
-        fs::write(&file, files.get(path).map(Vec::as_slice).unwrap_or_default()).map_err(at(&file))?;
+        fs::write(&file, files.get(path).map(Vec::as_slice).unwrap_or_default())
+            .map_err(at(&file))?;
     }
     let (sums, others): (Vec<_>, Vec<_>) = paths.iter().partition(|path| *path == SUMS);
     for path in others.into_iter().chain(sums) {
@@ -755,7 +770,11 @@ fn remembered(options: &Options, source: &str) -> Option<Outcome> {
     Some(Outcome { unchanged, ..Outcome::default() })
 }
 
-fn remember(options: &Options, source: &str, files: &BTreeMap<String, Vec<u8>>) -> Result<(), Error> {
+fn remember(
+    options: &Options,
+    source: &str,
+    files: &BTreeMap<String, Vec<u8>>,
+) -> Result<(), Error> {
     let (Some(stamp), Some(sums)) = (stamp(options), files.get(SUMS)) else {
         return Ok(());
     };

@@ -133,7 +133,8 @@ fn agree_on_signs(module: &mut Module) {
                 constants.insert((ty, *value), constant);
             }
             (Op::ConstantComposite, _, Some(ty), _) => {
-                let component = components.get(&ty).filter(|component| integers.contains(component));
+                let component =
+                    components.get(&ty).filter(|component| integers.contains(component));
                 for operand in &mut instruction.operands {
                     let (Some(&component), Operand::IdRef(part)) = (component, operand) else {
                         continue;
@@ -292,10 +293,9 @@ impl Types {
                 (Op::TypeStruct, members) => {
                     Parts::Members(members.iter().filter_map(Operand::id_ref_any).collect())
                 }
-                (Op::TypeArray, [Operand::IdRef(of), Operand::IdRef(length)]) => Parts::Elements {
-                    of: *of,
-                    length: literals.get(length).copied().unwrap_or(0),
-                },
+                (Op::TypeArray, [Operand::IdRef(of), Operand::IdRef(length)]) => {
+                    Parts::Elements { of: *of, length: literals.get(length).copied().unwrap_or(0) }
+                }
                 (Op::TypeRuntimeArray, [Operand::IdRef(of)]) => {
                     Parts::Elements { of: *of, length: 0 }
                 }
@@ -371,21 +371,18 @@ impl Twins {
             {
                 *operand = Operand::IdRef(*twin);
             }
-            let twin = instruction
-                .result_id
-                .filter(|id| twinned.contains(id))
-                .map(|original| {
-                    let mut twin = instruction.clone();
-                    for operand in &mut twin.operands {
-                        if let Operand::IdRef(part) = operand {
-                            *part = twins.twin(*part);
-                        }
+            let twin = instruction.result_id.filter(|id| twinned.contains(id)).map(|original| {
+                let mut twin = instruction.clone();
+                for operand in &mut twin.operands {
+                    if let Operand::IdRef(part) = operand {
+                        *part = twins.twin(*part);
                     }
-                    let fresh = twins.fresh();
-                    twin.result_id = Some(fresh);
-                    twins.of.insert(original, fresh);
-                    twin
-                });
+                }
+                let fresh = twins.fresh();
+                twin.result_id = Some(fresh);
+                twins.of.insert(original, fresh);
+                twin
+            });
             declared.push(instruction);
             declared.extend(twin);
         }
@@ -413,9 +410,8 @@ impl Twins {
             .iter()
             .filter_map(|instruction| {
                 let (class, pointee) = pointer(instruction)?;
-                let original = original
-                    .get(&pointee)
-                    .filter(|_| class == StorageClass::Workgroup)?;
+                let original =
+                    original.get(&pointee).filter(|_| class == StorageClass::Workgroup)?;
                 Some((instruction.result_id?, *original))
             })
             .collect();
@@ -434,11 +430,7 @@ impl Twins {
             .collect();
         let mut twin_nulls = BTreeMap::new();
 
-        for block in module
-            .functions
-            .iter_mut()
-            .flat_map(|function| &mut function.blocks)
-        {
+        for block in module.functions.iter_mut().flat_map(|function| &mut function.blocks) {
             let mut rewritten = Vec::with_capacity(block.instructions.len());
             for mut instruction in std::mem::take(&mut block.instructions) {
                 let Some(&original) = id(&instruction, 0).and_then(|place| places.get(&place))
@@ -526,12 +518,7 @@ impl Twins {
             To::Original => original,
             To::Twin => self.twin(original),
         };
-        into.push(Instruction::new(
-            Op::CompositeConstruct,
-            Some(whole),
-            Some(result),
-            made,
-        ));
+        into.push(Instruction::new(Op::CompositeConstruct, Some(whole), Some(result), made));
     }
 }
 
@@ -563,9 +550,8 @@ fn main(@builtin(local_invocation_index) i: u32) {
 
     fn parse(wgsl: &str) -> (naga::Module, ModuleInfo) {
         let module = naga::front::wgsl::parse_str(wgsl).unwrap();
-        let info = Validator::new(ValidationFlags::all(), Capabilities::all())
-            .validate(&module)
-            .unwrap();
+        let info =
+            Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).unwrap();
         (module, info)
     }
 
@@ -574,11 +560,8 @@ fn main(@builtin(local_invocation_index) i: u32) {
         let module = rspirv::dr::load_words(words).unwrap();
         let types = Types::of(&module);
         let mut reached = BTreeSet::new();
-        for (_, pointee) in module
-            .types_global_values
-            .iter()
-            .filter_map(pointer)
-            .filter(|(of, _)| *of == class)
+        for (_, pointee) in
+            module.types_global_values.iter().filter_map(pointer).filter(|(of, _)| *of == class)
         {
             types.reach(pointee, &mut reached);
         }
@@ -603,10 +586,7 @@ fn main(@builtin(local_invocation_index) i: u32) {
     fn writing_is_deterministic() {
         let (module, info) = parse(WGSL);
         let (again, again_info) = parse(WGSL);
-        assert_eq!(
-            write(&module, &info).unwrap(),
-            write(&again, &again_info).unwrap()
-        );
+        assert_eq!(write(&module, &info).unwrap(), write(&again, &again_info).unwrap());
         assert_ne!(
             write(&module, &info).unwrap(),
             {

@@ -165,7 +165,8 @@ impl Counter<'_> {
             Expression::ImageSample { .. } => cost.texture_samples += 1,
             Expression::ImageLoad { .. } => cost.texture_loads += 1,
             Expression::Binary { op: BinaryOperator::Multiply, left, right } => {
-                cost.arithmetic += self.product(*left, *right).unwrap_or_else(|| self.scalars(handle));
+                cost.arithmetic +=
+                    self.product(*left, *right).unwrap_or_else(|| self.scalars(handle));
             }
             Expression::Unary { .. }
             | Expression::Binary { .. }

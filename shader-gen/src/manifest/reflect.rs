@@ -22,7 +22,9 @@ use super::{
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A resource of a kind that no host is told how to bind.
-    #[error("`{name}` is {what}; what a package may bind is: uniform and storage buffers, sampled, depth and storage textures, samplers")]
+    #[error(
+        "`{name}` is {what}; what a package may bind is: uniform and storage buffers, sampled, depth and storage textures, samplers"
+    )]
     Resource {
         /// The variable.
         name: String,
@@ -38,9 +40,6 @@ pub enum Error {
     /// naga cannot lay the types out.
     #[error("naga cannot lay out the types: {0}")]
     Layouter(#[from] naga::proc::LayoutError),
-    /// The text could not be read for its comments.
-    #[error("the text cannot be read for its comments: {0}")]
-    Comments(#[from] Box<naga::front::wgsl::ParseError>),
 }
 
 /// The memory layout of a struct.
@@ -131,7 +130,9 @@ impl fmt::Display for FieldType {
             Self::Matrix { columns, rows, scalar } => {
                 write!(f, "mat{}x{}<{}>", *columns as u8, *rows as u8, name(scalar))
             }
-            Self::Array { element, length: Some(length), .. } => write!(f, "array<{element}, {length}>"),
+            Self::Array { element, length: Some(length), .. } => {
+                write!(f, "array<{element}, {length}>")
+            }
             Self::Array { element, length: None, .. } => write!(f, "array<{element}>"),
             Self::Struct(layout) => f.write_str(&layout.name),
         }
@@ -161,14 +162,7 @@ pub struct Reflection {
 pub fn reflect(text: &str, module: &naga::Module, info: &ModuleInfo) -> Result<Reflection, Error> {
     let mut layouter = Layouter::default();
     layouter.update(module.to_ctx())?;
-    let commented = naga::front::wgsl::Frontend::new_with_options(naga::front::wgsl::Options {
-        parse_doc_comments: true,
-        ..naga::front::wgsl::Options::new()
-    })
-    .parse(text)
-    .map_err(Box::new)?;
-    let reflector =
-        Reflector { module, info, layouter, comments: Comments::of(&commented) };
+    let reflector = Reflector { module, info, layouter, comments: Comments::of(text) };
     let mut layouts = Vec::new();
     let bindings = reflector.bindings(&mut layouts)?;
     Ok(Reflection {
@@ -180,48 +174,73 @@ pub fn reflect(text: &str, module: &naga::Module, info: &ModuleInfo) -> Result<R
     })
 }
 
-/// The description that doc comments give, without their marks.
-fn prose(lines: &[String]) -> String {
-    let marks: &[char] = &['/', '*', '!'];
-    lines
-        .iter()
-        .flat_map(|comment| comment.lines())
-        .map(|line| line.trim().trim_start_matches(marks).trim_end_matches("*/").trim())
-        .filter(|line| !line.is_empty())
-        .collect::<Vec<_>>()
-        .join(" ")
-}
-
-/// Descriptions by name.
+/// What the doc comments (`///`) of a text say of its structs, fields and variables.
+///
+/// Read line by line: naga 30 gives the comment of a struct's nth commented field to its nth field.
+#[derive(Default)]
 struct Comments {
     structs: BTreeMap<String, String>,
-    fields: BTreeMap<(String, usize), String>,
+    /// By the names of struct and field.
+    fields: BTreeMap<(String, String), String>,
     variables: BTreeMap<String, String>,
 }
 
 impl Comments {
-    fn of(module: &naga::Module) -> Self {
-        let mut comments =
-            Self { structs: BTreeMap::new(), fields: BTreeMap::new(), variables: BTreeMap::new() };
-        let Some(found) = &module.doc_comments else {
-            return comments;
-        };
-        let name = |handle: Handle<Type>| module.types[handle].name.clone().unwrap_or_default();
-        comments.structs = found.types.iter().map(|(ty, lines)| (name(*ty), prose(lines))).collect();
-        comments.fields = found
-            .struct_members
-            .iter()
-            .map(|((ty, index), lines)| ((name(*ty), *index), prose(lines)))
-            .collect();
-        comments.variables = found
-            .global_variables
-            .iter()
-            .map(|(variable, lines)| {
-                (module.global_variables[*variable].name.clone().unwrap_or_default(), prose(lines))
-            })
-            .collect();
+    fn of(text: &str) -> Self {
+        let mut comments = Self::default();
+        let mut inside: Option<String> = None;
+        let mut prose: Vec<&str> = Vec::new();
+        for line in text.lines().map(str::trim) {
+            if let Some(comment) = line.strip_prefix("///") {
+                prose.push(comment.trim());
+                continue;
+            }
+            let line = without_attributes(line);
+            if line.is_empty() || line.starts_with("//") {
+                continue;
+            }
+            let comment = std::mem::take(&mut prose).join(" ").trim().to_owned();
+            if let Some(name) = &inside {
+                if line.starts_with('}') {
+                    inside = None;
+                } else if let Some((field, _)) = line.split_once(':') {
+                    comments.fields.insert((name.clone(), field.trim().to_owned()), comment);
+                }
+            } else if let Some(rest) = line.strip_prefix("struct ") {
+                let name = leading_name(rest);
+                comments.structs.insert(name.to_owned(), comment);
+                inside = (!line.contains('}')).then(|| name.to_owned());
+            } else if let Some(rest) = line.strip_prefix("var") {
+                let (name, _) = rest.split_once(':').unwrap_or((rest, ""));
+                let name = name.rsplit('>').next().unwrap_or(name).trim();
+                comments.variables.insert(name.to_owned(), comment);
+            }
+        }
         comments
     }
+
+    fn field(&self, of: &str, field: &str) -> String {
+        self.fields.get(&(of.to_owned(), field.to_owned())).cloned().unwrap_or_default()
+    }
+}
+
+/// What comes after the attributes that a line starts with.
+fn without_attributes(line: &str) -> &str {
+    let mut rest = line;
+    while let Some(attribute) = rest.strip_prefix('@') {
+        let after = &attribute[leading_name(attribute).len()..];
+        let after = after.trim_start();
+        rest = match after.strip_prefix('(').and_then(|inside| inside.split_once(')')) {
+            Some((_, after)) => after.trim_start(),
+            None => after,
+        };
+    }
+    rest
+}
+
+fn leading_name(text: &str) -> &str {
+    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
+    &text[..end]
 }
 
 struct Reflector<'a> {
@@ -273,9 +292,8 @@ impl Reflector<'_> {
 
     /// The entry points that use a variable.
     fn users(&self, variable: Handle<naga::GlobalVariable>) -> impl Iterator<Item = usize> {
-        (0..self.module.entry_points.len()).filter(move |index| {
-            self.info.get_entry_point(*index)[variable] != GlobalUse::empty()
-        })
+        (0..self.module.entry_points.len())
+            .filter(move |index| self.info.get_entry_point(*index)[variable] != GlobalUse::empty())
     }
 
     fn resource(
@@ -332,7 +350,11 @@ impl Reflector<'_> {
                 }
             }
             TypeInner::Sampler { comparison } => Ok(Resource::Sampler {
-                sampler_type: if comparison { SamplerType::Comparison } else { SamplerType::Filtering },
+                sampler_type: if comparison {
+                    SamplerType::Comparison
+                } else {
+                    SamplerType::Filtering
+                },
             }),
             TypeInner::BindingArray { .. } => refuse("an array of bindings"),
             TypeInner::AccelerationStructure { .. } => refuse("an acceleration structure"),
@@ -364,18 +386,13 @@ impl Reflector<'_> {
             },
             TypeInner::Struct { members, span } => {
                 let name = self.module.types[handle].name.clone().unwrap_or_default();
-                let fields = members.iter().enumerate().map(|(index, member)| {
+                let fields = members.iter().map(|member| {
                     let field = member.name.clone().unwrap_or_default();
                     Ok(LayoutField {
                         offset: member.offset,
                         size: self.layouter[member.ty].size,
                         r#type: self.field_type(member.ty, &format!("{name}.{field}"))?,
-                        description: self
-                            .comments
-                            .fields
-                            .get(&(name.clone(), index))
-                            .cloned()
-                            .unwrap_or_default(),
+                        description: self.comments.field(&name, &field),
                         name: field,
                     })
                 });
@@ -435,7 +452,10 @@ impl Reflector<'_> {
                     && self.users(*handle).any(|user| user == index)
             });
             let bytes = used.map(|(_, variable)| u64::from(self.layouter[variable.ty].size));
-            need("maxComputeWorkgroupStorageSize", bytes.map(|size| size.next_multiple_of(16)).sum());
+            need(
+                "maxComputeWorkgroupStorageSize",
+                bytes.map(|size| size.next_multiple_of(16)).sum(),
+            );
         }
         limits
     }
