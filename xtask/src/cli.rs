@@ -1,0 +1,115 @@
+//! What can be typed.
+
+use std::fmt::Write as _;
+
+use clap::{CommandFactory as _, Parser, Subcommand};
+
+use crate::command::{doctor, gen_shaders, render, report, test, variants, verify};
+use crate::failure::Result;
+
+/// Generates, verifies and runs shaders for real-time indirect light with spherical Gaussians.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", version, disable_help_subcommand = true)]
+pub(crate) struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+/// What can be done.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Write shader packages from the library
+    #[command(after_help = gen_shaders::EXAMPLES)]
+    GenShaders(gen_shaders::Arguments),
+    /// Show which variants there are, which are illegal, and what a scene needs
+    #[command(after_help = variants::EXAMPLES)]
+    Variants(variants::Arguments),
+    /// Render a scene to a picture
+    #[command(after_help = render::EXAMPLES)]
+    Render(render::Arguments),
+    /// Measure error against run time
+    #[command(after_help = report::EXAMPLES)]
+    Report(report::Arguments),
+    /// Let independent compilers read a package
+    #[command(after_help = verify::EXAMPLES)]
+    Verify(verify::Arguments),
+    /// Run all tests, after making sure that a Vulkan driver exists
+    #[command(after_help = test::EXAMPLES)]
+    Test(test::Arguments),
+    /// Show what this machine has and lacks
+    #[command(after_help = doctor::EXAMPLES)]
+    Doctor(doctor::Arguments),
+}
+
+impl Command {
+    /// Does it.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be done, or what it checks does not hold.
+    pub(crate) fn run(self) -> Result {
+        match self {
+            Self::GenShaders(arguments) => gen_shaders::run(&arguments),
+            Self::Variants(arguments) => variants::run(&arguments),
+            Self::Render(arguments) => render::run(&arguments),
+            Self::Report(arguments) => report::run(&arguments),
+            Self::Verify(arguments) => verify::run(&arguments),
+            Self::Test(arguments) => test::run(&arguments),
+            Self::Doctor(arguments) => doctor::run(&arguments),
+        }
+    }
+}
+
+/// What somebody reads who types no command.
+pub(crate) fn introduction() -> String {
+    let cli = Cli::command();
+    let mut text = String::from(
+        "sglow turns one readable library of shaders (shaders/src) into specialised, validated variants for real-time \
+         \nindirect light with spherical Gaussians, runs them, and says how wrong and how fast each of them is.\n\n\
+         Commands:\n",
+    );
+    for command in cli.get_subcommands() {
+        let about = command.get_about().map(ToString::to_string).unwrap_or_default();
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "  {:<12} {about}", command.get_name());
+    }
+    text.push_str(
+        "\nFirst, try:\n  \
+         cargo xtask gen-shaders     write the package that is committed; `git diff` shows nothing\n  \
+         cargo xtask test            run all tests, on a software GPU if there is no other\n\n\
+         `cargo xtask COMMAND --help` explains a command and gives examples.\n",
+    );
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_sound_and_every_command_has_an_example() {
+        let cli = Cli::command();
+        cli.clone().debug_assert();
+        let introduction = introduction();
+        for command in cli.get_subcommands() {
+            let name = command.get_name();
+            let help = command.get_after_help().map(ToString::to_string);
+            let example = format!("cargo xtask {name}");
+            assert!(help.is_some_and(|help| help.contains(&example)), "{name} lacks an example");
+            assert!(introduction.contains(name), "{name} is not introduced");
+        }
+    }
+
+    #[test]
+    fn every_example_parses() {
+        for command in Cli::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            for line in help.lines().map(str::trim).filter(|line| line.starts_with("cargo xtask")) {
+                let words = line.split_whitespace().skip(2);
+                let parsed = Cli::try_parse_from(std::iter::once("cargo xtask").chain(words));
+                assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+            }
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! One file per command.
+
+pub(crate) mod doctor;
+pub(crate) mod gen_shaders;
+pub(crate) mod render;
+pub(crate) mod report;
+pub(crate) mod test;
+pub(crate) mod variants;
+pub(crate) mod verify;

@@ -1,0 +1,78 @@
+//! What a command says when it cannot go on.
+
+use std::fmt;
+
+/// Why a command ends without success, in words for a person, and what that person can do about it.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    message: String,
+    help: Vec<String>,
+}
+
+/// What a command returns.
+pub(crate) type Result<T = (), E = Failure> = std::result::Result<T, E>;
+
+impl Failure {
+    /// A failure that says `message`.
+    pub(crate) fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into(), help: Vec::new() }
+    }
+
+    /// Adds a line that says what would do.
+    pub(crate) fn help(mut self, line: impl Into<String>) -> Self {
+        self.help.push(line.into());
+        self
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error: {}", self.message.trim_end())?;
+        self.help.iter().try_for_each(|line| write!(f, "\nhelp: {line}"))
+    }
+}
+
+impl<E: std::error::Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        let mut message = error.to_string();
+        let mut source = error.source();
+        while let Some(cause) = source {
+            let cause_text = cause.to_string();
+            // Many errors already quote their cause.
+            if !message.contains(&cause_text) {
+                message.push_str(": ");
+                message.push_str(&cause_text);
+            }
+            source = cause.source();
+        }
+        Self::new(message)
+    }
+}
+
+/// Says what was being done when an error came up.
+pub(crate) trait Context<T> {
+    /// Puts `doing` before the error's own words.
+    fn context(self, doing: impl fmt::Display) -> Result<T>;
+}
+
+impl<T, E: Into<Failure>> Context<T> for Result<T, E> {
+    fn context(self, doing: impl fmt::Display) -> Result<T> {
+        self.map_err(|error| {
+            let failure = error.into();
+            Failure { message: format!("{doing}: {}", failure.message), help: failure.help }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failure_names_what_was_done_and_what_would_do() {
+        let missing = std::fs::read("/no/such/file").context("/no/such/file");
+        let text = missing.unwrap_err().help("look elsewhere").to_string();
+        assert!(text.starts_with("error: /no/such/file: No such file"), "{text}");
+        assert!(text.ends_with("\nhelp: look elsewhere"), "{text}");
+    }
+}

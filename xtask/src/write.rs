@@ -1,0 +1,71 @@
+//! Files that are there whole or not at all.
+
+use std::fs;
+use std::io::{self, BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+
+use crate::failure::{Context as _, Failure, Result};
+
+/// What a file is written through.
+pub(crate) trait Sink: Write + Seek {}
+impl<T: Write + Seek> Sink for T {}
+
+/// Writes a file beside its place and renames it; missing folders are made.
+///
+/// # Errors
+///
+/// When the folder or the file cannot be written, or `fill` fails; then nothing is left behind.
+pub(crate) fn file<E: Into<Failure>>(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
+) -> Result {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    };
+    let place = path.display();
+    fs::create_dir_all(&folder).context(format!("{}: cannot make the folder", folder.display()))?;
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        // A temporary file is its owner's alone; what is kept follows the umask like any other file.
+        use std::os::unix::fs::PermissionsExt as _;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let file =
+        builder.prefix(".sglow-").tempfile_in(&folder).context(format!("{place}: cannot write"))?;
+    let mut writer = BufWriter::new(file);
+    fill(&mut writer).map_err(Into::into).context(format!("{place}: cannot write"))?;
+    writer
+        .into_inner()
+        .map_err(io::IntoInnerError::into_error)
+        .context(format!("{place}: cannot write"))?
+        .persist(path)
+        .map_err(|error| error.error)
+        .context(format!("{place}: cannot write"))?;
+    Ok(())
+}
+
+/// Writes `text` as [`file`] does.
+pub(crate) fn text(path: &Path, text: &str) -> Result {
+    file(path, |sink| sink.write_all(text.as_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_there_whole_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep/er/file.txt");
+        text(&path, "first").unwrap();
+        let failed = file(&path, |sink| {
+            sink.write_all(b"half")?;
+            Err(io::Error::other("the disk is full"))
+        });
+        assert!(failed.unwrap_err().to_string().contains("the disk is full"));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "first");
+        assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    }
+}
