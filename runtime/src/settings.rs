@@ -163,7 +163,8 @@ impl Settings {
             "1 to 24".to_owned(),
         );
         let shade = self.shade();
-        if let Some((rule, reason)) = shade.excluded() {
+        if let Some(exclusion) = shade.excluded() {
+            let (rule, reason) = (exclusion.name, exclusion.reason);
             faults.push(SettingsError::Excluded { id: shade.id(), rule, reason });
         }
         if self.filter == Filter::Hardware && !device.features().contains(wgpu::Features::FLOAT32_FILTERABLE) {

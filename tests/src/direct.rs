@@ -1,6 +1,7 @@
 //! Direct light and its shadow map: `shaders/src/direct`.
 
-use sglow_oracle::direct::{ShadowMap, direct, face_of};
+use sglow_oracle::direct::shadow::face_of;
+use sglow_oracle::direct::{ShadowMap, direct};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::{Bounded, Vector3};
 use sglow_runtime::frame::{Renderer, SHADOW_SIZE};

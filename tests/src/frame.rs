@@ -40,7 +40,7 @@ fn difference(name: &str, settings: &Settings, package: &Package) -> f64 {
             rsm::moments(texel, power, towards, origin, lobes)
         })
         .collect();
-    let density: Vec<f64> = moments.iter().map(rsm::density).collect();
+    let density: Vec<f64> = moments.iter().map(rsm::density::density).collect();
     let moments = Pyramid::build::<f64>(size, moments).unwrap();
     let density = Pyramid::build::<f64>(size, density).unwrap();
     let sampling = reference::sample_settings(settings, view);

@@ -122,7 +122,7 @@ fn compare(run: &Run) -> Comparisons {
         let expected = Bounded::with_error(0.5 * (low + high), 0.5 * (high - low) + 1e-12);
         comparisons.levels.number(|| format!("level of kernel {index}"), kernel.level, expected);
 
-        let expected = vsgl::light_of_kernel(
+        let expected = vsgl::sample::light_of_kernel(
             &density,
             &moments,
             centre,

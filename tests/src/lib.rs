@@ -1,1 +1,25 @@
-//! Whole-system tests.
+//! Whole-system tests: every stage on the device against the oracle, whole frames, pruning, packages, bad input.
+//!
+//! A stage's test takes what the device read (its inputs, read back), evaluates the oracle with derived tolerances, and
+//! compares with what the device wrote. Each has a negative control: a shader that is broken on purpose must fail.
+
+#[cfg(test)]
+mod common;
+#[cfg(test)]
+mod direct;
+#[cfg(test)]
+mod frame;
+#[cfg(test)]
+mod kernels;
+#[cfg(test)]
+mod mip;
+#[cfg(test)]
+mod moments;
+#[cfg(test)]
+mod pruning;
+#[cfg(test)]
+mod shade;
+#[cfg(test)]
+mod stress;
+#[cfg(test)]
+mod surface;

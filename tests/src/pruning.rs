@@ -101,7 +101,7 @@ fn pruned(scene: &Scene) -> Settings {
     let needed = library.needed(&facts).unwrap();
     let mut settings = base();
     for axis in sglow_runtime::settings::AXES {
-        if let Some(value) = needed.only(axis) {
+        if let [value] = needed[axis].values.as_slice() {
             settings.set(axis, value).unwrap();
         }
     }

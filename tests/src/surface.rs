@@ -45,6 +45,12 @@ fn camera(scene: &Scene, [width, height]: [u32; 2]) -> Camera {
     }
 }
 
+/// A vector whose parts have an error each.
+fn within(value: Vector3, error: f64) -> Vector3<Bounded> {
+    let [x, y, z] = value.to_array().map(|part| Bounded::with_error(part, error));
+    Vector3::new(x, y, z)
+}
+
 /// Compares the pixels whose eight neighbours see the same triangle, as the rays tell.
 fn compare(
     scene: &Scene,
@@ -73,7 +79,7 @@ fn compare(
             let error = 2.0 * footprint / 16.0 + 1e-5 * hit.distance;
             let index = y * size[0] + x;
             let material = &scene.materials[hit.material as usize];
-            let expected = hit.position.map(|part| Bounded::with_error(part, error));
+            let expected = within(hit.position, error);
             let [px, py, pz, dielectric] = surfaces.position[index];
             comparison.vector(&format!("position of {x} {y}"), [px, py, pz], expected);
             comparison.number(|| "dielectric".to_owned(), dielectric, Bounded::exact(material.dielectric));
@@ -81,7 +87,7 @@ fn compare(
             // Half floats: 2^-11 relative, at most 2^-11 for a unit vector; the oracle's normals are interpolated at
             // the exact centre, so that curved surfaces get the footprint's share as well.
             let turn = (right.normal - hit.normal).length() + (below.normal - hit.normal).length();
-            let expected = facing.map(|part| Bounded::with_error(part, 2f64.powi(-11) + 2.0 * turn / 16.0));
+            let expected = within(facing, 2f64.powi(-11) + 2.0 * turn / 16.0);
             let [nx, ny, nz, alpha] = surfaces.normal[index];
             comparison.vector(&format!("normal of {x} {y}"), [nx, ny, nz], expected);
             let half = |value: f64| Bounded::with_error(value, value.abs() * 2f64.powi(-11) + 1e-7);
