@@ -1123,3 +1123,39 @@ fn telling_choices<'a>(
     }
     candidates
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_become_rust_names() {
+        let cases = [("kernel", "Kernel"), ("two-words", "TwoWords"), ("snake_case", "SnakeCase")];
+        for (name, expected) in cases {
+            assert_eq!(pascal(name), expected);
+        }
+        let cases = [("type", "r#type"), ("self", "_self"), ("4x4", "_4x4"), ("a-b", "a_b")];
+        for (name, expected) in cases {
+            assert_eq!(ident(name).to_string(), expected);
+        }
+    }
+
+    #[test]
+    fn texture_formats_are_wgpus() {
+        let cases = [
+            ("rgba16float", "Rgba16Float"),
+            ("r32uint", "R32Uint"),
+            ("rg11b10ufloat", "Rg11b10Ufloat"),
+            ("rgb10a2unorm", "Rgb10a2Unorm"),
+        ];
+        for (format, expected) in cases {
+            assert_eq!(texture_format(format), expected);
+        }
+    }
+
+    #[test]
+    fn documentation_has_no_links_that_nobody_meant() {
+        assert_eq!(escape("in [0, 1], `[u8]`, <b>"), "in \\[0, 1\\], `[u8]`, \\<b\\>");
+        assert_eq!(doc("as published.").to_string(), doc("as published").to_string());
+    }
+}

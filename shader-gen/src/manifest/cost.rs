@@ -255,3 +255,70 @@ impl Counter<'_> {
         self.inner(pointer).pointer_space()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+    use super::*;
+
+    fn cost(body: &str) -> Cost {
+        let text = format!(
+            "@group(0) @binding(0) var<storage, read> a: array<vec4<f32>>;
+            @group(0) @binding(1) var<storage, read_write> b: array<vec4<f32>>;
+            @group(0) @binding(2) var t: texture_2d<f32>;
+            var<workgroup> tile: array<f32, 4>;
+            fn twice(x: vec4<f32>) -> vec4<f32> {{ return x * 2.0 + exp(x); }}
+            @compute @workgroup_size(1) fn main(@builtin(local_invocation_index) i: u32) {{ {body} }}"
+        );
+        let module = naga::front::wgsl::parse_str(&text).unwrap();
+        let info =
+            Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).unwrap();
+        of(&module, &info, 0)
+    }
+
+    #[test]
+    fn memory_is_counted_where_it_is_touched() {
+        let copied = Cost {
+            buffer_reads: 1,
+            buffer_read_bytes: 16,
+            buffer_writes: 1,
+            buffer_write_bytes: 16,
+            ..Cost::default()
+        };
+        assert_eq!(cost("b[i] = a[i];"), copied);
+        let component = Cost {
+            buffer_read_bytes: 4,
+            workgroup_writes: 1,
+            buffer_writes: 0,
+            buffer_write_bytes: 0,
+            ..copied
+        };
+        assert_eq!(cost("tile[i] = a[i].x;"), component);
+    }
+
+    #[test]
+    fn a_call_counts_what_it_calls_each_time() {
+        let once = cost("b[i] = twice(a[i]);");
+        let again = cost("b[i] = twice(twice(a[i]));");
+        assert_eq!((once.arithmetic, once.transcendental), (8, 4));
+        assert_eq!((again.arithmetic, again.transcendental), (16, 8));
+    }
+
+    #[test]
+    fn a_loop_counts_once_and_a_branch_counts_all_its_sides() {
+        let looped = cost("for (var k = 0u; k < 9u; k += 1u) { tile[k % 4u] = 1.0; }");
+        assert_eq!((looped.loops, looped.workgroup_writes), (1, 1));
+        let branched =
+            cost("if i > 1u { tile[0] = 1.0; } else { tile[1] = 1.0; workgroupBarrier(); }");
+        assert_eq!((branched.branches, branched.workgroup_writes, branched.barriers), (1, 2, 1));
+    }
+
+    #[test]
+    fn products_and_reductions_count_their_scalars() {
+        let cost = |body: &str| cost(body).arithmetic;
+        assert_eq!(cost("tile[0] = dot(a[0], a[1]);"), 4);
+        assert_eq!(cost("b[0] = mat4x4<f32>(a[0], a[1], a[2], a[3]) * a[4];"), 16);
+        assert_eq!(cost("b[0] = a[0] * a[1];"), 4);
+    }
+}

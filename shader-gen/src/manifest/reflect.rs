@@ -543,3 +543,158 @@ impl Dimension {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+    use super::*;
+
+    fn reflected(text: &str) -> Reflection {
+        let module = naga::front::wgsl::parse_str(text).unwrap();
+        let info =
+            Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).unwrap();
+        reflect(text, &module, &info).unwrap()
+    }
+
+    fn sample_types(reflection: &Reflection) -> BTreeMap<&str, SampleType> {
+        let bindings = reflection.bindings.iter();
+        bindings
+            .filter_map(|binding| match binding.resource {
+                Resource::Texture { sample_type, .. } => Some((binding.name.as_str(), sample_type)),
+                _ => None,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_texture_is_filterable_where_a_sampler_ever_reads_it() {
+        // `passed` reaches its sampler through a function's parameters.
+        let reflection = reflected(
+            "@group(0) @binding(0) var loaded: texture_2d<f32>;
+            @group(0) @binding(1) var passed: texture_2d<f32>;
+            @group(0) @binding(2) var counted: texture_2d<u32>;
+            @group(0) @binding(3) var depth: texture_depth_2d_array;
+            @group(0) @binding(4) var smooth_sampler: sampler;
+            @group(0) @binding(5) var<storage, read_write> out: array<f32>;
+            fn read(t: texture_2d<f32>, s: sampler) -> f32 {
+                return textureSampleLevel(t, s, vec2(0.5), 0.0).x;
+            }
+            @compute @workgroup_size(1) fn main() {
+                out[0] = textureLoad(loaded, vec2(0), 0).x + read(passed, smooth_sampler)
+                    + f32(textureLoad(counted, vec2(0), 0).x) + textureLoad(depth, vec2(0), 0, 0);
+            }",
+        );
+        let expected = BTreeMap::from([
+            ("loaded", SampleType::UnfilterableFloat),
+            ("passed", SampleType::Float),
+            ("counted", SampleType::Uint),
+            ("depth", SampleType::Depth),
+        ]);
+        assert_eq!(sample_types(&reflection), expected);
+    }
+
+    #[test]
+    fn stages_see_what_they_use() {
+        let reflection = reflected(
+            "@group(0) @binding(0) var<uniform> both: vec4<f32>;
+            @group(1) @binding(3) var<uniform> tint: vec4<f32>;
+            @vertex fn place() -> @builtin(position) vec4<f32> { return both; }
+            @fragment fn paint() -> @location(0) vec4<f32> { return both * tint; }",
+        );
+        let visible: Vec<_> = reflection
+            .bindings
+            .iter()
+            .map(|of| (of.group, of.binding, of.visibility.as_slice()))
+            .collect();
+        let (vertex, fragment) = (Stage::Vertex, Stage::Fragment);
+        assert_eq!(visible, [(0, 0, &[vertex, fragment][..]), (1, 3, &[fragment])]);
+        assert_eq!(reflection.limits["maxBindGroups"], 2);
+        assert_eq!(reflection.limits["maxUniformBuffersPerShaderStage"], 2);
+    }
+
+    #[test]
+    fn limits_count_what_an_entry_point_uses() {
+        let reflection = reflected(
+            "@group(0) @binding(0) var<storage, read> a: array<f32>;
+            @group(0) @binding(1) var<storage, read_write> b: array<f32>;
+            var<workgroup> tile: array<vec3<f32>, 3>;
+            var<workgroup> flag: u32;
+            @compute @workgroup_size(8, 4, 2) fn main(@builtin(local_invocation_index) i: u32) {
+                tile[i % 3u].x = a[i];
+                flag = 1u;
+                workgroupBarrier();
+                b[i] = tile[(i + 1u) % 3u].x;
+            }
+            @compute @workgroup_size(1) fn clear() { b[0] = 0.0; }",
+        );
+        let expected = [
+            ("maxBindGroups", 1),
+            ("maxComputeInvocationsPerWorkgroup", 64),
+            ("maxComputeWorkgroupSizeX", 8),
+            ("maxComputeWorkgroupSizeY", 4),
+            ("maxComputeWorkgroupSizeZ", 2),
+            // 48 bytes and 4, which counts as 16.
+            ("maxComputeWorkgroupStorageSize", 64),
+            ("maxStorageBuffersPerShaderStage", 2),
+        ];
+        let expected = expected.map(|(name, value)| (name.to_owned(), value));
+        assert_eq!(reflection.limits, BTreeMap::from(expected));
+    }
+
+    #[test]
+    fn least_sizes_hold_one_element() {
+        let reflection = reflected(
+            "struct Item { at: vec3<f32>, weight: f32, tag: u32 }
+            struct List { count: u32, items: array<Item> }
+            @group(0) @binding(0) var<storage, read_write> list: List;
+            @group(0) @binding(1) var<storage, read> items: array<Item>;
+            @compute @workgroup_size(1) fn main() { list.items[list.count] = items[0]; }",
+        );
+        let sizes: Vec<_> = reflection.bindings.iter().map(|binding| &binding.resource).collect();
+        assert!(matches!(
+            sizes[0],
+            Resource::Storage { min_size: 48, access: Access::ReadWrite, .. }
+        ));
+        assert!(matches!(sizes[1], Resource::Storage { min_size: 32, access: Access::Read, .. }));
+        let names: Vec<_> = reflection.layouts.iter().map(|layout| layout.name.as_str()).collect();
+        assert_eq!(names, ["Item", "List"]);
+    }
+
+    #[test]
+    fn a_comment_belongs_to_what_comes_next() {
+        let reflection = reflected(
+            "/// A thing,
+            /// in two lines.
+            struct Thing {
+                first: f32, // not this
+                /// The second.
+                @align(16) second: f32,
+                // Nor this.
+                third: f32,
+            }
+            /// Where it lies.
+            @group(0) @binding(0)
+            var<storage, read_write> thing: Thing;
+            @compute @workgroup_size(1) fn main() { thing.first = thing.second + thing.third; }",
+        );
+        assert_eq!(reflection.bindings[0].description, "Where it lies.");
+        let layout = &reflection.layouts[0];
+        assert_eq!(layout.description, "A thing, in two lines.");
+        let fields: Vec<_> = layout.fields.iter().map(|field| field.description.as_str()).collect();
+        assert_eq!(fields, ["", "The second.", ""]);
+    }
+
+    #[test]
+    fn what_no_host_can_bind_is_refused() {
+        let text = "enable wgpu_binding_array;
+            @group(0) @binding(0) var many: binding_array<texture_2d<f32>, 4>;
+            @group(0) @binding(1) var<storage, read_write> out: array<f32>;
+            @compute @workgroup_size(1) fn main() { out[0] = textureLoad(many[0], vec2(0), 0).x; }";
+        let module = naga::front::wgsl::parse_str(text).unwrap();
+        let info =
+            Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).unwrap();
+        let error = reflect(text, &module, &info).unwrap_err();
+        assert!(error.to_string().contains("`many` is an array of bindings"), "{error}");
+    }
+}

@@ -1,0 +1,305 @@
+//! Packages: what they say, that they are the same each time, and that nothing changed by hand goes unseen.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use sglow_shader_gen::generate;
+use sglow_shader_gen::library::Library;
+use sglow_shader_gen::matrix::Variant;
+use sglow_shader_gen::package::{
+    self, Change, Difference, Error, Options, Outcome, Parts, Progress, Target,
+};
+
+use crate::{foreign_library, foreign_root};
+
+fn build(library: &Library, variants: &[Variant], targets: &[Target]) -> BTreeMap<String, Vec<u8>> {
+    let validated =
+        generate::variants(library, variants).unwrap_or_else(|report| panic!("{report}"));
+    let libraries = generate::libraries(library).unwrap_or_else(|report| panic!("{report}"));
+    let parts = Parts {
+        library,
+        variants: &validated,
+        libraries: &libraries,
+        changelog: None,
+        source_hash: "the hash of the sources",
+    };
+    let targets = targets.iter().copied().collect();
+    package::build(&parts, &targets).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn text(files: &BTreeMap<String, Vec<u8>>, path: &str) -> String {
+    // Hashes follow from everything else and would hide what has changed.
+    let text = String::from_utf8(files[path].clone()).unwrap();
+    let hexadecimal = |word: &str| word.len() == 64 && word.bytes().all(|b| b.is_ascii_hexdigit());
+    let words = text.split_inclusive(|c: char| !c.is_ascii_alphanumeric());
+    let hide = |word: &str| match word.get(..64) {
+        Some(hash) if hexadecimal(hash) && word.len() <= 65 => format!("SHA-256{}", &word[64..]),
+        _ => word.to_owned(),
+    };
+    words.map(hide).collect()
+}
+
+/// Compares with `snapshots/NAME.snap`.
+fn snapshot(name: &str, text: &str) {
+    let mut settings = insta::Settings::clone_current();
+    settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
+    settings.bind(|| insta::assert_snapshot!(name, text));
+}
+
+fn generate_into(out: &Path, cache: Option<&Path>) -> (Outcome, Vec<Progress>) {
+    let mut steps = Vec::new();
+    let options = Options { cache: cache.map(Path::to_owned), ..Options::new(out) };
+    let outcome = package::generate(&foreign_root(), &options, &mut |step| steps.push(step));
+    (outcome.unwrap_or_else(|error| panic!("{error}")), steps)
+}
+
+fn differences(out: &Path) -> Vec<(String, Change)> {
+    let options = Options { check: true, ..Options::new(out) };
+    match package::generate(&foreign_root(), &options, &mut |_| ()) {
+        Ok(_) => Vec::new(),
+        Err(Error::Differs(found)) => found.into_iter().map(|of| (of.path, of.change)).collect(),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[test]
+fn the_package_says_what_it_has() {
+    let library = foreign_library();
+    let files = build(&library, &library.selected(), &Target::ALL);
+    let paths: Vec<_> = files.keys().map(String::as_str).collect();
+    snapshot("package/files", &paths.join("\n"));
+    for path in ["manifest.json", "README.md", "rust/lib.rs", "wgsl/count-mean-workgroup.wgsl"] {
+        snapshot(&format!("package/{path}"), &text(&files, path));
+    }
+}
+
+#[test]
+fn the_manifest_has_the_form_of_its_schema() {
+    let library = foreign_library();
+    let files = build(&library, &library.selected(), &Target::ALL);
+    let read = |path: &str| -> serde_json::Value { serde_json::from_slice(&files[path]).unwrap() };
+    let schema = jsonschema::validator_for(&read("manifest.schema.json")).unwrap();
+    let manifest = read("manifest.json");
+    let errors: Vec<_> = schema.iter_errors(&manifest).map(|error| error.to_string()).collect();
+    assert_eq!(errors, Vec::<String>::new());
+
+    // Negative controls: each breaks one thing.
+    let breakages: [(&str, fn(&mut serde_json::Value)); 4] = [
+        ("a field less", |of| drop(of.as_object_mut().unwrap().remove("naga"))),
+        ("a field more", |of| of["surprise"] = 1.into()),
+        ("another type", |of| of["variants"][0]["bindings"][0]["group"] = "zero".into()),
+        ("an unknown kind", |of| of["variants"][0]["bindings"][0]["kind"] = "tape".into()),
+    ];
+    for (what, breakage) in breakages {
+        let mut broken = manifest.clone();
+        breakage(&mut broken);
+        assert!(!schema.is_valid(&broken), "{what}");
+    }
+}
+
+#[test]
+fn the_manifest_can_be_read_back() {
+    let library = foreign_library();
+    let files = build(&library, &library.variants(), &[Target::Spirv]);
+    let manifest: sglow_shader_gen::manifest::Manifest =
+        serde_json::from_slice(&files["manifest.json"]).unwrap();
+    let mut again = serde_json::to_vec_pretty(&manifest).unwrap();
+    again.push(b'\n');
+    assert!(again == files["manifest.json"]);
+    assert_eq!(manifest.variants.len(), library.variants().len());
+    for file in manifest.variants.iter().flat_map(|variant| &variant.files) {
+        assert_eq!(
+            file.sha256,
+            sglow_shader_gen::hash::sha256(&files[&file.path]),
+            "{}",
+            file.path
+        );
+    }
+}
+
+#[test]
+fn a_package_is_the_same_to_the_byte_in_whatever_order_it_is_made() {
+    let library = foreign_library();
+    let mut variants = library.selected();
+    let files = build(&library, &variants, &Target::ALL);
+    variants.reverse();
+    assert!(files == build(&foreign_library(), &variants, &Target::ALL));
+    // Negative control: another selection is another package.
+    variants.pop();
+    assert!(files != build(&library, &variants, &Target::ALL));
+}
+
+#[test]
+fn bindings_know_every_exclusion() {
+    // The generated rules decide as `Library::excluded` does; their text is Rust that `syn` reads.
+    let library = foreign_library();
+    let files = build(&library, &library.selected(), &[Target::Rust]);
+    let bindings = String::from_utf8(files["rust/lib.rs"].clone()).unwrap();
+    assert!(syn::parse_file(&bindings).is_ok());
+    assert!(syn::parse_file(&bindings.replacen("pub enum", "pub enumeration", 1)).is_err());
+    for excluded in library.excluded() {
+        assert!(bindings.contains(&format!("name: \"{}\"", excluded.exclusion)));
+    }
+}
+
+#[test]
+fn what_is_written_is_written_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("deep/package");
+    let (first, _) = generate_into(&out, None);
+    assert!(first.unchanged.is_empty() && first.removed.is_empty());
+    assert_eq!(differences(&out), []);
+    let (second, _) = generate_into(&out, None);
+    assert_eq!(second, Outcome { unchanged: first.written, ..Outcome::default() });
+    // Nothing is left beside the package.
+    assert_eq!(fs::read_dir(out.parent().unwrap()).unwrap().count(), 1);
+}
+
+#[test]
+fn every_difference_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    generate_into(out, None);
+    let shader = "wgsl/count-mean-direct.wgsl";
+    let mut bytes = fs::read(out.join(shader)).unwrap();
+    bytes[100] ^= 1;
+    fs::write(out.join(shader), bytes).unwrap();
+    fs::remove_file(out.join("README.md")).unwrap();
+    fs::write(out.join("notes.txt"), "mine").unwrap();
+    let expected =
+        [("README.md", Change::Missing), ("notes.txt", Change::Extra), (shader, Change::ByHand)]
+            .map(|(path, change)| (path.to_owned(), change));
+    assert_eq!(differences(out), expected);
+    let found = package::verify_hashes(out).unwrap();
+    let of = |difference: Difference| (difference.path, difference.change);
+    assert_eq!(found.into_iter().map(of).collect::<Vec<_>>(), expected);
+
+    // Writing repairs what belongs to the package and leaves alone what does not.
+    let (outcome, _) = generate_into(out, None);
+    assert_eq!(outcome.written, ["README.md", shader]);
+    assert_eq!(outcome.removed, Vec::<String>::new());
+    assert_eq!(differences(out), [("notes.txt".to_owned(), Change::Extra)]);
+}
+
+#[test]
+fn what_is_no_longer_generated_is_removed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    let mut options = Options::new(out);
+    options.targets.insert(Target::Spirv);
+    package::generate(&foreign_root(), &options, &mut |_| ()).unwrap();
+    let found = differences(out);
+    assert!(found.contains(&("spirv/scan-inclusive.spv".to_owned(), Change::Stale)), "{found:?}");
+    assert!(found.contains(&("manifest.json".to_owned(), Change::Outdated)), "{found:?}");
+    fs::write(out.join("notes.txt"), "mine").unwrap();
+    let (outcome, _) = generate_into(out, None);
+    assert!(outcome.removed.contains(&"spirv/scan-inclusive.spv".to_owned()));
+    assert!(!out.join("spirv").exists());
+    assert!(out.join("notes.txt").exists());
+}
+
+#[test]
+fn nothing_is_generated_when_nothing_has_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, cache) = (folder.path().join("package"), folder.path().join("cache"));
+    let (first, steps) = generate_into(&out, Some(&cache));
+    assert!(!steps.contains(&Progress::Unchanged));
+    let (second, steps) = generate_into(&out, Some(&cache));
+    assert_eq!(steps, [Progress::Unchanged]);
+    assert_eq!(second.unchanged, first.written);
+    // Negative control: one byte of the package, and everything is looked at again.
+    fs::write(out.join("CHANGELOG.md"), "# Changed\n").unwrap();
+    let (third, steps) = generate_into(&out, Some(&cache));
+    assert!(!steps.contains(&Progress::Unchanged));
+    assert_eq!(third.written, ["CHANGELOG.md"]);
+}
+
+#[test]
+fn the_source_hash_knows_sources_selection_and_targets() {
+    let library = foreign_library();
+    let all = BTreeSet::from(Target::ALL);
+    let variants = library.selected();
+    let hash = package::source_hash(&library, &variants, None, &all);
+    assert_eq!(hash, package::source_hash(&foreign_library(), &variants, None, &all));
+    let others = [
+        package::source_hash(&library, &variants[1..], None, &all),
+        package::source_hash(&library, &variants, Some("# Changelog\n"), &all),
+        package::source_hash(&library, &variants, None, &BTreeSet::from([Target::Wgsl])),
+        package::source_hash(&zoo("a: f32"), &variants, None, &all),
+    ];
+    for other in others {
+        assert_ne!(hash, other);
+    }
+}
+
+/// A library of one pass that reads a struct with these fields from a buffer.
+fn zoo(fields: &str) -> Library {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("src")).unwrap();
+    fs::write(
+        folder.path().join("library.toml"),
+        r#"
+[library]
+name = "zoo"
+version = "0.1.0"
+description = "Layouts"
+license = "MIT"
+prefix = "zoo_"
+source = "src"
+[[pass]]
+name = "look"
+description = "looks"
+source = "look.wesl"
+entry_points = ["zoo_look"]
+[package]
+name = "zoo"
+select = [{ pass = "look" }]
+"#,
+    )
+    .unwrap();
+    let source = format!(
+        "/// Within another.
+struct ZooInner {{
+    /// Unit.
+    axis: vec3<f32>,
+    @size(16) weight: f32,
+}}
+struct ZooOuter {{
+    {fields}
+}}
+@group(0) @binding(1) var<storage, read_write> zoo_outer: ZooOuter;
+@group(2) @binding(0) var<uniform> zoo_inner: ZooInner;
+@compute @workgroup_size(1)
+fn zoo_look() {{
+    zoo_outer.a = zoo_inner.weight;
+}}
+"
+    );
+    fs::write(folder.path().join("src/look.wesl"), source).unwrap();
+    Library::load(folder.path()).unwrap_or_else(|report| panic!("{report}"))
+}
+
+#[test]
+fn structs_have_the_layout_of_the_shaders() {
+    let fields = "a: f32,
+    /// A direction.
+    b: vec3<f32>,
+    c: vec2<i32>,
+    d: array<vec3<f32>, 2>,
+    e: mat3x3<f32>,
+    f: mat2x2<f32>,
+    g: ZooInner,
+    h: array<ZooInner, 3>,
+    i: atomic<u32>,
+    j: array<atomic<i32>, 5>,
+    k: vec4<u32>,
+    type_: u32,
+    rest: array<ZooInner>,";
+    let library = zoo(fields);
+    let files = build(&library, &library.selected(), &[Target::Rust]);
+    let bindings = String::from_utf8(files["rust/lib.rs"].clone()).unwrap();
+    let structs = &bindings[bindings.find("/// Does not compile where").unwrap()..];
+    snapshot("package/layouts.rs", structs);
+}
