@@ -72,21 +72,22 @@ impl<'a> Assembled<'a> {
     /// # Errors
     ///
     /// A name that is declared twice, or used where conditions leave nothing that it could stand for.
-    pub(crate) fn new(library: &'a Library, roots: &[usize], flags: &BTreeSet<&str>) -> Result<Self, Vec<Diagnostic>> {
+    pub(crate) fn new(
+        library: &'a Library,
+        roots: &[usize],
+        flags: &BTreeSet<&str>,
+    ) -> Result<Self, Vec<Diagnostic>> {
         let graph = library.graph();
-        let order = modules(graph, roots, |condition| holds(condition, flags));
-        let mut assembled = Self {
-            library,
-            order,
-            pieces: Vec::new(),
-            directives: Vec::new(),
-        };
+        let order = graph.closure(roots, |condition| holds(condition, flags));
+        let mut assembled = Self { library, order, pieces: Vec::new(), directives: Vec::new() };
         let mut errors = Vec::new();
         let mut indices = HashMap::new();
         let mut first: HashMap<&str, (usize, &Range<usize>)> = HashMap::new();
         for &index in &assembled.order {
             let module = &graph.modules()[index];
-            for directive in module.directives.iter().filter(|item| holds(item.condition.as_ref(), flags)) {
+            for directive in
+                module.directives.iter().filter(|item| holds(item.condition.as_ref(), flags))
+            {
                 assembled.directives.push((module.file, ranges(directive, flags)));
             }
             for (number, declaration) in module.declarations.iter().enumerate() {
@@ -117,7 +118,9 @@ impl<'a> Assembled<'a> {
             let piece = &assembled.pieces[number];
             let mut names = Vec::new();
             for link in graph.links(piece.module, piece.declaration) {
-                let Some(&at) = link.at.iter().find(|at| piece.ranges.iter().any(|range| range.contains(at))) else {
+                let Some(&at) =
+                    link.at.iter().find(|at| piece.ranges.iter().any(|range| range.contains(at)))
+                else {
                     continue;
                 };
                 let target = link.candidates.iter().find_map(|candidate| {
@@ -126,16 +129,14 @@ impl<'a> Assembled<'a> {
                 });
                 match target {
                     Some(target) => names.push(*target),
-                    None => errors.push(missing(graph, piece.module, &link.name, at, &link.candidates)),
+                    None => {
+                        errors.push(missing(graph, piece.module, &link.name, at, &link.candidates))
+                    }
                 }
             }
             assembled.pieces[number].names = names;
         }
-        if errors.is_empty() {
-            Ok(assembled)
-        } else {
-            Err(errors)
-        }
+        if errors.is_empty() { Ok(assembled) } else { Err(errors) }
     }
 
     pub(crate) fn pieces(&self) -> &[Piece] {
@@ -144,6 +145,11 @@ impl<'a> Assembled<'a> {
 
     pub(crate) fn declaration(&self, piece: &Piece) -> &'a Declaration {
         self.library.graph().declaration(piece.module, piece.declaration)
+    }
+
+    /// Index of the file that `piece` is from.
+    pub(crate) fn file(&self, piece: &Piece) -> usize {
+        self.library.graph().modules()[piece.module].file
     }
 
     /// Index of the piece that declares `name`.
@@ -195,7 +201,8 @@ impl<'a> Assembled<'a> {
             let source = sources.text(module.file);
             if !text.text.is_empty() {
                 let tight = before.is_some_and(|before| {
-                    before.module == piece.module && is_tight(module, source, before.declaration..piece.declaration)
+                    before.module == piece.module
+                        && is_tight(module, source, before.declaration..piece.declaration)
                 });
                 text.text.push_str(if tight { "\n" } else { "\n\n" });
             }
@@ -220,7 +227,13 @@ impl<'a> Assembled<'a> {
     }
 
     /// What a text lacks that keeps the pieces for which `keep` says so, of all that the roots' modules could hold.
-    pub(crate) fn omitted(&self, roots: &[usize], keep: &[bool], flags: &BTreeSet<&str>, whence: &str) -> Vec<Omitted> {
+    pub(crate) fn omitted(
+        &self,
+        roots: &[usize],
+        keep: &[bool],
+        flags: &BTreeSet<&str>,
+        whence: &str,
+    ) -> Vec<Omitted> {
         let graph = self.library.graph();
         let held: HashMap<_, _> = self
             .pieces
@@ -230,7 +243,7 @@ impl<'a> Assembled<'a> {
             .collect();
         let mut kept = HashSet::new();
         let mut omitted: Vec<Omitted> = Vec::new();
-        for module in modules(graph, roots, |_| true) {
+        for module in graph.closure(roots, |_| true) {
             let is_imported = self.order.contains(&module);
             for (number, declaration) in graph.modules()[module].declarations.iter().enumerate() {
                 let Some((name, _)) = &declaration.name else {
@@ -265,32 +278,6 @@ fn holds(condition: Option<&Condition>, flags: &BTreeSet<&str>) -> bool {
     condition.is_none_or(|condition| condition.holds(flags))
 }
 
-/// `roots` and what they import, what is imported before what imports it; a cycle is cut where it is closed.
-fn modules(graph: &Graph, roots: &[usize], is_taken: impl Fn(Option<&Condition>) -> bool) -> Vec<usize> {
-    fn visit(
-        graph: &Graph,
-        module: usize,
-        is_taken: &impl Fn(Option<&Condition>) -> bool,
-        seen: &mut HashSet<usize>,
-        order: &mut Vec<usize>,
-    ) {
-        if seen.insert(module) {
-            for (import, target) in graph.imports(module) {
-                if is_taken(import.condition.as_ref()) {
-                    visit(graph, target, is_taken, seen, order);
-                }
-            }
-            order.push(module);
-        }
-    }
-    let mut order = Vec::new();
-    let mut seen = HashSet::new();
-    for &root in roots {
-        visit(graph, root, &is_taken, &mut seen, &mut order);
-    }
-    order
-}
-
 /// The bytes of `item` that stay.
 fn ranges(item: &Item, flags: &BTreeSet<&str>) -> Vec<Range<usize>> {
     let mut ranges = Vec::new();
@@ -312,28 +299,33 @@ fn ranges(item: &Item, flags: &BTreeSet<&str>) -> Vec<Range<usize>> {
 }
 
 fn is_taken(graph: &Graph, user: usize, candidate: Candidate, flags: &BTreeSet<&str>) -> bool {
-    candidate.import.is_none_or(|import| {
-        holds(graph.modules()[user].imports[import].condition.as_ref(), flags)
-    })
+    candidate
+        .import
+        .is_none_or(|import| holds(graph.modules()[user].imports[import].condition.as_ref(), flags))
 }
 
 /// Whether the declarations of `module` from the first to the last of `range` stand on lines that follow each other.
 fn is_tight(module: &Module, source: &str, range: Range<usize>) -> bool {
     range.clone().all(|number| {
-        let gap = module.declarations[number].item.whole.end..module.declarations[number + 1].item.whole.start;
+        let gap = module.declarations[number].item.whole.end
+            ..module.declarations[number + 1].item.whole.start;
         let gap = &source[gap];
         gap.trim().is_empty() && gap.bytes().filter(|byte| *byte == b'\n').count() <= 1
     })
 }
 
-fn missing(graph: &Graph, module: usize, name: &str, at: usize, candidates: &[Candidate]) -> Diagnostic {
+fn missing(
+    graph: &Graph,
+    module: usize,
+    name: &str,
+    at: usize,
+    candidates: &[Candidate],
+) -> Diagnostic {
     let user = &graph.modules()[module];
     let file = user.file;
-    let mut error = Diagnostic::new(Code::Import, format!("`{name}` is used where conditions leave it out")).at(
-        file,
-        at..at + name.len(),
-        "used here",
-    );
+    let mut error =
+        Diagnostic::new(Code::Import, format!("`{name}` is used where conditions leave it out"))
+            .at(file, at..at + name.len(), "used here");
     for candidate in candidates {
         let module = &graph.modules()[candidate.module];
         let declaration = &module.declarations[candidate.declaration];
@@ -347,9 +339,13 @@ fn missing(graph: &Graph, module: usize, name: &str, at: usize, candidates: &[Ca
         if let Some(import) = candidate.import {
             let import = &user.imports[import];
             if let Some(condition) = &import.condition {
-                error = error.at(file, import.path_range.clone(), format!("imported if {condition}"));
+                error =
+                    error.at(file, import.path_range.clone(), format!("imported if {condition}"));
             }
         }
     }
+    // One import may bring several candidates.
+    let mut told = HashSet::new();
+    error.labels.retain(|label| told.insert(label.clone()));
     error
 }

@@ -71,12 +71,7 @@ pub struct Diagnostic {
 
 impl Diagnostic {
     pub(crate) fn new(code: Code, message: impl Into<String>) -> Self {
-        Self {
-            code,
-            message: message.into(),
-            labels: Vec::new(),
-            help: Vec::new(),
-        }
+        Self { code, message: message.into(), labels: Vec::new(), help: Vec::new() }
     }
 
     pub(crate) fn at(mut self, file: usize, range: Range<usize>, label: impl Into<String>) -> Self {
@@ -103,7 +98,7 @@ impl Diagnostic {
         } else {
             format!("known: {}", known.join(", "))
         };
-        Self::new(Code::Unknown, format!("unknown {kind} `{name}`")).help(help)
+        Self::new(Code::Unknown, format!("`{name}` is no known {kind}")).help(help)
     }
 }
 
@@ -119,24 +114,17 @@ pub struct Report {
 impl Report {
     /// Sorts `diagnostics` by place and drops repetitions; what several variants share is told once.
     pub(crate) fn new(mut diagnostics: Vec<Diagnostic>, sources: Arc<Sources>) -> Self {
-        diagnostics.sort_by(|a, b| {
-            (&a.labels, a.code, &a.message).cmp(&(&b.labels, b.code, &b.message))
-        });
+        diagnostics
+            .sort_by(|a, b| (&a.labels, a.code, &a.message).cmp(&(&b.labels, b.code, &b.message)));
         diagnostics.dedup();
-        Self {
-            diagnostics,
-            sources,
-        }
+        Self { diagnostics, sources }
     }
 
     /// The report as text: file, line, column and source line of each diagnostic; with terminal colours if `coloured`.
     #[must_use]
     pub fn render(&self, coloured: bool) -> String {
         let files = self.sources.for_report();
-        let config = Config {
-            display_style: DisplayStyle::Rich,
-            ..Config::default()
-        };
+        let config = Config { display_style: DisplayStyle::Rich, ..Config::default() };
         let mut plain = termcolor::NoColor::new(Vec::new());
         let mut colours = termcolor::Ansi::new(Vec::new());
         for diagnostic in &self.diagnostics {
@@ -152,11 +140,7 @@ impl Report {
                 term::emit_to_write_style(&mut plain, &config, &files, &rendered)
             };
         }
-        let bytes = if coloured {
-            colours.into_inner()
-        } else {
-            plain.into_inner()
-        };
+        let bytes = if coloured { colours.into_inner() } else { plain.into_inner() };
         String::from_utf8_lossy(&bytes).into_owned()
     }
 }

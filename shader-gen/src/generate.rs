@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::assemble::Assembled;
 use crate::error::{Code, Diagnostic, Report, merge};
-use crate::library::{FunctionLibrary, Library};
+use crate::library::{FunctionLibrary, Library, Pass};
 use crate::matrix::Variant;
 use crate::parse::Kind;
 use crate::prune::{prove, prune, reachable};
@@ -46,6 +46,7 @@ fn one(library: &Library, variant: &Variant) -> Result<Validated, Vec<Diagnostic
     let requires = library.requires(variant);
     let assembled = Assembled::new(library, &[root], &flags)?;
     let pruned = prune(&assembled, &pass.entry_points);
+    check_overrides(&assembled, &pruned.keep, pass)?;
     let single = |error: Box<Diagnostic>| vec![*error];
     let (module, info) = validate(&pruned.text, &requires).map_err(single)?;
     if pruned.keep.contains(&false) {
@@ -54,13 +55,30 @@ fn one(library: &Library, variant: &Variant) -> Result<Validated, Vec<Diagnostic
             .map_err(|difference| vec![Diagnostic::new(Code::Pruning, difference.to_string())])?;
     }
     let omitted = assembled.omitted(&[root], &pruned.keep, &flags, &pass.entry_points.join(", "));
-    Ok(Validated {
-        variant: variant.clone(),
-        text: pruned.text.text,
-        module,
-        info,
-        omitted,
-    })
+    Ok(Validated { variant: variant.clone(), text: pruned.text.text, module, info, omitted })
+}
+
+/// Every override that stays has a description and a range.
+fn check_overrides(
+    assembled: &Assembled<'_>,
+    keep: &[bool],
+    pass: &Pass,
+) -> Result<(), Vec<Diagnostic>> {
+    let mut errors = Vec::new();
+    for (piece, _) in assembled.pieces().iter().zip(keep).filter(|(_, keep)| **keep) {
+        let declaration = assembled.declaration(piece);
+        if let Some((name, range)) = &declaration.name
+            && declaration.kind == Kind::Override
+            && !pass.overrides.iter().any(|declared| declared.name == *name)
+        {
+            errors.push(
+                Diagnostic::new(Code::Declaration, format!("pass `{}` does not declare override `{name}`", pass.name))
+                    .at(assembled.file(piece), range.clone(), "declared here")
+                    .help("give its description and its range in a `[[pass.override]]` of the library's declaration"),
+            );
+        }
+    }
+    if errors.is_empty() { Ok(()) } else { Err(errors) }
 }
 
 /// A file of functions for hosts that bring their own passes.
@@ -83,11 +101,11 @@ pub fn libraries(library: &Library) -> Result<Vec<ValidatedLibrary>, Report> {
     for declared in &library.package.lib {
         match functions(library, declared) {
             Ok(one) => validated.push(one),
-            Err(found) => errors.extend(
-                found
-                    .into_iter()
-                    .map(|error| error.help(format!("in the function library `{}`", declared.name))),
-            ),
+            Err(found) => {
+                errors.extend(found.into_iter().map(|error| {
+                    error.help(format!("in the function library `{}`", declared.name))
+                }))
+            }
         }
     }
     if errors.is_empty() {
@@ -97,7 +115,10 @@ pub fn libraries(library: &Library) -> Result<Vec<ValidatedLibrary>, Report> {
     }
 }
 
-fn functions(library: &Library, declared: &FunctionLibrary) -> Result<ValidatedLibrary, Vec<Diagnostic>> {
+fn functions(
+    library: &Library,
+    declared: &FunctionLibrary,
+) -> Result<ValidatedLibrary, Vec<Diagnostic>> {
     let graph = library.graph();
     let path = |module: &String| graph.module(module.trim_end_matches(".wesl"));
     let roots: Vec<usize> = declared.modules.iter().filter_map(path).collect();
@@ -113,19 +134,19 @@ fn functions(library: &Library, declared: &FunctionLibrary) -> Result<ValidatedL
         {
             let kind = declaration.kind.name();
             errors.push(
-                Diagnostic::new(Code::Declaration, format!("a function library cannot hold {kind} `{name}`"))
-                    .at(graph.modules()[piece.module].file, range.clone(), "declared here")
-                    .help("hand it over as a parameter"),
+                Diagnostic::new(
+                    Code::Declaration,
+                    format!("a function library cannot hold {kind} `{name}`"),
+                )
+                .at(assembled.file(piece), range.clone(), "declared here")
+                .help("hand it over as a parameter"),
             );
         }
     }
     let text = assembled.text(&keep);
     if errors.is_empty() {
         validate(&text, &BTreeSet::new()).map_err(|error| vec![*error])?;
-        Ok(ValidatedLibrary {
-            name: declared.name.clone(),
-            text: text.text,
-        })
+        Ok(ValidatedLibrary { name: declared.name.clone(), text: text.text })
     } else {
         Err(errors)
     }

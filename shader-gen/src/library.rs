@@ -139,7 +139,7 @@ pub struct Pass {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Override {
-    /// Its name in the sources, with or without the library's prefix.
+    /// Its name in the sources.
     pub name: String,
     /// What it is, with its unit.
     pub description: String,
@@ -223,17 +223,14 @@ impl Library {
     /// Everything that is wrong with the declaration and with the files as such; what only a variant can show is left
     /// to [`crate::generate`].
     pub fn load(path: &Path) -> Result<Self, Report> {
-        let path = if path.is_dir() {
-            path.join("library.toml")
-        } else {
-            path.to_owned()
-        };
+        let path = if path.is_dir() { path.join("library.toml") } else { path.to_owned() };
         let root = path.parent().unwrap_or(Path::new("")).to_owned();
         let mut sources = Sources::default();
         let text = match fs::read_to_string(&path) {
             Ok(text) => text,
             Err(error) => {
-                let diagnostic = Diagnostic::new(Code::Read, format!("{}: {error}", path.display()));
+                let diagnostic =
+                    Diagnostic::new(Code::Read, format!("{}: {error}", path.display()));
                 return Err(Report::new(vec![diagnostic], Arc::new(sources)));
             }
         };
@@ -258,18 +255,12 @@ impl Library {
         let folder = root.join(&library.library.source);
         let modules = library.read_modules(root, &folder, &places, &mut sources, &mut errors);
         let sources = Arc::new(sources);
-        let unread = errors
-            .iter()
-            .any(|error| matches!(error.code, Code::Read | Code::Syntax));
+        let unread = errors.iter().any(|error| matches!(error.code, Code::Read | Code::Syntax));
         library.check_modules(&modules, &places, &mut errors);
         library.graph = Arc::new(Graph::new(modules, !unread, &mut errors));
-        library.check_entry_points(&places, unread, &mut errors);
+        library.check_pass_names(&places, unread, &mut errors);
         library.sources = sources;
-        if errors.is_empty() {
-            Ok(library)
-        } else {
-            Err(Report::new(errors, library.sources))
-        }
+        if errors.is_empty() { Ok(library) } else { Err(Report::new(errors, library.sources)) }
     }
 
     /// The files that were read: `library.toml`, then the modules.
@@ -337,27 +328,41 @@ impl Library {
     fn check(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
         let prefix = &self.library.prefix;
         if !prefix.ends_with('_') || !is_snake(prefix) {
-            errors.push(places.mark(
-                Diagnostic::new(Code::Name, format!("`{prefix}` is no prefix"))
-                    .help("a prefix is in snake case and ends with `_`, as in `abc_`"),
-                &["library", "prefix"],
-                "here",
-            ));
+            errors.push(
+                places.mark(
+                    Diagnostic::new(Code::Name, format!("`{prefix}` is no prefix"))
+                        .help("a prefix is in snake case and ends with `_`, as in `abc_`"),
+                    &["library", "prefix"],
+                    "here",
+                ),
+            );
         }
-        let mut list = |kind: &str, table: &[&str], names: Vec<&str>, is_name: fn(&str) -> bool, form: &str| {
+        let mut list = |kind: &str,
+                        table: &[&str],
+                        names: Vec<&str>,
+                        is_name: fn(&str) -> bool,
+                        form: &str| {
             for (index, name) in names.iter().enumerate() {
                 let number = index.to_string();
                 let path = [table, &[&number, "name"]].concat();
                 if !is_name(name) {
-                    let error = Diagnostic::new(Code::Name, format!("`{name}` is no name for {kind}"))
-                        .help(format!("names of this kind are in {form}"));
+                    let error =
+                        Diagnostic::new(Code::Name, format!("`{name}` is no name for {kind}"))
+                            .help(format!("names of this kind are in {form}"));
                     errors.push(places.mark(error, &path, "here"));
                 }
                 if let Some(first) = names[..index].iter().position(|other| other == name) {
                     let number = first.to_string();
-                    let error = Diagnostic::new(Code::Duplicate, format!("{kind} `{name}` is declared twice"));
+                    let error = Diagnostic::new(
+                        Code::Duplicate,
+                        format!("{kind} `{name}` is declared twice"),
+                    );
                     let error = places.mark(error, &path, "again here");
-                    errors.push(places.mark(error, &[table, &[&number, "name"]].concat(), "first here"));
+                    errors.push(places.mark(
+                        error,
+                        &[table, &[&number, "name"]].concat(),
+                        "first here",
+                    ));
                 }
             }
         };
@@ -365,9 +370,21 @@ impl Library {
         let kebab = "kebab case";
         list("a pass", &["pass"], names(&self.pass, |pass| &pass.name), is_snake, snake);
         list("a fact", &["fact"], names(&self.fact, |fact| &fact.name), is_snake, snake);
-        list("an exclusion", &["exclusion"], names(&self.exclusion, |rule| &rule.name), is_kebab, kebab);
+        list(
+            "an exclusion",
+            &["exclusion"],
+            names(&self.exclusion, |rule| &rule.name),
+            is_kebab,
+            kebab,
+        );
         list("a need", &["need"], names(&self.need, |rule| &rule.name), is_kebab, kebab);
-        list("a function library", &["package", "lib"], names(&self.package.lib, |lib| &lib.name), is_snake, snake);
+        list(
+            "a function library",
+            &["package", "lib"],
+            names(&self.package.lib, |lib| &lib.name),
+            is_snake,
+            snake,
+        );
         for (name, axis) in &self.axis {
             let table = ["axis", name, "value"];
             list("a value", &table, names(&axis.value, |value| &value.name), is_snake, snake);
@@ -383,7 +400,8 @@ impl Library {
         for (index, select) in self.package.select.iter().enumerate() {
             let number = index.to_string();
             let path = ["package", "select", &number];
-            let axes = self.check_pass(&select.pass, &[&path[..], &["pass"]].concat(), places, errors);
+            let axes =
+                self.check_pass(&select.pass, &[&path[..], &["pass"]].concat(), places, errors);
             let path = [&path[..], &["axes"]].concat();
             self.check_values(&select.axes, axes, &path, places, errors);
         }
@@ -393,27 +411,40 @@ impl Library {
         for (name, axis) in &self.axis {
             if !is_snake(name) {
                 let error = Diagnostic::new(Code::Name, format!("`{name}` is no name for an axis"));
-                errors.push(places.mark(error.help("names of this kind are in snake case"), &["axis", name], "here"));
+                errors.push(places.mark(
+                    error.help("names of this kind are in snake case"),
+                    &["axis", name],
+                    "here",
+                ));
             }
             if !axis.value.iter().any(|value| value.name == axis.default) {
                 let known = axis.value.iter().map(|value| value.name.as_str());
-                let error = Diagnostic::unknown(&format!("value of axis `{name}`"), &axis.default, known);
-                errors.push(places.mark(error, &["axis", name, "default"], "not one of its values"));
+                let error =
+                    Diagnostic::unknown(&format!("value of axis `{name}`"), &axis.default, known);
+                errors.push(places.mark(
+                    error,
+                    &["axis", name, "default"],
+                    "not one of its values",
+                ));
             }
             for (index, value) in axis.value.iter().enumerate() {
                 let index = index.to_string();
                 for (number, flag) in value.flags.iter().enumerate() {
                     if !is_snake(flag) || matches!(flag.as_str(), "true" | "false") {
-                        let error = Diagnostic::new(Code::Name, format!("`{flag}` is no name for a flag"))
-                            .help("names of this kind are in snake case");
+                        let error =
+                            Diagnostic::new(Code::Name, format!("`{flag}` is no name for a flag"))
+                                .help("names of this kind are in snake case");
                         let path = ["axis", name, "value", &index, "flags", &number.to_string()];
                         errors.push(places.mark(error, &path, "here"));
                     }
                 }
                 for (number, feature) in value.requires.iter().enumerate() {
                     if !crate::validate::is_feature(feature) {
-                        let error =
-                            Diagnostic::unknown("WebGPU feature", feature, crate::validate::features());
+                        let error = Diagnostic::unknown(
+                            "WebGPU feature",
+                            feature,
+                            crate::validate::features(),
+                        );
                         let path = ["axis", name, "value", &index, "requires", &number.to_string()];
                         errors.push(places.mark(error, &path, "here"));
                     }
@@ -428,23 +459,34 @@ impl Library {
             for (number, axis) in pass.axes.iter().enumerate() {
                 let path = ["pass", &index, "axes", &number.to_string()];
                 if !self.axis.contains_key(axis) {
-                    let error = Diagnostic::unknown("axis", axis, self.axis.keys().map(String::as_str));
+                    let error =
+                        Diagnostic::unknown("axis", axis, self.axis.keys().map(String::as_str));
                     errors.push(places.mark(error, &path, "here"));
                 }
                 if pass.axes[..number].contains(axis) {
-                    let error = Diagnostic::new(Code::Duplicate, format!("axis `{axis}` is named twice"));
+                    let error =
+                        Diagnostic::new(Code::Duplicate, format!("axis `{axis}` is named twice"));
                     errors.push(places.mark(error, &path, "again here"));
                 }
             }
             if pass.entry_points.is_empty() {
-                let error = Diagnostic::new(Code::Declaration, format!("pass `{}` has no entry point", pass.name));
-                errors.push(places.mark(error, &["pass", &index, "entry_points"], "name at least one"));
+                let error = Diagnostic::new(
+                    Code::Declaration,
+                    format!("pass `{}` has no entry point", pass.name),
+                );
+                errors.push(places.mark(
+                    error,
+                    &["pass", &index, "entry_points"],
+                    "name at least one",
+                ));
             }
             for (number, item) in pass.overrides.iter().enumerate() {
                 // Not written the other way round: a bound that is not a number must not pass.
                 if !(item.minimum <= item.maximum) {
-                    let error =
-                        Diagnostic::new(Code::Declaration, format!("override `{}` has an empty range", item.name));
+                    let error = Diagnostic::new(
+                        Code::Declaration,
+                        format!("override `{}` has an empty range", item.name),
+                    );
                     let path = ["pass", &index, "override", &number.to_string(), "minimum"];
                     errors.push(places.mark(error, &path, "above its maximum"));
                 }
@@ -455,10 +497,9 @@ impl Library {
     fn check_rules(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
         for (index, rule) in self.exclusion.iter().enumerate() {
             let index = index.to_string();
-            let axes = rule
-                .pass
-                .as_ref()
-                .and_then(|pass| self.check_pass(pass, &["exclusion", &index, "pass"], places, errors));
+            let axes = rule.pass.as_ref().and_then(|pass| {
+                self.check_pass(pass, &["exclusion", &index, "pass"], places, errors)
+            });
             self.check_values(&rule.when, axes, &["exclusion", &index, "when"], places, errors);
         }
         for (index, rule) in self.need.iter().enumerate() {
@@ -484,7 +525,8 @@ impl Library {
     ) -> Option<&[String]> {
         let pass = self.find_pass(name);
         if pass.is_none() {
-            let error = Diagnostic::unknown("pass", name, self.pass.iter().map(|pass| pass.name.as_str()));
+            let error =
+                Diagnostic::unknown("pass", name, self.pass.iter().map(|pass| pass.name.as_str()));
             errors.push(places.mark(error, path, "here"));
         }
         pass.map(|pass| pass.axes.as_slice())
@@ -500,11 +542,16 @@ impl Library {
         errors: &mut Vec<Diagnostic>,
     ) {
         for (axis, values) in values {
-            let declared = self.axis.get(axis).filter(|_| axes.is_none_or(|axes| axes.contains(axis)));
+            let declared =
+                self.axis.get(axis).filter(|_| axes.is_none_or(|axes| axes.contains(axis)));
             let path = [path, &[axis.as_str()]].concat();
             let Some(declared) = declared else {
                 let error = match axes {
-                    Some(axes) => Diagnostic::unknown("axis of this pass", axis, axes.iter().map(String::as_str)),
+                    Some(axes) => Diagnostic::unknown(
+                        "axis of this pass",
+                        axis,
+                        axes.iter().map(String::as_str),
+                    ),
                     None => Diagnostic::unknown("axis", axis, self.axis.keys().map(String::as_str)),
                 };
                 errors.push(places.mark(error, &path, "here"));
@@ -513,8 +560,13 @@ impl Library {
             for (index, value) in values.iter().enumerate() {
                 if !declared.value.iter().any(|known| known.name == *value) {
                     let known = declared.value.iter().map(|value| value.name.as_str());
-                    let error = Diagnostic::unknown(&format!("value of axis `{axis}`"), value, known);
-                    errors.push(places.mark(error, &[&path[..], &[&index.to_string()]].concat(), "here"));
+                    let error =
+                        Diagnostic::unknown(&format!("value of axis `{axis}`"), value, known);
+                    errors.push(places.mark(
+                        error,
+                        &[&path[..], &[&index.to_string()]].concat(),
+                        "here",
+                    ));
                 }
             }
         }
@@ -530,7 +582,8 @@ impl Library {
                     condition.flags(&mut |flag, range| {
                         if !flags.contains(flag) {
                             let error = Diagnostic::unknown("flag", flag, flags.iter().copied());
-                            let error = error.at(module.file, range.clone(), "no value of an axis sets it");
+                            let error =
+                                error.at(module.file, range.clone(), "no value of an axis sets it");
                             // An `@else` repeats the conditions before it.
                             if !errors.contains(&error) {
                                 errors.push(error);
@@ -551,10 +604,12 @@ impl Library {
         }
         let known = || modules.iter().map(|module| module.path.as_str());
         let mut source = |name: &str, path: &[&str]| {
-            let found = name.strip_suffix(".wesl").is_some_and(|name| known().any(|known| known == name));
+            let found =
+                name.strip_suffix(".wesl").is_some_and(|name| known().any(|known| known == name));
             if !found {
                 let known: Vec<_> = known().map(|known| format!("{known}.wesl")).collect();
-                let error = Diagnostic::unknown("source file", name, known.iter().map(String::as_str));
+                let error =
+                    Diagnostic::unknown("source file", name, known.iter().map(String::as_str));
                 errors.push(places.mark(error, path, "here"));
             }
         };
@@ -563,12 +618,20 @@ impl Library {
         }
         for (index, lib) in self.package.lib.iter().enumerate() {
             for (number, module) in lib.modules.iter().enumerate() {
-                source(module, &["package", "lib", &index.to_string(), "modules", &number.to_string()]);
+                source(
+                    module,
+                    &["package", "lib", &index.to_string(), "modules", &number.to_string()],
+                );
             }
         }
     }
 
-    fn check_name(&self, file: usize, declaration: &crate::parse::Declaration, errors: &mut Vec<Diagnostic>) {
+    fn check_name(
+        &self,
+        file: usize,
+        declaration: &crate::parse::Declaration,
+        errors: &mut Vec<Diagnostic>,
+    ) {
         let Some((name, range)) = &declaration.name else {
             return;
         };
@@ -583,12 +646,14 @@ impl Library {
             errors.push(
                 Diagnostic::new(Code::Name, format!("{kind} `{name}` lacks the library's prefix"))
                     .at(file, range.clone(), "declared here")
-                    .help(format!("names are not mangled, so that each {kind} starts with `{prefix}`")),
+                    .help(format!(
+                        "names are not mangled, so that each {kind} starts with `{prefix}`"
+                    )),
             );
         }
     }
 
-    fn check_entry_points(&self, places: &Places<'_>, unread: bool, errors: &mut Vec<Diagnostic>) {
+    fn check_pass_names(&self, places: &Places<'_>, unread: bool, errors: &mut Vec<Diagnostic>) {
         if unread {
             return;
         }
@@ -596,10 +661,24 @@ impl Library {
             let Some(module) = self.graph.module(pass.source.trim_end_matches(".wesl")) else {
                 continue;
             };
+            let overrides = self.graph.overrides(module);
+            for (number, item) in pass.overrides.iter().enumerate() {
+                if !overrides.contains(item.name.as_str()) {
+                    let kind = format!("override of pass `{}`", pass.name);
+                    let error = Diagnostic::unknown(&kind, &item.name, overrides.iter().copied());
+                    let path =
+                        ["pass", &index.to_string(), "override", &number.to_string(), "name"];
+                    errors.push(places.mark(error, &path, "here"));
+                }
+            }
             for (number, name) in pass.entry_points.iter().enumerate() {
                 let known = self.graph.entry_points(module);
                 if !known.contains(name.as_str()) {
-                    let error = Diagnostic::unknown(&format!("entry point of `{}`", pass.source), name, known);
+                    let error = Diagnostic::unknown(
+                        &format!("entry point of `{}`", pass.source),
+                        name,
+                        known,
+                    );
                     let path = ["pass", &index.to_string(), "entry_points", &number.to_string()];
                     errors.push(places.mark(error, &path, "here"));
                 }
@@ -648,33 +727,35 @@ impl<'a> Places<'a> {
 
     /// Adds the place of `path` to `diagnostic`: the deepest part of it that is there.
     fn mark(&self, diagnostic: Diagnostic, path: &[&str], label: &str) -> Diagnostic {
-        let Some(mut value) = self.root.as_ref() else {
-            return diagnostic;
-        };
-        let mut range = value.span();
+        let mut range = 0..0;
+        let mut value = self.root.as_ref();
         for part in path {
-            let next = match value.get_ref() {
-                DeValue::Table(table) => table
-                    .iter()
-                    .find(|(key, _)| key.get_ref() == part)
-                    .map(|(key, value)| (key.span(), value)),
-                DeValue::Array(array) => part
-                    .parse::<usize>()
-                    .ok()
-                    .and_then(|index| array.get(index))
-                    .map(|value| (value.span(), value)),
-                _ => None,
+            let Some(found) = value else { break };
+            let (place, next) = match found.get_ref() {
+                // A table's own range is that of its header or of nothing, and an unknown key is itself at fault.
+                DeValue::Table(table) => {
+                    match table.iter().find(|(key, _)| key.get_ref() == part) {
+                        Some((_, next)) if is_leaf(next.get_ref()) => (next.span(), Some(next)),
+                        Some((key, next)) => (key.span(), Some(next)),
+                        None => break,
+                    }
+                }
+                DeValue::Array(array) => {
+                    match part.parse().ok().and_then(|index: usize| array.get(index)) {
+                        Some(next) => (next.span(), Some(next)),
+                        None => break,
+                    }
+                }
+                _ => break,
             };
-            let Some((key, next)) = next else {
-                break;
-            };
+            range = place;
             value = next;
-            // A table's own range is that of its header alone, or of nothing; its key says where it is.
-            range = match value.get_ref() {
-                DeValue::Table(_) | DeValue::Array(_) => key,
-                _ => value.span(),
-            };
         }
         diagnostic.at(DECLARATION, range, label)
     }
+}
+
+/// Whether the value rather than its key is what a label should point at.
+fn is_leaf(value: &DeValue<'_>) -> bool {
+    matches!(value, DeValue::String(_) | DeValue::Integer(_) | DeValue::Float(_))
 }

@@ -1,7 +1,8 @@
 //! Names to declarations, across all files of a library and for all variants at once.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
+use crate::condition::Condition;
 use crate::error::{Code, Diagnostic};
 use crate::parse::{Declaration, Import, Kind, Module};
 
@@ -43,12 +44,12 @@ pub(crate) struct Candidate {
 impl Graph {
     /// Links `modules`; with `resolve` unset some of them could not be read, and missing names are not complained of.
     pub(crate) fn new(modules: Vec<Module>, resolve: bool, errors: &mut Vec<Diagnostic>) -> Self {
-        let paths = modules.iter().enumerate().map(|(index, module)| (module.path.clone(), index)).collect();
-        let mut graph = Self {
-            modules,
-            paths,
-            ..Self::default()
-        };
+        let paths = modules
+            .iter()
+            .enumerate()
+            .map(|(index, module)| (module.path.clone(), index))
+            .collect();
+        let mut graph = Self { modules, paths, ..Self::default() };
         let mut found = Vec::new();
         for index in 0..graph.modules.len() {
             let targets = graph.modules[index].imports.iter().map(|import| {
@@ -65,12 +66,15 @@ impl Graph {
         }
         let mut owners: HashMap<&str, usize> = HashMap::new();
         for (index, module) in graph.modules.iter().enumerate() {
-            for (name, _) in module.declarations.iter().filter_map(|declaration| declaration.name.as_ref()) {
+            for (name, _) in
+                module.declarations.iter().filter_map(|declaration| declaration.name.as_ref())
+            {
                 owners.entry(name).or_insert(index);
             }
         }
         for index in 0..graph.modules.len() {
-            let link = |declaration: &Declaration| graph.link(index, declaration, &owners, &mut found);
+            let link =
+                |declaration: &Declaration| graph.link(index, declaration, &owners, &mut found);
             let links = graph.modules[index].declarations.iter().map(link).collect();
             graph.links.push(links);
         }
@@ -119,7 +123,50 @@ impl Graph {
             })
         };
         let scope = self.scopes[module].iter();
-        scope.filter(|(_, candidates)| is_entry_point(candidates)).map(|(name, _)| name.as_str()).collect()
+        scope
+            .filter(|(_, candidates)| is_entry_point(candidates))
+            .map(|(name, _)| name.as_str())
+            .collect()
+    }
+
+    /// Names of the overrides that `module` and what it imports declare.
+    pub(crate) fn overrides(&self, module: usize) -> BTreeSet<&str> {
+        let all = self.closure(&[module], |_| true).into_iter();
+        let declarations = all.flat_map(|module| &self.modules[module].declarations);
+        let overrides = declarations.filter(|declaration| declaration.kind == Kind::Override);
+        overrides.filter_map(|declaration| Some(declaration.name.as_ref()?.0.as_str())).collect()
+    }
+
+    /// `roots` and what they import where `is_taken` says so of an import's condition; what is imported comes before
+    /// what imports it, and a cycle is cut where it is closed.
+    pub(crate) fn closure(
+        &self,
+        roots: &[usize],
+        is_taken: impl Fn(Option<&Condition>) -> bool,
+    ) -> Vec<usize> {
+        let mut order = Vec::new();
+        let mut seen = HashSet::new();
+        for &root in roots {
+            self.visit(root, &is_taken, &mut seen, &mut order);
+        }
+        order
+    }
+
+    fn visit(
+        &self,
+        module: usize,
+        is_taken: &impl Fn(Option<&Condition>) -> bool,
+        seen: &mut HashSet<usize>,
+        order: &mut Vec<usize>,
+    ) {
+        if seen.insert(module) {
+            for (import, target) in self.imports(module) {
+                if is_taken(import.condition.as_ref()) {
+                    self.visit(target, is_taken, seen, order);
+                }
+            }
+            order.push(module);
+        }
     }
 
     fn unknown_module(&self, module: usize, import: &Import) -> Diagnostic {
@@ -131,7 +178,11 @@ impl Graph {
         )
     }
 
-    fn scope(&self, module: usize, errors: &mut Vec<Diagnostic>) -> HashMap<String, Vec<Candidate>> {
+    fn scope(
+        &self,
+        module: usize,
+        errors: &mut Vec<Diagnostic>,
+    ) -> HashMap<String, Vec<Candidate>> {
         let mut scope: HashMap<String, Vec<Candidate>> = HashMap::new();
         let mut add = |name: &str, from: usize, import: Option<usize>| {
             let mut found = false;

@@ -25,19 +25,14 @@ impl Variant {
     /// The value on `axis`, if the pass has that axis.
     #[must_use]
     pub fn value(&self, axis: &str) -> Option<&str> {
-        self.values
-            .iter()
-            .find(|(name, _)| name == axis)
-            .map(|(_, value)| value.as_str())
+        self.values.iter().find(|(name, _)| name == axis).map(|(_, value)| value.as_str())
     }
 }
 
 impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.pass)?;
-        self.values
-            .iter()
-            .try_for_each(|(_, value)| write!(f, "-{value}"))
+        self.values.iter().try_for_each(|(_, value)| write!(f, "-{value}"))
     }
 }
 
@@ -88,11 +83,7 @@ impl Library {
     pub fn excluded(&self) -> Vec<Excluded> {
         let excluded = |variant: Variant| {
             let rule = self.exclusion_of(&variant)?;
-            Some(Excluded {
-                variant,
-                exclusion: rule.name.clone(),
-                reason: rule.reason.clone(),
-            })
+            Some(Excluded { variant, exclusion: rule.name.clone(), reason: rule.reason.clone() })
         };
         self.pass.iter().flat_map(|pass| self.combinations(pass)).filter_map(excluded).collect()
     }
@@ -121,7 +112,10 @@ impl Library {
                 errors.push(Diagnostic::unknown(&format!("value of axis `{axis}`"), value, known));
             }
             if values[..index].iter().any(|(other, _)| other == axis) {
-                errors.push(Diagnostic::new(Code::Duplicate, format!("axis `{axis}` is given twice")));
+                errors.push(Diagnostic::new(
+                    Code::Duplicate,
+                    format!("axis `{axis}` is given twice"),
+                ));
             }
         }
         let value = |axis: &String| {
@@ -129,16 +123,17 @@ impl Library {
             let value = given.or_else(|| self.axis.get(axis).map(|axis| axis.default.as_str()));
             (axis.clone(), value.unwrap_or_default().to_owned())
         };
-        let variant = Variant {
-            pass: pass.name.clone(),
-            values: pass.axes.iter().map(value).collect(),
-        };
+        let variant =
+            Variant { pass: pass.name.clone(), values: pass.axes.iter().map(value).collect() };
         if errors.is_empty()
             && let Some(rule) = self.exclusion_of(&variant)
         {
             errors.push(
-                Diagnostic::new(Code::Excluded, format!("`{variant}` is excluded by `{}`", rule.name))
-                    .help(rule.reason.as_str()),
+                Diagnostic::new(
+                    Code::Excluded,
+                    format!("`{variant}` is excluded by `{}`", rule.name),
+                )
+                .help(rule.reason.as_str()),
             );
         }
         if errors.is_empty() {
@@ -177,7 +172,8 @@ impl Library {
                 let Some(allowed) = allowed.get_mut(axis) else {
                     continue;
                 };
-                let (kept, removed) = allowed.values.drain(..).partition(|value| keep.contains(value));
+                let (kept, removed) =
+                    allowed.values.drain(..).partition(|value| keep.contains(value));
                 allowed.values = kept;
                 if !removed.is_empty() {
                     allowed.because.push(Because {
@@ -197,7 +193,9 @@ impl Library {
         let is_selected = |variant: &Variant| {
             self.package.select.iter().any(|select| {
                 let holds = |(axis, values): (&String, &Vec<String>)| {
-                    variant.value(axis).is_some_and(|value| values.iter().any(|allowed| allowed == value))
+                    variant
+                        .value(axis)
+                        .is_some_and(|value| values.iter().any(|allowed| allowed == value))
                 };
                 select.pass == variant.pass && select.axes.iter().all(holds)
             })
@@ -227,10 +225,7 @@ impl Library {
     }
 
     fn combinations(&self, pass: &Pass) -> Vec<Variant> {
-        let mut variants = vec![Variant {
-            pass: pass.name.clone(),
-            values: Vec::new(),
-        }];
+        let mut variants = vec![Variant { pass: pass.name.clone(), values: Vec::new() }];
         for name in &pass.axes {
             let Some(axis) = self.axis.get(name) else {
                 continue;
@@ -251,9 +246,12 @@ impl Library {
     fn exclusion_of(&self, variant: &Variant) -> Option<&Exclusion> {
         self.exclusion.iter().find(|rule| {
             let holds = |(axis, values): (&String, &Vec<String>)| {
-                variant.value(axis).is_some_and(|value| values.iter().any(|illegal| illegal == value))
+                variant
+                    .value(axis)
+                    .is_some_and(|value| values.iter().any(|illegal| illegal == value))
             };
-            rule.pass.as_ref().is_none_or(|pass| *pass == variant.pass) && rule.when.iter().all(holds)
+            rule.pass.as_ref().is_none_or(|pass| *pass == variant.pass)
+                && rule.when.iter().all(holds)
         })
     }
 }

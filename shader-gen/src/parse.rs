@@ -114,22 +114,12 @@ impl Kind {
 /// Reads the outline of `text`; what is wrong goes to `errors`, after which the outline is of no use.
 pub fn parse(file: usize, path: &str, text: &str, errors: &mut Vec<Diagnostic>) -> Module {
     let tokens = tokenize(file, text, errors);
-    let code: Vec<Token> = tokens.iter().copied().filter(|token| token.kind != TokenKind::Comment).collect();
-    let comments: Vec<Token> = tokens.into_iter().filter(|token| token.kind == TokenKind::Comment).collect();
-    let mut parser = Parser {
-        file,
-        text,
-        code,
-        comments,
-        at: 0,
-        chain: None,
-        edits: Vec::new(),
-    };
-    let mut module = Module {
-        file,
-        path: path.to_owned(),
-        ..Module::default()
-    };
+    let code: Vec<Token> =
+        tokens.iter().copied().filter(|token| token.kind != TokenKind::Comment).collect();
+    let comments: Vec<Token> =
+        tokens.into_iter().filter(|token| token.kind == TokenKind::Comment).collect();
+    let mut parser = Parser { file, text, code, comments, at: 0, chain: None, edits: Vec::new() };
+    let mut module = Module { file, path: path.to_owned(), ..Module::default() };
     if let Err(error) = parser.module(&mut module) {
         errors.push(*error);
     }
@@ -252,19 +242,16 @@ impl<'a> Parser<'a> {
             let name = self.declaration(kind)?;
             let item = self.item(attributes.condition, first);
             let references = self.references(first_token, name.as_ref())?;
-            module.declarations.push(Declaration {
-                name,
-                kind,
-                item,
-                references,
-            });
+            module.declarations.push(Declaration { name, kind, item, references });
         }
         let standing: Vec<_> = self
             .comments
             .iter()
             .map(Token::range)
             .filter(|comment| {
-                let inside = |item: &Item| item.whole.start <= comment.start && comment.end <= item.whole.end;
+                let inside = |item: &Item| {
+                    item.whole.start <= comment.start && comment.end <= item.whole.end
+                };
                 self.begins_line(comment.start)
                     && !module.declarations.iter().any(|declaration| inside(&declaration.item))
                     && !module.directives.iter().any(inside)
@@ -285,18 +272,17 @@ impl<'a> Parser<'a> {
         let whole = self.leading(first.start)..self.trailing(end);
         let mut edits = std::mem::take(&mut self.edits);
         edits.sort_by_key(|edit| (edit.range.start, std::cmp::Reverse(edit.range.end)));
-        Item {
-            condition,
-            whole,
-            edits,
-        }
+        Item { condition, whole, edits }
     }
 
     fn import(&mut self, condition: Option<Condition>) -> Parse<Import> {
         self.at += 1;
         let start = self.peek().map_or(self.text.len(), |token| token.start);
         if self.word() != "package" {
-            return Err(Box::new(self.found("expected `package`", "a path is written from the top, as in `import package::a::b::{c};`")));
+            return Err(Box::new(self.found(
+                "expected `package`",
+                "a path is written from the top, as in `import package::a::b::{c};`",
+            )));
         }
         self.at += 1;
         let mut path = Vec::new();
@@ -325,21 +311,21 @@ impl<'a> Parser<'a> {
             end = path.last().map_or(start, |(_, range)| range.end);
         }
         if path.is_empty() {
-            return Err(Box::new(self.found("an import names a module and something in it", "write `import package::a::b::{c};`")));
+            return Err(Box::new(self.found(
+                "an import names a module and something in it",
+                "write `import package::a::b::{c};`",
+            )));
         }
         self.expect(b';', "after an import")?;
         let parts: Vec<_> = path.into_iter().map(|(name, _)| name).collect();
-        Ok(Import {
-            condition,
-            path: parts.join("/"),
-            path_range: start..end,
-            names,
-        })
+        Ok(Import { condition, path: parts.join("/"), path_range: start..end, names })
     }
 
     fn no_alias(&self) -> Parse<()> {
         if self.word() == "as" {
-            return Err(Box::new(self.found("an import cannot rename", "names are the same everywhere")));
+            return Err(Box::new(
+                self.found("an import cannot rename", "names are the same everywhere"),
+            ));
         }
         Ok(())
     }
@@ -371,7 +357,11 @@ impl<'a> Parser<'a> {
         Ok(Some(name))
     }
 
-    fn references(&self, first: usize, name: Option<&(String, Range<usize>)>) -> Parse<Vec<(String, Range<usize>)>> {
+    fn references(
+        &self,
+        first: usize,
+        name: Option<&(String, Range<usize>)>,
+    ) -> Parse<Vec<(String, Range<usize>)>> {
         let mut references = Vec::new();
         let mut start = first;
         // The attributes before the keyword may name constants, as in `@workgroup_size(SIZE)`.
@@ -406,10 +396,7 @@ impl<'a> Parser<'a> {
     /// Reads attributes; a condition's own bytes become an edit.
     fn attributes(&mut self) -> Parse<Attributes> {
         let previous = self.chain.take();
-        let mut attributes = Attributes {
-            condition: None,
-            is_entry_point: false,
-        };
+        let mut attributes = Attributes { condition: None, is_entry_point: false };
         while self.next_is(b'@') {
             let start = self.at;
             self.at += 1;
@@ -443,7 +430,8 @@ impl<'a> Parser<'a> {
                 }
                 "else" => attributes.condition = previous.clone().map(Condition::not),
                 _ => {
-                    attributes.is_entry_point |= matches!(name.as_str(), "compute" | "vertex" | "fragment");
+                    attributes.is_entry_point |=
+                        matches!(name.as_str(), "compute" | "vertex" | "fragment");
                     if self.next_is(b'(') {
                         self.at += 1;
                         self.skip_to(b')')?;
@@ -455,10 +443,7 @@ impl<'a> Parser<'a> {
                 let end = self.code[self.at - 1].end;
                 let rest = &self.text[end..];
                 let space = rest.len() - rest.trim_start().len();
-                self.edits.push(Edit {
-                    keep_if: None,
-                    range: start..end + space,
-                });
+                self.edits.push(Edit { keep_if: None, range: start..end + space });
             }
         }
         Ok(attributes)
@@ -531,7 +516,9 @@ impl<'a> Parser<'a> {
         let mut depth = 0usize;
         while let Some(token) = self.peek() {
             match token.kind {
-                TokenKind::Symbol(symbol) if depth == 0 && symbols.contains(&symbol) => return Ok(()),
+                TokenKind::Symbol(symbol) if depth == 0 && symbols.contains(&symbol) => {
+                    return Ok(());
+                }
                 TokenKind::Symbol(b'(' | b'[') => depth += 1,
                 TokenKind::Symbol(b')' | b']') if depth > 0 => depth -= 1,
                 TokenKind::Symbol(b'{' | b'}' | b';' | b')' | b']') if depth == 0 => break,
@@ -550,14 +537,18 @@ impl<'a> Parser<'a> {
             }
             self.at += 1;
         }
-        let expected: Vec<_> = symbols.iter().map(|symbol| format!("`{}`", char::from(*symbol))).collect();
+        let expected: Vec<_> =
+            symbols.iter().map(|symbol| format!("`{}`", char::from(*symbol))).collect();
         let expected = expected.join(" or ");
         let mut error = match self.error::<()>(format!("expected {expected}")) {
             Err(error) => error,
             Ok(()) => return Ok(()),
         };
         if let Some(first) = self.code.get(opening) {
-            error.labels.push((crate::source::Span::new(self.file, first.range()), "of what begins here".to_owned()));
+            error.labels.push((
+                crate::source::Span::new(self.file, first.range()),
+                "of what begins here".to_owned(),
+            ));
         }
         Err(error)
     }
@@ -607,7 +598,10 @@ impl<'a> Parser<'a> {
                     Err(error) => error,
                     Ok(()) => return Ok(()),
                 };
-                error.labels.push((crate::source::Span::new(self.file, opening.range()), "it begins here".to_owned()));
+                error.labels.push((
+                    crate::source::Span::new(self.file, opening.range()),
+                    "it begins here".to_owned(),
+                ));
                 return Err(error);
             };
             if first.is(b';') {
@@ -679,7 +673,9 @@ impl<'a> Parser<'a> {
         match self.comments.get(next) {
             Some(comment)
                 if self.text[end..comment.start].chars().all(|c| matches!(c, ' ' | '\t'))
-                    && self.text[comment.end..].trim_start_matches([' ', '\t', '\r']).starts_with('\n') =>
+                    && self.text[comment.end..]
+                        .trim_start_matches([' ', '\t', '\r'])
+                        .starts_with('\n') =>
             {
                 comment.end
             }

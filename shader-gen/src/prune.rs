@@ -26,7 +26,8 @@ pub struct Pruned {
 
 /// Takes out whole declarations, with their comments, that none of `entry_points` reaches.
 pub(crate) fn prune(assembled: &Assembled<'_>, entry_points: &[String]) -> Pruned {
-    let keep = reachable(assembled, entry_points.iter().filter_map(|name| assembled.find(name)).collect());
+    let keep =
+        reachable(assembled, entry_points.iter().filter_map(|name| assembled.find(name)).collect());
     let text = assembled.text(&keep);
     let rest: Vec<bool> = keep.iter().map(|keep| !keep).collect();
     let unpruned = text.clone().followed_by(assembled.rest(&rest));
@@ -77,7 +78,11 @@ pub enum Difference {
 /// # Errors
 ///
 /// The first difference.
-pub fn prove(pruned: &naga::Module, unpruned: naga::Module, entry_points: &[String]) -> Result<(), Difference> {
+pub fn prove(
+    pruned: &naga::Module,
+    unpruned: naga::Module,
+    entry_points: &[String],
+) -> Result<(), Difference> {
     let kept = compacted(pruned.clone(), pruned, entry_points);
     for (kind, before, after) in [
         ("function", function_names(pruned), function_names(&kept)),
@@ -133,8 +138,13 @@ pub fn prove(pruned: &naga::Module, unpruned: naga::Module, entry_points: &[Stri
 
 /// `module` with what `entry_points` need of it. Compaction never removes a named constant; those that `pruned` does
 /// not name lose their names first, so that only what is used of them stays.
-fn compacted(mut module: naga::Module, pruned: &naga::Module, entry_points: &[String]) -> naga::Module {
-    let names: BTreeSet<_> = pruned.constants.iter().filter_map(|(_, constant)| constant.name.as_deref()).collect();
+fn compacted(
+    mut module: naga::Module,
+    pruned: &naga::Module,
+    entry_points: &[String],
+) -> naga::Module {
+    let names: BTreeSet<_> =
+        pruned.constants.iter().filter_map(|(_, constant)| constant.name.as_deref()).collect();
     for (_, constant) in module.constants.iter_mut() {
         if constant.name.as_deref().is_some_and(|name| !names.contains(name)) {
             constant.name = None;

@@ -83,11 +83,7 @@ pub fn tokenize(file: usize, text: &str, errors: &mut Vec<Diagnostic>) -> Vec<To
             let length = rest.chars().next().map_or(1, char::len_utf8);
             (TokenKind::Symbol(byte), length)
         };
-        tokens.push(Token {
-            kind,
-            start: at,
-            end: at + length,
-        });
+        tokens.push(Token { kind, start: at, end: at + length });
         at += length;
     }
     tokens
@@ -153,7 +149,10 @@ mod tests {
 
     #[test]
     fn comments_nest_and_end_with_the_line() {
-        assert_eq!(texts("a /* b /* c */ d */ e // f\ng"), ["a", "/* b /* c */ d */", "e", "// f", "g"]);
+        assert_eq!(
+            texts("a /* b /* c */ d */ e // f\ng"),
+            ["a", "/* b /* c */ d */", "e", "// f", "g"]
+        );
     }
 
     #[test]

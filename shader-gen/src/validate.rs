@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 use std::error::Error;
 
-use naga::valid::{Capabilities, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator};
+use naga::valid::{
+    Capabilities, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
+};
 
 use crate::assemble::Text;
 use crate::error::{Code, Diagnostic};
@@ -104,10 +106,11 @@ pub(crate) fn validate(
     })?;
     let info = validator(requires).validate(&module).map_err(|error| {
         let mut diagnostic = Diagnostic::new(Code::Invalid, error.as_inner().to_string());
-        // naga names the innermost place first.
         for (span, label) in error.spans() {
             mark(&mut diagnostic, text, *span, label);
         }
+        // The innermost place first.
+        diagnostic.labels.sort_by_key(|(span, _)| span.end - span.start);
         let mut source = error.as_inner().source();
         while let Some(cause) = source {
             diagnostic.help.push(cause.to_string());

@@ -1,0 +1,107 @@
+//! The foreign library broken on purpose: every error says what, where, and what would be right.
+
+use std::fs;
+use std::path::Path;
+
+use sglow_shader_gen::generate;
+use sglow_shader_gen::library::Library;
+
+use crate::foreign_root;
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+/// What is said of the foreign library after `edits`: in the file, the one text for the other.
+fn report(edits: &[(&str, &str, &str)]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    copy(&foreign_root(), folder.path());
+    for (file, from, to) in edits {
+        let path = folder.path().join(file);
+        let text = fs::read_to_string(&path).unwrap_or_default();
+        assert!(text.contains(from), "{file} lacks {from}");
+        fs::write(path, text.replacen(from, to, 1)).unwrap();
+    }
+    let result = Library::load(folder.path()).and_then(|library| {
+        generate::variants(&library, &library.variants())?;
+        generate::libraries(&library)
+    });
+    match result {
+        Ok(_) => "nothing is wrong".to_owned(),
+        Err(report) => report.to_string(),
+    }
+}
+
+macro_rules! errors {
+    ($($name:ident: $($edit:expr),+;)+) => {
+        $(
+            #[test]
+            fn $name() {
+                insta::assert_snapshot!(stringify!($name), report(&[$($edit),+]));
+            }
+        )+
+    };
+}
+
+const COUNT: &str = "src/image/count.wesl";
+const CHANNEL: &str = "src/image/channel.wesl";
+const BIN: &str = "src/image/bin.wesl";
+const SCAN: &str = "src/sum/scan.wesl";
+const TOML: &str = "library.toml";
+
+#[test]
+fn nothing_is_wrong_with_the_library_itself() {
+    assert_eq!(report(&[(TOML, "", "")]), "nothing is wrong");
+}
+
+errors! {
+    an_unknown_flag: (CHANNEL, "@if(channel_red)", "@if(channel_read)");
+    a_name_that_is_declared_twice: (CHANNEL, "fn tally_smallest(", "fn tally_largest(");
+    a_name_that_two_files_declare: (CHANNEL, "fn tally_smallest(", "fn tally_bin(");
+    a_name_without_the_prefix:
+        (BIN, "fn tally_middle(", "fn middle("),
+        (BIN, "TALLY_LAST = ", "tally_last = "),
+        (BIN, ", TALLY_LAST)", ", tally_last)"),
+        (COUNT, "struct TallySettings", "struct tally_settings_type"),
+        (COUNT, ": TallySettings", ": tally_settings_type");
+    an_import_that_is_missing: (COUNT, "import package::image::channel::tally_channel;", "");
+    an_import_of_what_is_not_there:
+        (COUNT, "{TALLY_BINS, tally_bin}", "{TALLY_BINS, tally_bin, tally_box}"),
+        (SCAN, "package::image::bin", "package::image::bins");
+    an_import_under_a_condition: (COUNT, "import package::image::channel", "@if(channel_mean) import package::image::channel");
+    an_import_that_renames: (COUNT, "tally_bin}", "tally_bin as bin}");
+    a_declaration_that_conditions_leave_out: (CHANNEL, "@else\n", "@elif(channel_largest && counter_workgroup)\n");
+    an_else_without_an_if: (SCAN, "@if(!inclusive) tally_sums", "let x = 1; @else tally_sums");
+    a_condition_that_does_not_end: (CHANNEL, "@if(channel_red)", "@if(channel_red || (inclusive)");
+    a_condition_in_the_middle: (CHANNEL, "fn tally_largest(colour", "fn tally_largest(@if(inclusive) colour");
+    a_block_that_does_not_end: (SCAN, "tally_sums[0] = 1u;\n}", "tally_sums[0] = 1u;\n");
+    a_statement_that_does_not_end: (SCAN, "= 0u;", "= 0u");
+    a_comment_that_does_not_end: (CHANNEL, "nest. */ */", "nest. */");
+    a_hexadecimal_float: (BIN, "+ 0.5)", "+ 0x1p-1)");
+    a_path_in_an_expression: (COUNT, "tally_bin(tally_channel(pixel))], 1u);\n            }", "package::image::bin::tally_bin(0.0)], 1u);\n            }");
+    what_naga_cannot_read: (CHANNEL, "return pixel.r;", "return pixel.r + missing;");
+    what_naga_finds_invalid: (CHANNEL, "return pixel.r;", "return vec2<f32>(pixel.r);");
+    two_bindings_in_one_place: (SCAN, "@binding(1)", "@binding(0)");
+    an_override_that_is_not_declared: (TOML, "name = \"tally_gain\"", "name = \"tally_loss\"");
+    a_function_library_with_bindings: (TOML, "[\"image/bin.wesl\"]", "[\"sum/scan.wesl\"]");
+    a_field_that_is_not_known: (TOML, "default = \"mean\"", "defualt = \"mean\"");
+    many_at_once:
+        (TOML, "axes = [\"channel\", \"counter\"]", "axes = [\"channel\", \"place\"]"),
+        (TOML, "default = \"inclusive\"", "default = \"both\""),
+        (TOML, "entry_points = [\"tally_scan\", \"tally_clear\"]", "entry_points = [\"tally_scan\", \"tally_clean\"]"),
+        (TOML, "when = { coloured = false }", "when = { colored = false }"),
+        (TOML, "set = { counter = [\"direct\"] }", "set = { counter = [\"indirect\"] }"),
+        (TOML, "source = \"sum/scan.wesl\"", "source = \"sum/sort.wesl\""),
+        (TOML, "description = \"it does not\"", "description = \"it does not\"\nrequires = [\"ray-tracing\"]"),
+        (TOML, "{ pass = \"scan\"", "{ pass = \"sort\""),
+        (CHANNEL, "@elif(channel_mean)", "@elif(channel_mien)");
+}

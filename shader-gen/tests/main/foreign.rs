@@ -1,0 +1,177 @@
+//! The foreign library as it should be.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use sglow_shader_gen::generate;
+use sglow_shader_gen::matrix::{Facts, Variant};
+use sglow_shader_gen::validate::Validated;
+
+use crate::{foreign_library, foreign_root};
+
+fn generate_all() -> Vec<Validated> {
+    let library = foreign_library();
+    generate::variants(&library, &library.variants()).unwrap_or_else(|report| panic!("{report}"))
+}
+
+fn generate_one(pass: &str, values: &[(&str, &str)]) -> Validated {
+    let library = foreign_library();
+    let variant = library.variant(pass, values).unwrap_or_else(|report| panic!("{report}"));
+    generate::variants(&library, &[variant]).unwrap_or_else(|report| panic!("{report}")).remove(0)
+}
+
+fn ids(variants: &[Variant]) -> Vec<String> {
+    variants.iter().map(Variant::id).collect()
+}
+
+#[test]
+fn the_space_lacks_what_is_excluded() {
+    let library = foreign_library();
+    assert_eq!(
+        ids(&library.variants()),
+        [
+            "count-red-direct",
+            "count-mean-direct",
+            "count-mean-workgroup",
+            "count-largest-direct",
+            "count-largest-workgroup",
+            "scan-inclusive",
+            "scan-exclusive",
+        ]
+    );
+    let excluded = library.excluded();
+    assert_eq!(excluded.len(), 1);
+    assert_eq!(excluded[0].variant.id(), "count-red-workgroup");
+    assert_eq!(excluded[0].exclusion, "red-needs-no-workgroup");
+}
+
+#[test]
+fn a_selection_takes_every_value_of_what_it_does_not_name() {
+    assert_eq!(
+        ids(&foreign_library().selected()),
+        [
+            "count-mean-direct",
+            "count-mean-workgroup",
+            "count-largest-direct",
+            "count-largest-workgroup",
+            "scan-inclusive",
+        ]
+    );
+}
+
+#[test]
+fn an_axis_that_is_not_given_has_its_default() {
+    let library = foreign_library();
+    let variant = library.variant("count", &[("channel", "largest")]);
+    assert_eq!(variant.unwrap().id(), "count-largest-workgroup");
+}
+
+#[test]
+fn what_is_no_variant_is_named() {
+    let library = foreign_library();
+    let text =
+        |pass, values: &[(&str, &str)]| library.variant(pass, values).unwrap_err().to_string();
+    insta::assert_snapshot!(
+        "no_variant",
+        [
+            text("sort", &[]),
+            text("count", &[("colour", "red"), ("channel", "green")]),
+            text("count", &[("channel", "red"), ("counter", "workgroup")]),
+            text("scan", &[("order", "inclusive"), ("order", "exclusive")]),
+        ]
+        .concat()
+    );
+}
+
+#[test]
+fn facts_narrow_axes_and_say_why() {
+    let library = foreign_library();
+    let facts = Facts::from([("coloured".to_owned(), false), ("small".to_owned(), true)]);
+    let needed = library.needed(&facts).unwrap();
+    assert_eq!(needed["channel"].values, ["red"]);
+    assert_eq!(needed["counter"].values, ["direct"]);
+    assert_eq!(needed["order"].values, ["inclusive", "exclusive"]);
+    let because = |axis: &str| -> Vec<&str> {
+        needed[axis].because.iter().map(|because| because.need.as_str()).collect()
+    };
+    assert_eq!(because("channel"), ["one-channel"]);
+    // The second rule takes nothing away that the first one has left.
+    assert_eq!(because("counter"), ["one-channel"]);
+    assert!(because("order").is_empty());
+
+    assert_eq!(library.needed(&Facts::new()).unwrap()["channel"].values.len(), 3);
+    let unknown = library.needed(&Facts::from([("bright".to_owned(), true)])).unwrap_err();
+    assert!(unknown.to_string().contains("known: coloured, small"), "{unknown}");
+}
+
+#[test]
+fn every_variant_is_generated_as_it_was_before() {
+    for validated in generate_all() {
+        insta::assert_snapshot!(validated.variant.id(), validated.text);
+    }
+}
+
+#[test]
+fn every_line_of_a_text_is_a_line_of_the_sources() {
+    let sources = foreign_library().sources().clone();
+    let lines: BTreeSet<&str> = sources.files().iter().flat_map(|file| file.text.lines()).collect();
+    // A condition's own bytes go; where one stands before its line's content, the rest of the line is left.
+    let ends: BTreeSet<&str> = lines
+        .iter()
+        .filter_map(|line| line.trim_start().strip_prefix("@if(")?.split_once(") "))
+        .map(|(_, rest)| rest.trim_start())
+        .collect();
+    for validated in generate_all() {
+        for line in validated.text.lines() {
+            assert!(
+                lines.contains(line) || ends.contains(line.trim_start()),
+                "{}: {line}",
+                validated.variant
+            );
+        }
+        assert!(!validated.text.contains("@if"), "{}", validated.text);
+        assert!(!validated.text.contains("@else"), "{}", validated.text);
+    }
+}
+
+#[test]
+fn comments_go_and_stay_with_what_they_are_about() {
+    let inclusive = generate_one("scan", &[("order", "inclusive")]).text;
+    assert!(inclusive.contains("// An inclusive sum holds its own element.\n    tally_sums"));
+    assert!(!inclusive.contains("An exclusive one does not"));
+    assert!(inclusive.contains("/// [Blelloch 1990, Section 1.1]"));
+    assert!(!inclusive.contains("An entry point that no pass offers."));
+
+    let direct = generate_one("count", &[("counter", "direct")]).text;
+    assert!(!direct.contains("// of the loop below"));
+    assert!(!direct.contains("What follows is for the workgroup alone"));
+    let workgroup = generate_one("count", &[("counter", "workgroup")]).text;
+    assert!(workgroup.contains("    rounds: u32, // of the loop below\n}"), "{workgroup}");
+}
+
+#[test]
+fn what_is_left_out_is_told_with_its_reason() {
+    let validated = generate_one("count", &[("channel", "mean"), ("counter", "direct")]);
+    let omitted: Vec<_> = validated
+        .omitted
+        .iter()
+        .map(|omitted| format!("{} {}: {}", omitted.kind, omitted.name, omitted.reason))
+        .collect();
+    insta::assert_snapshot!("omitted", omitted.join("\n"));
+}
+
+#[test]
+fn function_libraries_hold_functions_alone() {
+    let libraries =
+        generate::libraries(&foreign_library()).unwrap_or_else(|report| panic!("{report}"));
+    assert_eq!(libraries.len(), 1);
+    assert_eq!(libraries[0].name, "bins");
+    let source = fs::read_to_string(foreign_root().join("src/image/bin.wesl")).unwrap();
+    assert_eq!(libraries[0].text, source);
+}
+
+#[test]
+fn generation_repeats_itself() {
+    let texts = || -> Vec<String> { generate_all().into_iter().map(|one| one.text).collect() };
+    assert_eq!(texts(), texts());
+}
