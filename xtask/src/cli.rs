@@ -78,7 +78,7 @@ pub(crate) fn introduction() -> String {
         "\nFirst, try:\n  \
          cargo xtask gen-shaders     write the package that is committed; `git diff` shows nothing\n  \
          cargo xtask test            run all tests, on a software GPU if there is no other\n\n\
-         `cargo xtask COMMAND --help` explains a command and gives examples.\n",
+         `cargo xtask COMMAND --help` explains a command and gives examples.",
     );
     text
 }

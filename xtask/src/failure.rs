@@ -7,6 +7,8 @@ use std::fmt;
 pub(crate) struct Failure {
     message: String,
     help: Vec<String>,
+    /// Whether `message` says of itself that it is an error.
+    rendered: bool,
 }
 
 /// What a command returns.
@@ -15,7 +17,7 @@ pub(crate) type Result<T = (), E = Failure> = std::result::Result<T, E>;
 impl Failure {
     /// A failure that says `message`.
     pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), help: Vec::new() }
+        Self { message: message.into(), help: Vec::new(), rendered: false }
     }
 
     /// Adds a line that says what would do.
@@ -25,9 +27,16 @@ impl Failure {
     }
 }
 
+/// The report of a library, which shows the author's own lines.
+pub(crate) fn rendered(report: sglow_shader_gen::error::Report) -> Failure {
+    let coloured = std::io::IsTerminal::is_terminal(&std::io::stderr());
+    Failure { message: report.render(coloured), help: Vec::new(), rendered: true }
+}
+
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "error: {}", self.message.trim_end())?;
+        let prefix = if self.rendered { "" } else { "error: " };
+        write!(f, "{prefix}{}", self.message.trim_end())?;
         self.help.iter().try_for_each(|line| write!(f, "\nhelp: {line}"))
     }
 }
@@ -59,7 +68,7 @@ impl<T, E: Into<Failure>> Context<T> for Result<T, E> {
     fn context(self, doing: impl fmt::Display) -> Result<T> {
         self.map_err(|error| {
             let failure = error.into();
-            Failure { message: format!("{doing}: {}", failure.message), help: failure.help }
+            Failure { message: format!("{doing}: {}", failure.message), ..failure }
         })
     }
 }

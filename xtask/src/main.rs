@@ -9,15 +9,17 @@ mod command;
 mod failure;
 mod json;
 mod machine;
-#[expect(dead_code, reason = "`render` and `report` write pictures")]
+#[cfg_attr(not(test), expect(dead_code, reason = "`render` and `report` are to write pictures"))]
 mod picture;
 mod progress;
+mod say;
+mod selection;
 mod table;
 mod write;
 
 fn main() -> ExitCode {
     let Some(command) = cli::Cli::parse().command else {
-        print!("{}", cli::introduction());
+        say::line(cli::introduction());
         return ExitCode::SUCCESS;
     };
     match command.run() {

@@ -17,7 +17,9 @@ const { create, globals } = await import(pathToFileURL(join(webgpu, 'index.js'))
 const { version } = JSON.parse(readFileSync(join(webgpu, 'package.json'), 'utf8'));
 Object.assign(globalThis, globals);
 
-const adapter = await create(['backend=vulkan']).requestAdapter();
+// Dawn's instance has to outlive what is made of it, and nothing else here keeps it alive.
+globalThis.gpu = create(['backend=vulkan']);
+const adapter = await globalThis.gpu.requestAdapter();
 if (!adapter) {
   console.error('Dawn finds no adapter; VK_ICD_FILENAMES has to name a driver that it accepts');
   process.exit(2);
@@ -48,12 +50,14 @@ for (const { name, file, features = [], entry_points: entryPoints } of JSON.pars
   }
   for (const { name: entryPoint, stage } of valid ? entryPoints : []) {
     if (stage !== 'compute') continue;
-    try {
-      await device.createComputePipelineAsync({ label: name, layout: 'auto', compute: { module, entryPoint } });
-      pipelines += 1;
-    } catch (failure) {
+    device.pushErrorScope('validation');
+    device.createComputePipeline({ label: name, layout: 'auto', compute: { module, entryPoint } });
+    const failure = await device.popErrorScope();
+    if (failure) {
       valid = false;
       messages.push(`${entryPoint}: ${failure.message}`);
+    } else {
+      pipelines += 1;
     }
   }
   results.push({ name, state: valid ? 'valid' : 'invalid', pipelines, messages });

@@ -1,13 +1,21 @@
 //! SPIR-V files in, verdicts out: the validator of SPIRV-Tools for Vulkan 1.1.
 //!
 //! `spirv-val FILE…` prints `ok FILE` or `invalid FILE: reason` per file and exits with 1 unless all are valid.
+//! `spirv-val --version` prints what it was made of.
 
 use std::process::ExitCode;
 
 use spirv_tools::TargetEnv;
 use spirv_tools::val::{Validator as _, create};
 
+/// The crate that `Cargo.toml` pins, and the release of SPIRV-Tools inside.
+const VERSION: &str = "SPIRV-Tools v2025.3, from the crate spirv-tools 0.13.3";
+
 fn main() -> ExitCode {
+    if std::env::args().nth(1).as_deref() == Some("--version") {
+        println!("{VERSION}");
+        return ExitCode::SUCCESS;
+    }
     let validator = create(Some(TargetEnv::Vulkan_1_1));
     let mut all_valid = true;
     for file in std::env::args().skip(1) {

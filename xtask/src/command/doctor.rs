@@ -11,6 +11,7 @@ use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
 use crate::machine::vulkan::{self, Vulkan};
 use crate::machine::{apt, first_line, program};
+use crate::say;
 use crate::table;
 
 /// What `--help` shows below the options.
@@ -64,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         };
         table.add_row([mark, &finding.what, &finding.found, finding.needed_for, &finding.help]);
     }
-    println!("{table}");
+    say::line(table);
 
     let mut report = Report::new();
     for finding in findings.iter().filter(|finding| finding.required) {

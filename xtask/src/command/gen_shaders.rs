@@ -1,25 +1,142 @@
 //! `gen-shaders`: packages from the library.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
+use sglow_shader_gen::package::{self, Options, Outcome, Progress, Target};
 
-use crate::failure::{Failure, Result};
+use crate::failure::{self, Failure, Result};
+use crate::json::{Check, Relation, Report};
+use crate::machine::{repository, target_folder};
+use crate::progress;
+use crate::say;
+use crate::selection::{Choice, library, library_folder};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
 Examples:
-  cargo xtask gen-shaders";
+  cargo xtask gen-shaders
+  cargo xtask gen-shaders --check
+  cargo xtask gen-shaders --scene cornell --target wgsl,spirv --out out/cornell
+  cargo xtask gen-shaders --set kernel=previous,lobes=both --out out/previous
+  cargo xtask gen-shaders --all --target wgsl --out out/everything
+
+Without --scene, --set or --all this writes the selection in shaders/library.toml, which is committed; with them every
+legal variant that the scene's needs and the settings leave.";
 
 /// Options of `gen-shaders`.
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// The folder that receives the package
+    #[command(flatten)]
+    choice: Choice,
+    /// The folder of the package [default: shaders/packages/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Languages beside WGSL: spirv, rust
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    target: Vec<Target>,
+    /// Write nothing; fail if the folder is not what would be written
+    #[arg(long)]
+    check: bool,
+    /// Also write what was done as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
 }
 
-/// Generates.
+/// Generates, or checks.
+///
+/// # Errors
+///
+/// When the library, a variant or the choice is wrong, a file cannot be written, or a check finds differences.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    Err(Failure::new(format!("{arguments:?}")))
+    let start = Instant::now();
+    let committed = arguments.choice.is_committed() && arguments.target.is_empty();
+    let out = match &arguments.out {
+        Some(out) => std::path::absolute(out)?,
+        None if committed => repository().join("shaders/packages").join(library()?.package.name),
+        None => {
+            return Err(Failure::new("this would replace the committed package by another one")
+                .help("name a folder: `--out out/package`"));
+        }
+    };
+    let mut options = Options::new(out);
+    options.check = arguments.check;
+    options.cache = Some(target_folder().join("generated"));
+    if !arguments.target.is_empty() {
+        options.targets = BTreeSet::from_iter(arguments.target.iter().copied());
+    }
+    if !arguments.choice.is_committed() {
+        let selection = arguments.choice.select(&library()?)?;
+        for pass in &selection.left_out {
+            eprintln!("pass {pass}: no legal variant remains; left out");
+        }
+        options.variants = Some(selection.variants);
+    }
+
+    let spinner = progress::spinner("reading the library");
+    let mut variants = 0;
+    let outcome = package::generate(&library_folder(), &options, &mut |step| {
+        spinner.set_message(match step {
+            Progress::Unchanged => "nothing has changed".to_owned(),
+            Progress::Variants(count) => {
+                variants = count;
+                format!("{count} variants: assembling, pruning, proving, validating")
+            }
+            Progress::Targets(count) => format!("{count} variants: writing"),
+            Progress::Files(count) => format!("{count} files: comparing"),
+        });
+    });
+    spinner.finish_and_clear();
+    let differing = match &outcome {
+        Ok(outcome) => {
+            if arguments.check {
+                0
+            } else {
+                outcome.written.len() + outcome.removed.len()
+            }
+        }
+        Err(package::Error::Differs(differences)) => differences.len(),
+        Err(_) => 0,
+    };
+    let seconds = start.elapsed().as_secs_f64();
+    if let Some(path) = &arguments.json {
+        let mut report = Report::new();
+        if arguments.check {
+            report.check(Check::new(
+                "generated files that differ",
+                differing as f64,
+                "files",
+                Relation::Equal,
+                0.0,
+            ));
+        }
+        let files =
+            outcome.as_ref().map_or(0, |outcome| outcome.written.len() + outcome.unchanged.len());
+        report.check(Check::new("generated files", files as f64, "files", Relation::AtLeast, 1.0));
+        report.detail("seconds", seconds)?;
+        report.detail("variants", variants)?;
+        report.detail("differing", differing)?;
+        report.write(path)?;
+    }
+    let outcome = outcome.map_err(|error| match error {
+        package::Error::Library(report) => failure::rendered(report),
+        other => other.into(),
+    })?;
+    say::line(format!("{} ({seconds:.2} s)", summary(&outcome, &options)));
+    Ok(())
+}
+
+fn summary(outcome: &Outcome, options: &Options) -> String {
+    let place = options.out.strip_prefix(repository()).unwrap_or(&options.out).display();
+    let total = outcome.written.len() + outcome.unchanged.len();
+    if outcome.written.is_empty() && outcome.removed.is_empty() {
+        return format!("{place}: {total} files, all as they should be");
+    }
+    format!(
+        "{place}: {total} files, {} written, {} removed",
+        outcome.written.len(),
+        outcome.removed.len()
+    )
 }

@@ -1,9 +1,11 @@
 //! `verify`: compilers that share no code with the generator read every variant of a package.
 
-use std::path::PathBuf;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
+use sglow_shader_gen::package::{self, Options, Target};
 
 use crate::command::verify::spirv_val::Validator;
 use crate::command::verify::subject::Subject;
@@ -11,6 +13,9 @@ use crate::command::verify::tint::{Verdict, Verdicts};
 use crate::failure::{Context as _, Failure, Result};
 use crate::json::{Check, Relation, Report};
 use crate::machine::{apt, program, repository};
+use crate::progress;
+use crate::say;
+use crate::selection::{library, library_folder};
 
 mod spirv_val;
 mod subject;
@@ -23,6 +28,7 @@ pub(crate) const EXAMPLES: &str = "\
 Examples:
   cargo xtask verify
   cargo xtask verify --package out/package --allow-missing
+  cargo xtask verify --all
   cargo xtask verify --install --json out/verify.json
 
 Consumers:
@@ -35,12 +41,15 @@ Each consumer must also refuse modules that are broken on purpose. What is fetch
 /// Options of `verify`.
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// The package to read
-    #[arg(long, value_name = "DIR", default_value = "shaders/packages/sglow")]
-    package: PathBuf,
-    /// The file that receives the result
-    #[arg(long, value_name = "FILE", default_value = "out/verify.json")]
-    json: PathBuf,
+    /// The package to read [default: shaders/packages/sglow]
+    #[arg(long, value_name = "DIR")]
+    package: Option<PathBuf>,
+    /// Read every variant of the space instead, generated for this
+    #[arg(long, conflicts_with = "package")]
+    all: bool,
+    /// The file that receives the result [default: out/verify.json]
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     /// Succeed even if a consumer is not available
     #[arg(long)]
     allow_missing: bool,
@@ -66,12 +75,30 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     if arguments.install {
         install()?;
     }
-    let package = repository().join(&arguments.package);
     let folder = tempfile::tempdir().context("no temporary folder")?;
+    let package = match &arguments.package {
+        _ if arguments.all => generate_space(&folder.path().join("space"))?,
+        Some(package) => package.clone(),
+        None => repository().join("shaders/packages/sglow"),
+    };
     let subjects = subject::read_package(&package, folder.path())?;
     let controls = subject::controls(folder.path())?;
 
     let mut report = Report::new();
+    let differences = package::verify_hashes(&package)?;
+    for difference in &differences {
+        eprintln!("{difference}");
+    }
+    report.check(
+        Check::new(
+            "package: files that are not what SHA256SUMS says",
+            differences.len() as f64,
+            "files",
+            Relation::Equal,
+            0.0,
+        )
+        .note(format!("{} modules in the package", subjects.len())),
+    );
     let mut missing = Vec::new();
     match Validator::find() {
         Ok(validator) => {
@@ -90,15 +117,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         }
     }
 
-    println!("{}", report.table());
+    say::line(report.table());
     for absent in &missing {
         eprintln!("{} is missing: {}", absent.consumer, absent.why);
     }
-    report.detail("package", &arguments.package)?;
+    let read = if arguments.all { "every variant of the space" } else { "a package" };
+    report.detail("read", read)?;
     report.detail("missing", &missing)?;
-    let json = repository().join(&arguments.json);
+    let json = arguments.json.clone().unwrap_or_else(|| repository().join("out/verify.json"));
     report.write(&json)?;
-    println!("written: {}", arguments.json.display());
+    say::line(format!("written: {}", json.display()));
     if !missing.is_empty() && !arguments.allow_missing {
         let names: Vec<&str> = missing.iter().map(|missing| missing.consumer).collect();
         return Err(Failure::new(format!("consumers are missing: {}", names.join(", "))).help(
@@ -106,6 +134,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         ));
     }
     report.verdict()
+}
+
+/// Writes every legal variant of the library as a package to `out`.
+fn generate_space(out: &Path) -> Result<PathBuf> {
+    let mut options = Options::new(out);
+    options.targets = BTreeSet::from([Target::Wgsl]);
+    options.variants = Some(library()?.variants());
+    let spinner = progress::spinner("generating every variant of the space");
+    package::generate(&library_folder(), &options, &mut |_| ())?;
+    spinner.finish_and_clear();
+    Ok(out.to_owned())
 }
 
 /// Installs what the consumers need of the system.
@@ -187,7 +226,11 @@ fn record(
                     Relation::Equal,
                     1.0,
                 )
-                .note("broken on purpose"),
+                .note(if control.portable {
+                    "broken on purpose"
+                } else {
+                    "broken on purpose in a way that validators before 2025 do not see"
+                }),
             );
         }
     }
