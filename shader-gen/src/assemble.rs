@@ -60,10 +60,13 @@ pub(crate) struct Piece {
 #[derive(Clone, Debug)]
 pub struct Assembled<'a> {
     library: &'a Library,
+    roots: Vec<usize>,
     /// Modules in their order in the text: what is imported comes before what imports it.
     order: Vec<usize>,
     pieces: Vec<Piece>,
     directives: Vec<(usize, Vec<Range<usize>>)>,
+    /// Indices of the pieces that the roots declare or import by name.
+    imported: Vec<usize>,
 }
 
 impl<'a> Assembled<'a> {
@@ -79,7 +82,14 @@ impl<'a> Assembled<'a> {
     ) -> Result<Self, Vec<Diagnostic>> {
         let graph = library.graph();
         let order = graph.closure(roots, |condition| holds(condition, flags));
-        let mut assembled = Self { library, order, pieces: Vec::new(), directives: Vec::new() };
+        let mut assembled = Self {
+            library,
+            roots: roots.to_vec(),
+            order,
+            pieces: Vec::new(),
+            directives: Vec::new(),
+            imported: Vec::new(),
+        };
         let mut errors = Vec::new();
         let mut indices = HashMap::new();
         let mut first: HashMap<&str, (usize, &Range<usize>)> = HashMap::new();
@@ -136,7 +146,18 @@ impl<'a> Assembled<'a> {
             }
             assembled.pieces[number].names = names;
         }
+        for &root in roots {
+            let names = graph.scope_of(root);
+            let taken = names.filter(|candidate| is_taken(graph, root, *candidate, flags));
+            let pieces = taken.filter_map(|name| indices.get(&(name.module, name.declaration)));
+            assembled.imported.extend(pieces);
+        }
         if errors.is_empty() { Ok(assembled) } else { Err(errors) }
+    }
+
+    /// Indices of the pieces that the roots declare or import by name.
+    pub(crate) fn imported(&self) -> impl Iterator<Item = usize> {
+        self.imported.iter().copied()
     }
 
     pub(crate) fn pieces(&self) -> &[Piece] {
@@ -229,7 +250,6 @@ impl<'a> Assembled<'a> {
     /// What a text lacks that keeps the pieces for which `keep` says so, of all that the roots' modules could hold.
     pub(crate) fn omitted(
         &self,
-        roots: &[usize],
         keep: &[bool],
         flags: &BTreeSet<&str>,
         whence: &str,
@@ -243,7 +263,7 @@ impl<'a> Assembled<'a> {
             .collect();
         let mut kept = HashSet::new();
         let mut omitted: Vec<Omitted> = Vec::new();
-        for module in graph.closure(roots, |_| true) {
+        for module in graph.closure(&self.roots, |_| true) {
             let is_imported = self.order.contains(&module);
             for (number, declaration) in graph.modules()[module].declarations.iter().enumerate() {
                 let Some((name, _)) = &declaration.name else {

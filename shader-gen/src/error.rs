@@ -132,7 +132,7 @@ impl Report {
                 .with_code(diagnostic.code.to_string())
                 .with_message(&diagnostic.message)
                 .with_labels(labels(diagnostic))
-                .with_notes(diagnostic.help.iter().map(|help| format!("help: {help}")).collect());
+                .with_notes(diagnostic.help.clone());
             // Writing to memory cannot fail, and a place outside of its file is left unshown.
             let _ = if coloured {
                 term::emit_to_write_style(&mut colours, &config, &files, &rendered)

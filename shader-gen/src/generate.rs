@@ -9,16 +9,29 @@ use crate::error::{Code, Diagnostic, Report, merge};
 use crate::library::{FunctionLibrary, Library, Pass};
 use crate::matrix::Variant;
 use crate::parse::Kind;
-use crate::prune::{prove, prune, reachable};
+use crate::prune::{Difference, Whole, prove, prune, reachable};
 use crate::validate::{Validated, validate};
 
-/// Generates `variants`, on all cores, in their order.
+/// Generates `variants`, on all cores, in their order, each held against what it imports.
+///
+/// # Errors
+///
+/// As [`variants_against`].
+pub fn variants(library: &Library, variants: &[Variant]) -> Result<Vec<Validated>, Report> {
+    variants_against(library, variants, Whole::Imports)
+}
+
+/// Generates `variants`, on all cores, in their order, each held against `whole`.
 ///
 /// # Errors
 ///
 /// Everything that is wrong with any of them; what several share is told once.
-pub fn variants(library: &Library, variants: &[Variant]) -> Result<Vec<Validated>, Report> {
-    let results: Vec<_> = variants.par_iter().map(|variant| one(library, variant)).collect();
+pub fn variants_against(
+    library: &Library,
+    variants: &[Variant],
+    whole: Whole,
+) -> Result<Vec<Validated>, Report> {
+    let results: Vec<_> = variants.par_iter().map(|variant| one(library, variant, whole)).collect();
     let mut validated = Vec::new();
     let mut errors = Vec::new();
     for (variant, result) in variants.iter().zip(results) {
@@ -34,7 +47,7 @@ pub fn variants(library: &Library, variants: &[Variant]) -> Result<Vec<Validated
     }
 }
 
-fn one(library: &Library, variant: &Variant) -> Result<Validated, Vec<Diagnostic>> {
+fn one(library: &Library, variant: &Variant, whole: Whole) -> Result<Validated, Vec<Diagnostic>> {
     let graph = library.graph();
     let pass = library.find_pass(&variant.pass);
     let root = pass.and_then(|pass| graph.module(pass.source.trim_end_matches(".wesl")));
@@ -45,17 +58,33 @@ fn one(library: &Library, variant: &Variant) -> Result<Validated, Vec<Diagnostic
     let flags = library.flags_of(variant);
     let requires = library.requires(variant);
     let assembled = Assembled::new(library, &[root], &flags)?;
-    let pruned = prune(&assembled, &pass.entry_points);
+    let pruned = prune(&assembled, &pass.entry_points, whole);
     check_overrides(&assembled, &pruned.keep, pass)?;
     let single = |error: Box<Diagnostic>| vec![*error];
     let (module, info) = validate(&pruned.text, &requires).map_err(single)?;
-    if pruned.keep.contains(&false) {
-        let (unpruned, _) = validate(&pruned.unpruned, &requires).map_err(single)?;
-        prove(&module, unpruned, &pass.entry_points)
-            .map_err(|difference| vec![Diagnostic::new(Code::Pruning, difference.to_string())])?;
-    }
-    let omitted = assembled.omitted(&[root], &pruned.keep, &flags, &pass.entry_points.join(", "));
+    let unpruned = match &pruned.unpruned {
+        Some(text) => Some(validate(text, &requires).map_err(single)?.0),
+        None => None,
+    };
+    prove(&module, unpruned, &pass.entry_points)
+        .map_err(|difference| vec![refused(&assembled, &difference)])?;
+    let omitted = assembled.omitted(&pruned.keep, &flags, &pass.entry_points.join(", "));
     Ok(Validated { variant: variant.clone(), text: pruned.text.text, module, info, omitted })
+}
+
+fn refused(assembled: &Assembled<'_>, difference: &Difference) -> Diagnostic {
+    let diagnostic = Diagnostic::new(Code::Pruning, difference.to_string());
+    let Difference::Left { name, .. } = difference else {
+        return diagnostic;
+    };
+    let piece = assembled.find(name).map(|index| &assembled.pieces()[index]);
+    let named = piece.and_then(|piece| Some((piece, assembled.declaration(piece).name.as_ref()?)));
+    match named {
+        Some((piece, (_, range))) => diagnostic
+            .at(assembled.file(piece), range.clone(), "declared here")
+            .help("its name is used where nothing comes of it; leave that out"),
+        None => diagnostic,
+    }
 }
 
 /// Every override that stays has a description and a range.
@@ -125,7 +154,7 @@ fn functions(
     let assembled = Assembled::new(library, &roots, &BTreeSet::new())?;
     let pieces = assembled.pieces();
     let offered = |index: &usize| roots.contains(&pieces[*index].module);
-    let keep = reachable(&assembled, (0..pieces.len()).filter(offered).collect());
+    let keep = reachable(&assembled, (0..pieces.len()).filter(offered));
     let mut errors = Vec::new();
     for (piece, _) in pieces.iter().zip(&keep).filter(|(_, keep)| **keep) {
         let declaration = assembled.declaration(piece);

@@ -368,6 +368,7 @@ impl Library {
         };
         let snake = "snake case";
         let kebab = "kebab case";
+        let lower = "snake case, a digit may come first";
         list("a pass", &["pass"], names(&self.pass, |pass| &pass.name), is_snake, snake);
         list("a fact", &["fact"], names(&self.fact, |fact| &fact.name), is_snake, snake);
         list(
@@ -387,7 +388,7 @@ impl Library {
         );
         for (name, axis) in &self.axis {
             let table = ["axis", name, "value"];
-            list("a value", &table, names(&axis.value, |value| &value.name), is_snake, snake);
+            list("a value", &table, names(&axis.value, |value| &value.name), is_value, lower);
         }
         for (index, pass) in self.pass.iter().enumerate() {
             let number = index.to_string();
@@ -694,6 +695,11 @@ fn names<T>(items: &[T], name: impl Fn(&T) -> &String) -> Vec<&str> {
 fn is_snake(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+}
+
+fn is_value(name: &str) -> bool {
+    name.starts_with(|c: char| c.is_ascii_digit()) && is_snake(&format!("n{name}"))
+        || is_snake(name)
 }
 
 fn is_kebab(name: &str) -> bool {

@@ -115,6 +115,11 @@ impl Graph {
         self.scopes[module].get(name).map_or(&[], Vec::as_slice)
     }
 
+    /// Everything that names in `module` may stand for.
+    pub(crate) fn scope_of(&self, module: usize) -> impl Iterator<Item = Candidate> {
+        self.scopes[module].values().flatten().copied()
+    }
+
     /// Names of the entry points that `module` declares or imports.
     pub(crate) fn entry_points(&self, module: usize) -> BTreeSet<&str> {
         let is_entry_point = |candidates: &[Candidate]| {

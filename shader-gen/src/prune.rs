@@ -8,9 +8,20 @@ use std::collections::BTreeSet;
 use std::fmt::{Debug, Write};
 
 use naga::compact::{KeepUnused, compact};
+use naga::{Block, Span, Statement};
 
 use crate::assemble::{Assembled, Text};
 use crate::parse::Kind;
+
+/// What a pruned text is held against.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Whole {
+    /// The module of the pass with what it imports, name by name, as WESL has it. Every generation does this.
+    #[default]
+    Imports,
+    /// All of every module that is imported from, however little of it is. Takes about half as long again.
+    Modules,
+}
 
 /// The texts of a variant before and after pruning.
 #[derive(Clone, Debug)]
@@ -18,24 +29,31 @@ pub struct Pruned {
     /// What the entry points reach.
     pub text: Text,
     /// All there was: first what stays, in the same order, so that naga numbers it alike, then the rest. WGSL does not
-    /// care about the order of declarations.
-    pub unpruned: Text,
+    /// care about the order of declarations. None if there is no rest.
+    pub unpruned: Option<Text>,
     /// Per piece of the assembly whether it stays.
     pub(crate) keep: Vec<bool>,
 }
 
 /// Takes out whole declarations, with their comments, that none of `entry_points` reaches.
-pub(crate) fn prune(assembled: &Assembled<'_>, entry_points: &[String]) -> Pruned {
-    let keep =
-        reachable(assembled, entry_points.iter().filter_map(|name| assembled.find(name)).collect());
+pub(crate) fn prune(assembled: &Assembled<'_>, entry_points: &[String], whole: Whole) -> Pruned {
+    let keep = reachable(assembled, entry_points.iter().filter_map(|name| assembled.find(name)));
+    let mut rest = match whole {
+        Whole::Imports => reachable(assembled, assembled.imported()),
+        Whole::Modules => vec![true; keep.len()],
+    };
+    rest.iter_mut().zip(&keep).for_each(|(rest, keep)| *rest &= !keep);
     let text = assembled.text(&keep);
-    let rest: Vec<bool> = keep.iter().map(|keep| !keep).collect();
-    let unpruned = text.clone().followed_by(assembled.rest(&rest));
+    let unpruned = rest.contains(&true).then(|| text.clone().followed_by(assembled.rest(&rest)));
     Pruned { text, unpruned, keep }
 }
 
-/// Which pieces `pending` reaches. An assertion stays where all that it names stays.
-pub(crate) fn reachable(assembled: &Assembled<'_>, mut pending: Vec<usize>) -> Vec<bool> {
+/// Which pieces `roots` reach. An assertion stays where all that it names stays.
+pub(crate) fn reachable(
+    assembled: &Assembled<'_>,
+    roots: impl IntoIterator<Item = usize>,
+) -> Vec<bool> {
+    let mut pending: Vec<usize> = roots.into_iter().collect();
     let pieces = assembled.pieces();
     let mut keep = vec![false; pieces.len()];
     while let Some(piece) = pending.pop() {
@@ -71,19 +89,20 @@ pub enum Difference {
 }
 
 /// Proves that `pruned` is `unpruned` without what `entry_points` do not reach: its IR is the compacted IR of
-/// `unpruned`, and holds no function, variable or override that compaction would remove.
+/// `unpruned`, and holds no function, variable or override that compaction would remove. Without `unpruned` the text is
+/// as it was, and only the latter is to be shown.
 ///
-/// Both modules must be valid.
+/// Both modules must be valid, and declare what they have in common in the same order.
 ///
 /// # Errors
 ///
 /// The first difference.
 pub fn prove(
     pruned: &naga::Module,
-    unpruned: naga::Module,
+    unpruned: Option<naga::Module>,
     entry_points: &[String],
 ) -> Result<(), Difference> {
-    let kept = compacted(pruned.clone(), pruned, entry_points);
+    let mut kept = compacted(pruned.clone(), pruned, entry_points);
     for (kind, before, after) in [
         ("function", function_names(pruned), function_names(&kept)),
         ("var", variable_names(pruned), variable_names(&kept)),
@@ -95,7 +114,12 @@ pub fn prove(
             return Err(Difference::Left { kind, name });
         }
     }
-    let whole = compacted(unpruned, pruned, entry_points);
+    let Some(unpruned) = unpruned else {
+        return Ok(());
+    };
+    let mut whole = compacted(unpruned, pruned, entry_points);
+    forget_places(&mut kept);
+    forget_places(&mut whole);
     let naga::Module {
         types,
         special_types,
@@ -155,7 +179,39 @@ fn compacted(
     module
 }
 
-/// Whether two parts of the IR are the same in every field; places in the text are no part of the IR.
+/// Statements know where in the text they stand, which is no part of what they do.
+fn forget_places(module: &mut naga::Module) {
+    let functions = module.functions.iter_mut().map(|(_, function)| function);
+    let entry_points = module.entry_points.iter_mut().map(|entry_point| &mut entry_point.function);
+    for function in functions.chain(entry_points) {
+        forget_places_in(&mut function.body);
+    }
+}
+
+fn forget_places_in(block: &mut Block) {
+    for (statement, place) in block.span_iter_mut() {
+        if let Some(place) = place {
+            *place = Span::UNDEFINED;
+        }
+        match statement {
+            Statement::Block(block) => forget_places_in(block),
+            Statement::If { accept, reject, .. } => {
+                forget_places_in(accept);
+                forget_places_in(reject);
+            }
+            Statement::Switch { cases, .. } => {
+                cases.iter_mut().for_each(|case| forget_places_in(&mut case.body));
+            }
+            Statement::Loop { body, continuing, .. } => {
+                forget_places_in(body);
+                forget_places_in(continuing);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Whether two parts of the IR are the same in every field.
 fn same<T: Debug>(a: &T, b: &T) -> bool {
     let mut expected = String::new();
     // Writing to memory cannot fail.

@@ -46,7 +46,9 @@ macro_rules! errors {
         $(
             #[test]
             fn $name() {
-                insta::assert_snapshot!(stringify!($name), report(&[$($edit),+]));
+                insta::with_settings!({ omit_expression => true }, {
+                    insta::assert_snapshot!(stringify!($name), report(&[$($edit),+]));
+                });
             }
         )+
     };

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use sglow_shader_gen::generate;
+use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::{Facts, Variant};
+use sglow_shader_gen::prune::Whole;
 use sglow_shader_gen::validate::Validated;
 
 use crate::{foreign_library, foreign_root};
@@ -108,6 +110,16 @@ fn facts_narrow_axes_and_say_why() {
 fn every_variant_is_generated_as_it_was_before() {
     for validated in generate_all() {
         insta::assert_snapshot!(validated.variant.id(), validated.text);
+    }
+}
+
+#[test]
+fn every_variant_is_its_whole_modules_without_what_is_not_needed() {
+    for root in [foreign_root(), foreign_root().join("../../../shaders")] {
+        let library = Library::load(&root).unwrap_or_else(|report| panic!("{report}"));
+        let variants = library.variants();
+        generate::variants_against(&library, &variants, Whole::Modules)
+            .unwrap_or_else(|report| panic!("{report}"));
     }
 }
 

@@ -236,11 +236,25 @@ fn the_source_hash_knows_sources_selection_and_targets() {
 
 /// A library of one pass that reads a struct with these fields from a buffer.
 fn zoo(fields: &str) -> Library {
+    zoo_with(fields, "size")
+}
+
+/// The same; its one axis is called `axis`.
+fn zoo_with(fields: &str, axis: &str) -> Library {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("src")).unwrap();
     fs::write(
         folder.path().join("library.toml"),
         r#"
+[axis.AXIS]
+description = "a choice"
+default = "type"
+[[axis.AXIS.value]]
+name = "type"
+description = "a keyword"
+[[axis.AXIS.value]]
+name = "2d"
+description = "a digit first"
 [library]
 name = "zoo"
 version = "0.1.0"
@@ -253,10 +267,12 @@ name = "look"
 description = "looks"
 source = "look.wesl"
 entry_points = ["zoo_look"]
+axes = ["AXIS"]
 [package]
 name = "zoo"
 select = [{ pass = "look" }]
-"#,
+"#
+        .replace("AXIS", axis),
     )
     .unwrap();
     let source = format!(
@@ -302,4 +318,26 @@ fn structs_have_the_layout_of_the_shaders() {
     let bindings = String::from_utf8(files["rust/lib.rs"].clone()).unwrap();
     let structs = &bindings[bindings.find("/// Does not compile where").unwrap()..];
     snapshot("package/layouts.rs", structs);
+}
+
+#[test]
+fn names_that_collide_in_rust_are_refused() {
+    let failure = |axis: &str| {
+        let library = zoo_with("a: f32", axis);
+        let validated = generate::variants(&library, &library.selected()).unwrap();
+        let parts = Parts {
+            library: &library,
+            variants: &validated,
+            libraries: &[],
+            changelog: None,
+            source_hash: "",
+        };
+        let built = package::build(&parts, &BTreeSet::from([Target::Rust]));
+        built.err().map(|error| error.to_string())
+    };
+    assert_eq!(failure("type"), None);
+    for axis in ["variant", "zoo_inner"] {
+        let error = failure(axis).unwrap();
+        assert!(error.contains(&format!("the axis `{axis}`")), "{error}");
+    }
 }

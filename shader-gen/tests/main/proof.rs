@@ -42,7 +42,7 @@ fn verdict(edits: &[(&str, &str)]) -> Option<Result<(), Difference>> {
             kept.chain(rest).collect::<Vec<_>>().join("\n")
         }
     };
-    Some(prove(&read(&pruned)?, read(&unpruned).unwrap(), &["main".to_owned()]))
+    Some(prove(&read(&pruned)?, Some(read(&unpruned).unwrap()), &["main".to_owned()]))
 }
 
 /// What a line declares.
