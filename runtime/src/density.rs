@@ -20,15 +20,24 @@ pub struct Sampled {
     pub kernels: Vec<SglowKernel>,
     /// Power of each light.
     pub powers: Vec<f64>,
-    /// Power of the whole density.
+    /// Power of all photons.
     pub total: f64,
     /// Time of the sampling pass alone.
     pub time: Duration,
 }
 
-/// Draws `settings.count` kernels on a density of `settings.rsm_size` squared texels, row by row from the top, each at
-/// least 0. Every texel counts as a photon of that power on a white diffuse wall.
-pub fn sample(gpu: &Gpu, package: &Package, settings: &Settings, density: &[f32]) -> Result<Sampled, FrameError> {
+/// Draws `settings.count` kernels by a density of `settings.rsm_size` squared texels, row by row from the top, each at
+/// least 0, and sums `power`, the power of the same texels' photons on a wall that reflects diffusely.
+///
+/// Where power is proportional to density the modified kernels keep its total by construction; give them a power that
+/// is not.
+pub fn sample(
+    gpu: &Gpu,
+    package: &Package,
+    settings: &Settings,
+    density: &[f32],
+    power: &[f32],
+) -> Result<Sampled, FrameError> {
     let mut settings = settings.clone();
     settings.lobes = Lobes::Diffuse;
     settings.specular = sglow_shaders::Specular::None;
@@ -39,16 +48,16 @@ pub fn sample(gpu: &Gpu, package: &Package, settings: &Settings, density: &[f32]
     let size = settings.rsm_size;
     // A wall of side one, so that positions are those of the image.
     let mut position = Vec::with_capacity(density.len());
-    let mut power = Vec::with_capacity(density.len());
+    let mut powers = Vec::with_capacity(density.len());
     let mut direction = Vec::with_capacity(density.len());
-    for (index, &weight) in density.iter().enumerate() {
+    for (index, &weight) in power.iter().enumerate() {
         let x = (index as u32 % size) as f32 / size as f32 - 0.5;
         let y = (index as u32 / size) as f32 / size as f32 - 0.5;
         position.push([weight * x, weight * y, 0.0, weight * (x * x + y * y)]);
-        power.push([weight; 4]);
+        powers.push([weight; 4]);
         direction.push([0.0, 0.0, weight * 2.0 / 3.0, 0.0]);
     }
-    let layers = [position, power, direction].concat();
+    let layers = [position, powers, direction].concat();
     let write = |texture: &wgpu::Texture, bytes: &[u8], layers: u32, texel: u32| {
         gpu.queue.write_texture(
             texture.as_image_copy(),
@@ -91,7 +100,7 @@ pub fn sample(gpu: &Gpu, package: &Package, settings: &Settings, density: &[f32]
     Ok(Sampled {
         kernels: crate::readback::buffer(gpu, indirect.kernels())?,
         powers: lights.iter().map(|light| lobe_power(light.diffuse_coefficient[0], light.diffuse_sharpness)).collect(),
-        total: density.iter().map(|&weight| f64::from(weight)).sum(),
+        total: power.iter().map(|&weight| f64::from(weight)).sum(),
         time: times[times.len() / 2],
     })
 }

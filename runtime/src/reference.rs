@@ -11,12 +11,17 @@ use sglow_oracle::rsm;
 use sglow_oracle::shade::{Model, Reflected};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vpl::VirtualPointLights;
-use sglow_oracle::vsgl::{Kernel as OracleKernel, Settings as SampleSettings};
+use sglow_oracle::vsgl::{Kernel as OracleKernel, Lobe, Settings as SampleSettings, Vsgl};
 use sglow_oracle::{Real, Vector3, shade};
-use sglow_shaders::{Diffuse, Kernel, Light as LightAxis, Lobes, Ndf, Specular};
+use sglow_shaders::{
+    Diffuse, Kernel, Light as LightAxis, Lobes, Ndf, SglowVsglBoth, SglowVsglDiffuse, Specular,
+};
 
+use crate::device::{DeviceError, Gpu};
 use crate::frame::{Pixels, Surfaces};
+use crate::indirect::Indirect;
 use crate::light::LightView;
+use crate::readback;
 use crate::settings::Settings;
 
 /// A vector of the runtime as one of the oracle.
@@ -92,6 +97,50 @@ pub fn model(settings: &Settings) -> Model {
         },
         ndf: ndf(settings.ndf),
     }
+}
+
+/// The virtual lights of an [`Indirect`], read back.
+pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, DeviceError> {
+    let number = |value: f32| R::constant(f64::from(value));
+    let vector = |[x, y, z]: [f32; 3]| Vector3::new(number(x), number(y), number(z));
+    let lobe = |axis, sharpness, coefficient| Lobe {
+        axis: vector(axis),
+        sharpness: number(sharpness),
+        coefficient: vector(coefficient),
+    };
+    let buffer = indirect.vsgls();
+    Ok(match indirect.settings().lobes {
+        Lobes::Diffuse => readback::buffer::<SglowVsglDiffuse>(gpu, buffer)?
+            .into_iter()
+            .map(|light| Vsgl {
+                position: vector(light.position),
+                variance: number(light.variance),
+                diffuse: lobe(
+                    light.diffuse_axis,
+                    light.diffuse_sharpness,
+                    light.diffuse_coefficient,
+                ),
+                specular: None,
+            })
+            .collect(),
+        Lobes::Both => readback::buffer::<SglowVsglBoth>(gpu, buffer)?
+            .into_iter()
+            .map(|light| Vsgl {
+                position: vector(light.position),
+                variance: number(light.variance),
+                diffuse: lobe(
+                    light.diffuse_axis,
+                    light.diffuse_sharpness,
+                    light.diffuse_coefficient,
+                ),
+                specular: Some(lobe(
+                    light.specular_axis,
+                    light.specular_sharpness,
+                    light.specular_coefficient,
+                )),
+            })
+            .collect(),
+    })
 }
 
 /// What kernels have in common.

@@ -2,48 +2,14 @@
 
 use sglow_oracle::fis::{lattice, modified_level, previous_level, warp};
 use sglow_oracle::rsm::{Moments, Pyramid};
-use sglow_oracle::vsgl::{self, Kernel as OracleKernel, Lobe};
-use sglow_oracle::Bounded;
+use sglow_oracle::vsgl::{self, Kernel as OracleKernel, Lobe, Vsgl};
+use sglow_oracle::{Bounded, Vector3};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Filter, Kernel, Lobes, SglowKernel, SglowVsglBoth, SglowVsglDiffuse};
+use sglow_shaders::{Filter, Kernel, Lobes, SglowKernel};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small};
-
-/// A light as read back, whatever its lobes.
-struct Measured {
-    position: [f32; 3],
-    variance: f32,
-    lobes: Vec<([f32; 3], f32, [f32; 3])>,
-}
-
-fn measured(run: &Run) -> Vec<Measured> {
-    let buffer = run.indirect.vsgls();
-    match run.indirect.settings().lobes {
-        Lobes::Diffuse => readback::buffer::<SglowVsglDiffuse>(gpu(), buffer)
-            .unwrap()
-            .into_iter()
-            .map(|light| Measured {
-                position: light.position,
-                variance: light.variance,
-                lobes: vec![(light.diffuse_axis, light.diffuse_sharpness, light.diffuse_coefficient)],
-            })
-            .collect(),
-        Lobes::Both => readback::buffer::<SglowVsglBoth>(gpu(), buffer)
-            .unwrap()
-            .into_iter()
-            .map(|light| Measured {
-                position: light.position,
-                variance: light.variance,
-                lobes: vec![
-                    (light.diffuse_axis, light.diffuse_sharpness, light.diffuse_coefficient),
-                    (light.specular_axis, light.specular_sharpness, light.specular_coefficient),
-                ],
-            })
-            .collect(),
-    }
-}
 
 fn density(run: &Run) -> Pyramid<Bounded> {
     let texture = run.indirect.density();
@@ -84,7 +50,8 @@ struct Comparisons {
 fn compare(run: &Run) -> Comparisons {
     let settings = run.indirect.settings();
     let kernels: Vec<SglowKernel> = readback::buffer(gpu(), run.indirect.kernels()).unwrap();
-    let lights = measured(run);
+    // What f64 holds is the f32 that was read, to the bit.
+    let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();
     let (density, moments) = (density(run), moments(run));
     let sample = reference::sample_settings(settings, &run.light);
     let mut comparisons = Comparisons {
@@ -131,19 +98,24 @@ fn compare(run: &Run) -> Comparisons {
             &sample,
         );
         let comparison = &mut comparisons.lights;
-        comparison.vector(&format!("position of light {index}"), light.position, expected.position);
+        let single = |vector: Vector3| vector.to_array().map(|part| part as f32);
+        let position = format!("position of light {index}");
+        comparison.vector(&position, single(light.position), expected.position);
         let variance = || format!("variance of light {index}");
-        comparison.number(variance, light.variance, expected.variance);
+        comparison.number(variance, light.variance as f32, expected.variance);
         let expected: Vec<Lobe<Bounded>> =
             std::iter::once(expected.diffuse).chain(expected.specular).collect();
-        assert_eq!(expected.len(), light.lobes.len());
-        for (lobe, ((axis, sharpness, coefficient), expected)) in
-            light.lobes.iter().zip(expected).enumerate()
-        {
+        let measured: Vec<Lobe> = std::iter::once(light.diffuse).chain(light.specular).collect();
+        assert_eq!(expected.len(), measured.len());
+        for (lobe, (measured, expected)) in measured.into_iter().zip(expected).enumerate() {
             let name = |what: &str| format!("{what} of lobe {lobe} of light {index}");
-            comparison.vector(&name("axis"), *axis, expected.axis);
-            comparison.number(|| name("sharpness"), *sharpness, expected.sharpness);
-            comparison.vector(&name("coefficient"), *coefficient, expected.coefficient);
+            comparison.vector(&name("axis"), single(measured.axis), expected.axis);
+            comparison.number(|| name("sharpness"), measured.sharpness as f32, expected.sharpness);
+            comparison.vector(
+                &name("coefficient"),
+                single(measured.coefficient),
+                expected.coefficient,
+            );
         }
     }
     comparisons
@@ -215,12 +187,8 @@ fn hardware_filtering_keeps_the_power() {
     let power = |filter, package: &Package| {
         let settings = Settings { filter, ..settings(Kernel::Modified, Lobes::Diffuse) };
         let run = Run::new(&settings, KINDS[0], package, 3);
-        measured(&run)
-            .iter()
-            .map(|light| {
-                let (_, sharpness, coefficient) = light.lobes[0];
-                f64::from(coefficient[0]) * sglow_oracle::sg::integral(f64::from(sharpness))
-            })
+        let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();
+        lights.iter().map(|light| light.power().luminance())
             .sum::<f64>()
     };
     let exact = power(Filter::Exact, &Package::embedded());

@@ -1,57 +1,18 @@
 //! Reflection of virtual lights: `shaders/src/shade`, `shaders/src/sg`, `shaders/src/brdf`.
 
 use sglow_oracle::surface::SurfaceTexel;
-use sglow_oracle::vsgl::{Lobe, Vsgl};
+use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, shade};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Diffuse, Lobes, Ndf, SglowVsglBoth, SglowVsglDiffuse, Specular};
+use sglow_shaders::{Diffuse, Lobes, Ndf, Specular};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small};
 
-fn exact(vector: [f32; 3]) -> Vector3<Bounded> {
-    let [x, y, z] = vector.map(Bounded::exact);
-    Vector3::new(x, y, z)
-}
-
-fn lobe(axis: [f32; 3], sharpness: f32, coefficient: [f32; 3]) -> Lobe<Bounded> {
-    Lobe { axis: exact(axis), sharpness: Bounded::exact(sharpness), coefficient: exact(coefficient) }
-}
-
-fn lights(run: &Run) -> Vec<Vsgl<Bounded>> {
-    let buffer = run.indirect.vsgls();
-    match run.indirect.settings().lobes {
-        Lobes::Diffuse => readback::buffer::<SglowVsglDiffuse>(gpu(), buffer)
-            .unwrap()
-            .into_iter()
-            .map(|light| Vsgl {
-                position: exact(light.position),
-                variance: Bounded::exact(light.variance),
-                diffuse: lobe(light.diffuse_axis, light.diffuse_sharpness, light.diffuse_coefficient),
-                specular: None,
-            })
-            .collect(),
-        Lobes::Both => readback::buffer::<SglowVsglBoth>(gpu(), buffer)
-            .unwrap()
-            .into_iter()
-            .map(|light| Vsgl {
-                position: exact(light.position),
-                variance: Bounded::exact(light.variance),
-                diffuse: lobe(light.diffuse_axis, light.diffuse_sharpness, light.diffuse_coefficient),
-                specular: Some(lobe(
-                    light.specular_axis,
-                    light.specular_sharpness,
-                    light.specular_coefficient,
-                )),
-            })
-            .collect(),
-    }
-}
-
 /// Compares diffuse and specular reflection at every pixel.
 fn compare(run: &Run) -> Comparison {
-    let lights = lights(run);
+    let lights: Vec<Vsgl<Bounded>> = reference::lights(gpu(), &run.indirect).unwrap();
     let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&run.gbuffer);
     let model = reference::model(run.indirect.settings());
     let eye = Vector3::constant(reference::vector(run.eye));

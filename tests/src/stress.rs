@@ -1,6 +1,6 @@
 //! Kernels on densities that stress them: powers that must be kept, and those that the previous method loses.
 
-use sglow_oracle::fis::stress::Stress;
+use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_runtime::density::{Sampled, sample};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -12,7 +12,12 @@ const SIZE: u32 = 256;
 
 fn run(stress: Stress, kernel: Kernel, package: &Package) -> Sampled {
     let settings = Settings { rsm_size: SIZE, count: 1024, kernel, ..Settings::default() };
-    sample(gpu(), package, &settings, &stress.texels(SIZE as usize, 1)).unwrap()
+    let density = stress.texels(SIZE as usize, 1);
+    // Power that follows the density but for a reflectance; with the density itself Eq. (5) is exact by construction.
+    let mut random = Random::new(2);
+    let power: Vec<f32> =
+        density.iter().map(|weight| weight * (0.4 + 0.4 * random.uniform() as f32)).collect();
+    sample(gpu(), package, &settings, &density, &power).unwrap()
 }
 
 /// The summed power over the true total.

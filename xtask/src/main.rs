@@ -9,11 +9,11 @@ mod command;
 mod failure;
 mod json;
 mod machine;
-#[cfg_attr(not(test), expect(dead_code, reason = "`render` and `report` are to write pictures"))]
 mod picture;
 mod progress;
 mod say;
 mod selection;
+mod shot;
 mod table;
 mod write;
 

@@ -1,18 +1,35 @@
 //! `render`: a scene as a picture.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use sglow_runtime::frame::{Frame, Pixels, Renderer};
+use sglow_runtime::package::Package;
+use sglow_runtime::reference;
 
 use crate::failure::{Failure, Result};
-use crate::picture::Layer;
+use crate::json::Report;
+use crate::picture::{Image, Layer, Picture, compare, exr, png, tone};
+use crate::progress;
+use crate::say;
+use crate::shot::{self, Numbers, Shot};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   cargo xtask render --scene cornell --out out/cornell.png
-  cargo xtask render --scene cornell --set kernel=previous --size 640x360 --out out/previous.exr
+  cargo xtask render --scene atrium --size 960x540 --set kernel=previous --out out/previous.exr
+  cargo xtask render --scene cornell-glossy --size 320x180 --reference vpl --out out/glossy.png
   cargo xtask render --scene cornell --layer normal --out out/normal.png";
+
+/// What a picture is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Reference {
+    /// Nothing.
+    None,
+    /// Every texel of the reflective shadow map as a virtual point light, in f64 on the CPU, without visibility.
+    Vpl,
+}
 
 /// Options of `render`.
 #[derive(Debug, Args)]
@@ -24,8 +41,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     set: Vec<String>,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "1280x720")]
-    size: String,
+    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = shot::size)]
+    size: [u32; 2],
     /// The file to write: .png for the eye, .exr with all layers in linear units
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -35,6 +52,14 @@ pub(crate) struct Arguments {
     /// Exposure in stops; without it the picture's mean becomes mid-grey (.png)
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true)]
     exposure: Option<f32>,
+    /// Also compute the picture by brute force, and compare
+    #[arg(long, value_enum, value_name = "HOW", default_value = "none")]
+    reference: Reference,
+    /// A package that `gen-shaders --out` wrote [default: the committed one]
+    #[arg(long, value_name = "DIR")]
+    package: Option<PathBuf>,
+    #[command(flatten)]
+    numbers: Numbers,
 }
 
 /// Renders.
@@ -43,5 +68,193 @@ pub(crate) struct Arguments {
 ///
 /// When the scene, the variant or the device does not allow it.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    Err(Failure::new(format!("rendering is not wired to the runtime: {arguments:?}")))
+    let extension = arguments.out.extension().and_then(|extension| extension.to_str());
+    let exr = match extension {
+        Some("exr") => true,
+        Some("png") => false,
+        _ => {
+            return Err(Failure::new(format!(
+                "{}: the kind of picture is told by the name; use .png or .exr",
+                arguments.out.display()
+            )));
+        }
+    };
+    if exr && (arguments.layer.is_some() || arguments.exposure.is_some()) {
+        return Err(Failure::new("--layer and --exposure are for .png")
+            .help("an .exr holds every layer, in linear units"));
+    }
+    let package = package(arguments.package.as_deref())?;
+    let shot = Shot::new(&arguments.scene, &arguments.set, arguments.size, &arguments.numbers)?;
+    let gpu = shot::gpu(&arguments.numbers)?;
+    let bar = progress::spinner(format!("rendering {} on {}", shot.scene.name, gpu.adapter.name));
+    let renderer = Renderer::new(&gpu, &package, &shot.scene, &shot.settings, 0)?;
+    // The first frame compiles the shaders; its times are not told.
+    renderer.render()?;
+    let (times, clock) = renderer.render()?;
+    let frame = renderer.read()?;
+    bar.finish_and_clear();
+
+    let mut report = Report::new();
+    report.adapter.clone_from(&gpu.adapter.name);
+    report.driver.clone_from(&gpu.adapter.driver);
+    let milliseconds: Vec<_> = times
+        .iter()
+        .map(|(pass, time)| serde_json::json!({ "pass": pass, "milliseconds": time.as_secs_f64() * 1e3 }))
+        .collect();
+    report.detail("scene", &shot.scene.name)?;
+    report.detail("triangles", shot.scene.triangle_count())?;
+    report.detail("shade", shot.settings.shade().id())?;
+    report.detail("clock", clock.to_string())?;
+    report.detail("passes", milliseconds)?;
+
+    let ours = picture(&frame)?;
+    let exposure = match arguments.exposure {
+        Some(stops) => tone::Exposure::from_stops(stops),
+        None => tone::Exposure::automatic(&ours.radiance()?),
+    };
+    let comment = format!("{} by sglow, {}", shot.scene.name, report.command);
+    let developed = |picture: &Picture| -> Result<_> {
+        Ok(match arguments.layer {
+            Some(layer) => tone::layer(layer, picture.layer(layer)?, exposure),
+            None => tone::radiance(&picture.radiance()?, exposure),
+        })
+    };
+    if exr {
+        exr::write(&arguments.out, &ours, &comment)?;
+    } else {
+        png::write(&arguments.out, &developed(&ours)?)?;
+    }
+    say::line(format!("{}", arguments.out.display()));
+
+    if arguments.reference == Reference::Vpl {
+        let theirs = picture(&brute_force(&renderer, &frame)?)?;
+        let (ours_light, theirs_light) = (indirect(&ours)?, indirect(&theirs)?);
+        let metrics = sglow_oracle::metrics::compare(&flat(&ours_light), &flat(&theirs_light))
+            .ok_or_else(|| Failure::new("the reference has no finite pixel"))?;
+        let relative = metrics.rmse / metrics.reference_mean;
+        say::line(format!(
+            "indirect light against virtual point lights (without visibility): RMSE {:.3e} ({:.1} % of the mean), \
+             relative MSE {:.3e}, bias {:+.1} %",
+            metrics.rmse,
+            100.0 * relative,
+            metrics.relative_mse,
+            100.0 * metrics.bias
+        ));
+        report.detail(
+            "against_virtual_point_lights",
+            serde_json::json!({
+                "rmse": metrics.rmse,
+                "rmse_over_mean": relative,
+                "relative_mse": metrics.relative_mse,
+                "bias": metrics.bias,
+                "reference_mean": metrics.reference_mean,
+            }),
+        )?;
+        let path = beside(&arguments.out, "reference");
+        if exr {
+            exr::write(&path, &theirs, &comment)?;
+        } else {
+            png::write(&path, &developed(&theirs)?)?;
+            let sheet = beside(&arguments.out, "comparison");
+            let scale = 0.5 * metrics.reference_mean as f32;
+            let difference = compare::difference(&ours_light, &theirs_light, scale)?;
+            let (ours, theirs) = (developed(&ours)?, developed(&theirs)?);
+            png::write(&sheet, &compare::side_by_side(&[&ours, &theirs, &difference]))?;
+            say::line(format!("{} (ours, reference, difference)", sheet.display()));
+        }
+        say::line(format!("{}", path.display()));
+    }
+    let mut table = crate::table::new(["pass", "ms"]);
+    for (pass, time) in &times {
+        table.add_row([(*pass).to_owned(), format!("{:.3}", time.as_secs_f64() * 1e3)]);
+    }
+    say::line(format!("{table}\nby {clock} on {}, {}", gpu.adapter.name, gpu.adapter.driver));
+    report.write(&arguments.out.with_extension("json"))
+}
+
+/// The package in a folder, or the committed one.
+pub(crate) fn package(folder: Option<&Path>) -> Result<Package> {
+    folder.map_or_else(
+        || Ok(Package::embedded()),
+        |folder| {
+            Package::load(folder).map_err(|errors| {
+                let lines: Vec<_> = errors.iter().map(ToString::to_string).collect();
+                Failure::new(lines.join("\n"))
+            })
+        },
+    )
+}
+
+/// The same frame with its indirect light by brute force.
+pub(crate) fn brute_force(renderer: &Renderer<'_>, frame: &Frame) -> Result<Frame> {
+    let settings = renderer.indirect().settings();
+    let rsm = renderer.read_rsm()?;
+    let pixels = frame.gbuffer.position.len();
+    let bar = progress::bar("virtual point lights", pixels);
+    let reflected = reference::virtual_point_lights(
+        renderer.light(),
+        settings,
+        &rsm,
+        &frame.gbuffer,
+        renderer.eye(),
+        |done, _| {
+            bar.set_position(done as u64);
+            true
+        },
+    )
+    .ok_or_else(|| Failure::new("the reference was not finished"))?;
+    bar.finish_and_clear();
+    let diffuse = reference::pixels(&reflected, |pixel| pixel.diffuse);
+    let specular = reference::pixels(&reflected, |pixel| pixel.specular);
+    Ok(Frame {
+        indirect_diffuse: frame.indirect_diffuse.is_some().then_some(diffuse),
+        indirect_specular: frame.indirect_specular.is_some().then_some(specular),
+        ..frame.clone()
+    })
+}
+
+/// A frame as layers.
+pub(crate) fn picture(frame: &Frame) -> Result<Picture> {
+    let [width, height] = frame.size.map(|side| side as usize);
+    let image = |pixels: &Pixels| {
+        let pixels = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+        Image::new(width, height, pixels)
+    };
+    let mut layers = vec![
+        (Layer::Direct, image(&frame.direct)?),
+        (Layer::Albedo, image(&frame.gbuffer.base_color)?),
+        (Layer::Normal, image(&frame.gbuffer.normal)?),
+        (Layer::Position, image(&frame.gbuffer.position)?),
+    ];
+    let optional = [
+        (Layer::IndirectDiffuse, &frame.indirect_diffuse),
+        (Layer::IndirectSpecular, &frame.indirect_specular),
+        (Layer::Emission, &frame.emission),
+    ];
+    // What was left out is black: a reader of the file finds every layer.
+    let black = vec![[0.0; 4]; frame.direct.len()];
+    for (layer, pixels) in optional {
+        layers.push((layer, image(pixels.as_ref().unwrap_or(&black))?));
+    }
+    Picture::new(layers)
+}
+
+/// The indirect light of a picture.
+pub(crate) fn indirect(picture: &Picture) -> Result<Image> {
+    let diffuse = picture.layer(Layer::IndirectDiffuse)?;
+    let specular = picture.layer(Layer::IndirectSpecular)?;
+    let sum = diffuse.pixels().iter().zip(specular.pixels());
+    let pixels = sum.map(|(a, b)| std::array::from_fn(|channel| a[channel] + b[channel])).collect();
+    Image::new(diffuse.width(), diffuse.height(), pixels)
+}
+
+/// The numbers of an image one after another.
+pub(crate) fn flat(image: &Image) -> Vec<f32> {
+    image.pixels().iter().flatten().copied().collect()
+}
+
+/// `picture.png` as `picture.NAME.png`.
+fn beside(path: &Path, name: &str) -> PathBuf {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+    path.with_extension(format!("{name}.{extension}"))
 }

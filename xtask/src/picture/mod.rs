@@ -18,6 +18,8 @@ pub(crate) enum Layer {
     IndirectDiffuse,
     /// Indirect light by specular reflection at the pixel.
     IndirectSpecular,
+    /// Light that surfaces emit towards the camera.
+    Emission,
     /// Base colour.
     Albedo,
     /// Unit shading normal in world space.
@@ -33,6 +35,7 @@ impl Layer {
             Self::Direct => "direct",
             Self::IndirectDiffuse => "indirect_diffuse",
             Self::IndirectSpecular => "indirect_specular",
+            Self::Emission => "emission",
             Self::Albedo => "albedo",
             Self::Normal => "normal",
             Self::Position => "position",
@@ -42,7 +45,7 @@ impl Layer {
     /// The unit of its numbers.
     pub(crate) fn unit(self) -> &'static str {
         match self {
-            Self::Direct | Self::IndirectDiffuse | Self::IndirectSpecular => {
+            Self::Direct | Self::IndirectDiffuse | Self::IndirectSpecular | Self::Emission => {
                 "radiance per channel, W m^-2 sr^-1 if lights are given in watts, cd m^-2 if in lumens"
             }
             Self::Albedo => "1, reflectance from 0 to 1",
@@ -61,7 +64,7 @@ impl Layer {
 
     /// Whether its numbers are radiance, so that they add up to what the camera sees.
     pub(crate) fn is_radiance(self) -> bool {
-        matches!(self, Self::Direct | Self::IndirectDiffuse | Self::IndirectSpecular)
+        matches!(self, Self::Direct | Self::IndirectDiffuse | Self::IndirectSpecular | Self::Emission)
     }
 }
 

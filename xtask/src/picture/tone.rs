@@ -54,7 +54,7 @@ pub(crate) fn radiance(image: &Image, exposure: Exposure) -> RgbImage {
 /// 0 to 1, positions with the box around all pixels on 0 to 1.
 pub(crate) fn layer(layer: Layer, image: &Image, exposure: Exposure) -> RgbImage {
     match layer {
-        Layer::Direct | Layer::IndirectDiffuse | Layer::IndirectSpecular => {
+        Layer::Direct | Layer::IndirectDiffuse | Layer::IndirectSpecular | Layer::Emission => {
             radiance(image, exposure)
         }
         Layer::Albedo => map(image, |pixel| pixel.map(srgb)),

@@ -1,0 +1,205 @@
+//! A scene with settings that suit it: what `render` and `report` start from.
+
+use std::collections::BTreeMap;
+
+use clap::Args;
+use sglow_runtime::device::Gpu;
+use sglow_runtime::scene::{Light, LightKind, Scene};
+use sglow_runtime::settings::{AXES, Settings};
+use sglow_shaders::{Ndf, Specular};
+
+use crate::failure::{self, Failure, Result};
+use crate::selection::library;
+
+/// Numbers that `render` and `report` share.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct Numbers {
+    /// Number of virtual lights, 1 to 65536
+    #[arg(long, value_name = "N", default_value_t = 1024)]
+    pub(crate) lights: u32,
+    /// Width and height of the reflective shadow map, a power of two
+    #[arg(long, value_name = "TEXELS", default_value_t = 256)]
+    pub(crate) rsm: u32,
+    /// Bisection steps of Algorithm 1, 1 to 24
+    #[arg(long, value_name = "STEPS", default_value_t = 12)]
+    pub(crate) iterations: u32,
+    /// K, the size of kernels relative to their share of the density
+    #[arg(long, value_name = "K", default_value_t = 1.0)]
+    pub(crate) size_factor: f32,
+    /// The scene's light that is used, counted from 0 [default: the one with the most power]
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) light: Option<usize>,
+    /// The GPU whose name contains this [default: the most capable one]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+}
+
+/// A scene and the settings it is rendered with.
+pub(crate) struct Shot {
+    /// The scene; its one light is number 0.
+    pub(crate) scene: Scene,
+    /// The settings.
+    pub(crate) settings: Settings,
+}
+
+impl Shot {
+    /// Loads a scene, and settles every axis: by `set`, else by what the scene needs, else by the default.
+    ///
+    /// # Errors
+    ///
+    /// When the scene cannot be read, or an axis, a value or a number is not possible.
+    pub(crate) fn new(
+        name: &str,
+        set: &[String],
+        size: [u32; 2],
+        numbers: &Numbers,
+    ) -> Result<Self> {
+        let mut scene = Scene::load(name)?;
+        for note in &scene.notes {
+            eprintln!("{}: {note}", scene.name);
+        }
+        keep_one_light(&mut scene, numbers.light)?;
+        let mut settings = Settings {
+            size,
+            rsm_size: numbers.rsm,
+            count: numbers.lights,
+            size_factor: numbers.size_factor,
+            iterations: numbers.iterations,
+            ..Settings::default()
+        };
+        let facts: BTreeMap<String, bool> =
+            scene.facts().into_iter().map(|(fact, holds)| (fact.to_owned(), holds)).collect();
+        let needed = library()?.needed(&facts).map_err(failure::rendered)?;
+        for axis in AXES {
+            if let [only] = needed[axis].values.as_slice() {
+                settings.set(axis, only)?;
+            }
+        }
+        let mut wrong = Vec::new();
+        let mut asked = Vec::new();
+        for setting in set {
+            match setting.split_once('=') {
+                None => wrong.push(format!("`{setting}` is not AXIS=VALUE")),
+                Some((axis, value)) => {
+                    asked.push(axis);
+                    if let Err(error) = settings.set(axis, value) {
+                        wrong.push(error.to_string());
+                    }
+                }
+            }
+        }
+        if !wrong.is_empty() {
+            return Err(Failure::new(wrong.join("\n")));
+        }
+        // A distribution goes with specular reflection; who asks for one of them need not ask for the other.
+        if !asked.contains(&"ndf") {
+            if settings.specular == Specular::None {
+                settings.ndf = Ndf::None;
+            } else if settings.ndf == Ndf::None {
+                settings.ndf = Ndf::Ggx;
+            }
+        }
+        Ok(Self { scene, settings })
+    }
+}
+
+/// Opens the GPU that is asked for.
+pub(crate) fn gpu(numbers: &Numbers) -> Result<Gpu> {
+    let gpu = Gpu::open(numbers.adapter.as_deref())
+        .map_err(|error| Failure::from(error).help("`cargo xtask doctor` shows what there is"))?;
+    if gpu.adapter.software {
+        eprintln!(
+            "{} is a program on the CPU: its times compare variants, they promise nothing about GPUs",
+            gpu.adapter.name
+        );
+    }
+    Ok(gpu)
+}
+
+/// Roughly what a light emits, to choose the strongest: a directional light's irradiance over the scene, else the
+/// intensity over the light's solid angle.
+fn power(light: &Light, radius: f32) -> f32 {
+    let [r, g, b] = light.intensity;
+    let extent = match light.kind {
+        LightKind::Directional => radius * radius,
+        LightKind::Point => 4.0,
+        LightKind::Spot { outer, .. } => 2.0 * (1.0 - outer.cos()),
+    };
+    (r + g + b) * extent
+}
+
+fn keep_one_light(scene: &mut Scene, wanted: Option<usize>) -> Result {
+    let radius = scene.bounds().radius();
+    let count = scene.lights.len();
+    let strongest = (0..count).max_by(|&a, &b| {
+        power(&scene.lights[a], radius).total_cmp(&power(&scene.lights[b], radius))
+    });
+    let Some(chosen) = wanted.or(strongest).filter(|&chosen| chosen < count) else {
+        return Err(Failure::new(format!(
+            "the scene has no light {}; it has {count}, counted from 0",
+            wanted.unwrap_or(0)
+        )));
+    };
+    if count > 1 {
+        eprintln!(
+            "{}: {count} lights; only light {chosen} ({}) is used",
+            scene.name, scene.lights[chosen].name
+        );
+    }
+    scene.lights = vec![scene.lights.swap_remove(chosen)];
+    Ok(())
+}
+
+/// `WxH` in pixels.
+pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
+    let wrong = || format!("'{text}' is not a size such as 640x360");
+    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
+    Ok([width.parse().map_err(|_| wrong())?, height.parse().map_err(|_| wrong())?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers() -> Numbers {
+        Numbers {
+            lights: 16,
+            rsm: 32,
+            iterations: 12,
+            size_factor: 1.0,
+            light: None,
+            adapter: None,
+        }
+    }
+
+    #[test]
+    fn a_scene_decides_what_nobody_asks_for() {
+        let diffuse = Shot::new("cornell", &[], [8, 8], &numbers()).unwrap().settings;
+        assert_eq!((diffuse.specular, diffuse.ndf), (Specular::None, Ndf::None));
+        let set = ["specular=sg".to_owned()];
+        let asked = Shot::new("cornell", &set, [8, 8], &numbers()).unwrap().settings;
+        assert_eq!((asked.specular, asked.ndf), (Specular::Sg, Ndf::Ggx));
+        let glossy = Shot::new("cornell-glossy", &[], [8, 8], &numbers()).unwrap().settings;
+        assert_ne!(glossy.specular, Specular::None);
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_all_at_once() {
+        let set = ["colour=red", "kernel=cubic", "kernel"].map(str::to_owned);
+        let text = Shot::new("cornell", &set, [8, 8], &numbers()).err().unwrap().to_string();
+        for part in ["no axis 'colour'", "previous, modified", "not AXIS=VALUE"] {
+            assert!(text.contains(part), "{text}");
+        }
+        let light = Numbers { light: Some(7), ..numbers() };
+        let text = Shot::new("cornell", &[], [8, 8], &light).err().unwrap().to_string();
+        assert!(text.contains("no light 7"), "{text}");
+    }
+
+    #[test]
+    fn sizes_are_read() {
+        assert_eq!(size("640x360"), Ok([640, 360]));
+        for wrong in ["640", "x", "640x", "-1x2", "axb"] {
+            assert!(size(wrong).unwrap_err().contains(wrong));
+        }
+    }
+}
