@@ -1,5 +1,6 @@
 //! `library.toml`: what a library offers, in the author's own words.
 
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -482,8 +483,8 @@ impl Library {
                 ));
             }
             for (number, item) in pass.overrides.iter().enumerate() {
-                // Not written the other way round: a bound that is not a number must not pass.
-                if !(item.minimum <= item.maximum) {
+                // A bound that is not a number makes an empty range, too.
+                if item.minimum.partial_cmp(&item.maximum).is_none_or(Ordering::is_gt) {
                     let error = Diagnostic::new(
                         Code::Declaration,
                         format!("override `{}` has an empty range", item.name),

@@ -1,5 +1,12 @@
 //! A library that has nothing to do with light, generated whole, broken on purpose, and read by somebody else.
 
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unwrap_used,
+    reason = "helpers of tests are tests, too"
+)]
+
 mod errors;
 mod foreign;
 mod package;
