@@ -86,7 +86,8 @@ fn the_manifest_has_the_form_of_its_schema() {
     assert_eq!(errors, Vec::<String>::new());
 
     // Negative controls: each breaks one thing.
-    let breakages: [(&str, fn(&mut serde_json::Value)); 4] = [
+    type Breakage = fn(&mut serde_json::Value);
+    let breakages: [(&str, Breakage); 4] = [
         ("a field less", |of| drop(of.as_object_mut().unwrap().remove("naga"))),
         ("a field more", |of| of["surprise"] = 1.into()),
         ("another type", |of| of["variants"][0]["bindings"][0]["group"] = "zero".into()),
