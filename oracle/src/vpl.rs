@@ -14,7 +14,7 @@ use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use crate::Vector3;
-use crate::brdf::Ndf;
+use crate::brdf::{Ndf, fresnel};
 use crate::brdf::material::MINIMUM_COSINE;
 use crate::light::Light;
 use crate::shade::Reflected;
@@ -180,7 +180,8 @@ impl VirtualPointLights {
         set(&mut block.towards, towards);
         set(&mut block.diffuse, power.times(material.diffuse_brdf()));
         set(&mut block.specular, power.times(material.specular));
-        set(&mut block.grazing, power.times(Vector3::splat(1.0) - material.specular));
+        let grazing = Vector3::splat(fresnel::grazing(material.specular));
+        set(&mut block.grazing, power.times(grazing - material.specular));
         block.disc.0[lane] = area / PI;
         let facet = FixedFacet::new(self.ndf, surface.normal.dot(towards), material.alpha);
         block.facet.cosine.0[lane] = facet.cosine;
@@ -407,7 +408,11 @@ impl Sums {
         let (specular, grazing) = (sum(&self.specular), sum(&self.grazing));
         Reflected {
             diffuse: sum(&self.irradiance).times(surface.material.diffuse_brdf()),
-            specular: (specular - grazing).times(surface.material.specular) + grazing,
+            specular: specular.times(surface.material.specular)
+                + grazing.times(
+                    Vector3::splat(fresnel::grazing(surface.material.specular))
+                        - surface.material.specular,
+                ),
         }
     }
 }

@@ -9,7 +9,7 @@ use sglow_runtime::package::Package;
 use sglow_runtime::reference;
 use sglow_runtime::scene::{LightKind, Scene};
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Light, Ndf};
+use sglow_shaders::{Light, Ndf, Specular};
 
 use crate::common::{Comparison, KINDS, broken, gpu};
 
@@ -21,7 +21,9 @@ fn run(kind: LightKind, ndf: Ndf, package: &Package) -> Comparison {
         light.direction = glam::Vec3::new(-0.3, -0.5, -0.8).normalize().into();
         light.intensity = [3.0, 2.5, 2.0];
     }
-    let settings = Settings { size: [64, 48], rsm_size: 32, count: 4, ndf, ..Settings::default() };
+    let specular = if ndf == Ndf::None { Specular::None } else { Specular::Asg };
+    let size = [64, 48];
+    let settings = Settings { size, rsm_size: 32, count: 4, specular, ndf, ..Settings::default() };
     let axis = match kind {
         LightKind::Spot { .. } => Light::Spot,
         LightKind::Directional => Light::Directional,

@@ -21,9 +21,9 @@ fn sglow_mip(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let corner = 2u * id.xy;
-    let sum = textureLoad(sglow_mip_source, corner, id.z, 0)
-        + textureLoad(sglow_mip_source, corner + vec2<u32>(1u, 0u), id.z, 0)
-        + textureLoad(sglow_mip_source, corner + vec2<u32>(0u, 1u), id.z, 0)
+    let upper = textureLoad(sglow_mip_source, corner, id.z, 0)
+        + textureLoad(sglow_mip_source, corner + vec2<u32>(1u, 0u), id.z, 0);
+    let lower = textureLoad(sglow_mip_source, corner + vec2<u32>(0u, 1u), id.z, 0)
         + textureLoad(sglow_mip_source, corner + vec2<u32>(1u, 1u), id.z, 0);
-    textureStore(sglow_mip_output, id.xy, id.z, 0.25 * sum);
+    textureStore(sglow_mip_output, id.xy, id.z, 0.25 * (upper + lower));
 }

@@ -18,7 +18,8 @@
 /// Bilinear filtering of one mip level with coordinates clamped to the edge, written out.
 /// A sampler may keep as few as 8 bits of its weights; these have 24.
 fn sglow_filter_bilinear(image: texture_2d_array<f32>, layer: i32, position: vec2<f32>, level: i32) -> vec4<f32> {
-    let size = vec2<i32>(textureDimensions(image, level));
+    // Not textureDimensions(image, level): lavapipe answers with the first lane's level where levels differ.
+    let size = vec2<i32>(textureDimensions(image, 0) >> vec2<u32>(u32(level)));
     let at = position * vec2<f32>(size) - 0.5;
     let corner = floor(at);
     let weight = at - corner;

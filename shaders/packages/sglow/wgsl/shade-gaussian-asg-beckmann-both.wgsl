@@ -160,7 +160,7 @@ fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32>
     // Bandwidths of exp(-(1/alpha^2) sin^2) over half vectors, warped by the reflection:
     // directions move twice as far as half vectors in the plane of incidence, 2 cos times as far across it.
     let bandwidth = 0.25 / (receiver.alpha * receiver.alpha);
-    let clamped = max(abs(cosine), 1e-2);
+    let clamped = max(cosine, 1e-2);
     let bandwidth_x = bandwidth / (clamped * clamped);
     let bandwidth_y = bandwidth;
     // Across the plane of incidence; at normal incidence any perpendicular will do.
