@@ -225,7 +225,9 @@ impl<'a> Assembled<'a> {
                     before.module == piece.module
                         && is_tight(module, source, before.declaration..piece.declaration)
                 });
-                text.text.push_str(if tight { "\n" } else { "\n\n" });
+                // Directives end with their line.
+                let first = before.is_none();
+                text.text.push_str(if tight || first { "\n" } else { "\n\n" });
             }
             let start = module.declarations[piece.declaration].item.whole.start;
             let headed_by = module.sections.iter().rfind(|section| section.start < start);

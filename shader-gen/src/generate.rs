@@ -58,6 +58,11 @@ fn one(library: &Library, variant: &Variant, whole: Whole) -> Result<Validated, 
     let flags = library.flags_of(variant);
     let requires = library.requires(variant);
     let assembled = Assembled::new(library, &[root], &flags)?;
+    let left_out = pass.entry_points.iter().filter(|name| assembled.find(name).is_none());
+    let left_out: Vec<_> = left_out.map(|name| without_entry_point(library, root, name)).collect();
+    if !left_out.is_empty() {
+        return Err(left_out);
+    }
     let pruned = prune(&assembled, &pass.entry_points, whole);
     check_overrides(&assembled, &pruned.keep, pass)?;
     let single = |error: Box<Diagnostic>| vec![*error];
@@ -70,6 +75,21 @@ fn one(library: &Library, variant: &Variant, whole: Whole) -> Result<Validated, 
         .map_err(|difference| vec![refused(&assembled, &difference)])?;
     let omitted = assembled.omitted(&pruned.keep, &flags, &pass.entry_points.join(", "));
     Ok(Validated { variant: variant.clone(), text: pruned.text.text, module, info, omitted })
+}
+
+fn without_entry_point(library: &Library, root: usize, name: &str) -> Diagnostic {
+    let graph = library.graph();
+    let error = Diagnostic::new(Code::Import, format!("conditions leave entry point `{name}` out"));
+    graph.candidates(root, name).iter().fold(error, |error, candidate| {
+        match &graph.declaration(candidate.module, candidate.declaration).name {
+            Some((_, range)) => error.at(
+                graph.modules()[candidate.module].file,
+                range.clone(),
+                "its condition, or that of its import, does not hold",
+            ),
+            None => error,
+        }
+    })
 }
 
 fn refused(assembled: &Assembled<'_>, difference: &Difference) -> Diagnostic {

@@ -215,13 +215,16 @@ impl<'a> Parser<'a> {
             let keyword = self.word();
             let kind = match keyword {
                 "import" => {
-                    if !module.declarations.is_empty() {
-                        return self.error("imports come before declarations");
+                    if !module.declarations.is_empty() || !module.directives.is_empty() {
+                        return self.error("imports come before directives and declarations");
                     }
                     module.imports.push(self.import(attributes.condition)?);
                     continue;
                 }
                 "enable" | "requires" | "diagnostic" => {
+                    if !module.declarations.is_empty() {
+                        return self.error("directives come before declarations");
+                    }
                     self.skip_to(b';')?;
                     let item = self.item(attributes.condition, first);
                     module.directives.push(item);

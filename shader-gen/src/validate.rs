@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::error::Error;
 
+use naga::front::wgsl::{Frontend, Options};
 use naga::valid::{
     Capabilities, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
 };
@@ -77,12 +78,16 @@ pub(crate) fn is_feature(name: &str) -> bool {
     features().any(|known| known == name)
 }
 
+/// What shaders may do on devices that have WebGPU's features `requires`.
+fn capabilities(requires: &BTreeSet<&str>) -> Capabilities {
+    let required = FEATURES.iter().filter(|(name, _)| requires.contains(name));
+    required.fold(CORE, |all, (_, one)| all | *one)
+}
+
 /// A validator for devices that have WebGPU's features `requires`.
 #[must_use]
 pub fn validator(requires: &BTreeSet<&str>) -> Validator {
-    let required = FEATURES.iter().filter(|(name, _)| requires.contains(name));
-    let capabilities = required.fold(CORE, |all, (_, one)| all | *one);
-    let mut validator = Validator::new(ValidationFlags::all(), capabilities);
+    let mut validator = Validator::new(ValidationFlags::all(), capabilities(requires));
     if requires.contains("subgroups") {
         validator
             .subgroup_stages(ShaderStages::FRAGMENT | ShaderStages::COMPUTE)
@@ -96,7 +101,9 @@ pub(crate) fn validate(
     text: &Text,
     requires: &BTreeSet<&str>,
 ) -> Result<(naga::Module, ModuleInfo), Box<Diagnostic>> {
-    let module = naga::front::wgsl::parse_str(&text.text).map_err(|error| {
+    let options = Options { capabilities: capabilities(requires), ..Options::new() };
+    let mut frontend = Frontend::new_with_options(options);
+    let module = frontend.parse(&text.text).map_err(|error| {
         let mut diagnostic = Diagnostic::new(Code::Wgsl, error.message());
         for (span, label) in error.labels() {
             mark(&mut diagnostic, text, span, label);

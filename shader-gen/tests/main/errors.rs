@@ -1,36 +1,13 @@
 //! The foreign library broken on purpose: every error says what, where, and what would be right.
 
-use std::fs;
-use std::path::Path;
-
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::Library;
 
-use crate::foreign_root;
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            fs::copy(entry.path(), target).unwrap();
-        }
-    }
-}
+use crate::edited;
 
 /// What is said of the foreign library after `edits`: in the file, the one text for the other.
 fn report(edits: &[(&str, &str, &str)]) -> String {
-    let folder = tempfile::tempdir().unwrap();
-    copy(&foreign_root(), folder.path());
-    for (file, from, to) in edits {
-        let path = folder.path().join(file);
-        let text = fs::read_to_string(&path).unwrap_or_default();
-        assert!(text.contains(from), "{file} lacks {from}");
-        fs::write(path, text.replacen(from, to, 1)).unwrap();
-    }
+    let folder = edited(edits);
     let result = Library::load(folder.path()).and_then(|library| {
         generate::variants(&library, &library.variants())?;
         generate::libraries(&library)
@@ -90,6 +67,8 @@ errors! {
     a_comment_that_does_not_end: (CHANNEL, "nest. */ */", "nest. */");
     a_hexadecimal_float: (BIN, "+ 0.5)", "+ 0x1p-1)");
     a_path_in_an_expression: (COUNT, "tally_bin(tally_channel(pixel))], 1u);\n            }", "package::image::bin::tally_bin(0.0)], 1u);\n            }");
+    an_entry_point_that_conditions_leave_out: (SCAN, "/// Sets all sums to zero.\n", "@if(inclusive)\n");
+    an_import_behind_a_declaration: (SCAN, "/// Sets all sums to zero.", "import package::image::bin::{TALLY_LAST};");
     what_naga_cannot_read: (CHANNEL, "return pixel.r;", "return pixel.r + missing;");
     what_naga_finds_invalid: (CHANNEL, "return pixel.r;", "return vec2<f32>(pixel.r);");
     two_bindings_in_one_place: (SCAN, "@binding(1)", "@binding(0)");

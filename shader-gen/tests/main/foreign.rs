@@ -9,7 +9,7 @@ use sglow_shader_gen::matrix::{Facts, Variant};
 use sglow_shader_gen::prune::Whole;
 use sglow_shader_gen::validate::Validated;
 
-use crate::{foreign_library, foreign_root};
+use crate::{edited, foreign_library, foreign_root};
 
 fn generate_all() -> Vec<Validated> {
     let library = foreign_library();
@@ -186,4 +186,34 @@ fn function_libraries_hold_functions_alone() {
 fn generation_repeats_itself() {
     let texts = || -> Vec<String> { generate_all().into_iter().map(|one| one.text).collect() };
     assert_eq!(texts(), texts());
+}
+
+#[test]
+fn a_cycle_of_imports_is_no_error() {
+    let folder = edited(&[(
+        "src/image/bin.wesl",
+        "// How values fall into bins.\n",
+        "import package::image::count::{TallyPixel};\n",
+    )]);
+    let library = Library::load(folder.path()).unwrap_or_else(|report| panic!("{report}"));
+    generate::variants(&library, &library.variants()).unwrap_or_else(|report| panic!("{report}"));
+}
+
+#[test]
+fn directives_come_first_and_need_their_feature() {
+    let text = |requires: &str| {
+        let flags = format!("flags = [\"inclusive\"]{requires}");
+        let folder = edited(&[
+            ("library.toml", "flags = [\"inclusive\"]", &flags),
+            ("src/sum/scan.wesl", "\n\n", "\n@if(inclusive) enable f16;\n\n"),
+            ("src/sum/scan.wesl", "= 0u;", "= u32(f16(0.0));"),
+        ]);
+        let library = Library::load(folder.path()).unwrap_or_else(|report| panic!("{report}"));
+        let variant = library.variant("scan", &[("order", "inclusive")]).unwrap();
+        generate::variants(&library, &[variant]).map(|mut one| one.remove(0).text)
+    };
+    let feature = "\nrequires = [\"shader-f16\"]";
+    assert!(text(feature).unwrap().starts_with("enable f16;\n\n// How"));
+    let refused = text("").unwrap_err().to_string();
+    insta::assert_snapshot!("a_feature_that_is_not_required", refused);
 }

@@ -13,6 +13,7 @@ mod package;
 mod proof;
 mod second_opinion;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use sglow_shader_gen::library::Library;
@@ -24,4 +25,30 @@ fn foreign_root() -> PathBuf {
 
 fn foreign_library() -> Library {
     Library::load(&foreign_root()).unwrap_or_else(|report| panic!("{report}"))
+}
+
+/// A copy of the foreign library with, in each file named, the second text in place of the first.
+fn edited(edits: &[(&str, &str, &str)]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    copy(&foreign_root(), folder.path());
+    for (file, from, to) in edits {
+        let path = folder.path().join(file);
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.contains(from), "{file} lacks {from}");
+        fs::write(path, text.replacen(from, to, 1)).unwrap();
+    }
+    folder
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).unwrap();
+        }
+    }
 }

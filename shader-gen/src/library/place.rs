@@ -1,0 +1,57 @@
+//! Places in `library.toml`.
+
+use toml::de::{DeTable, DeValue};
+
+use crate::error::Diagnostic;
+
+/// Index of `library.toml` in [`crate::source::Sources`].
+pub(super) const DECLARATION: usize = 0;
+
+/// Where things stand in `library.toml`.
+pub(super) struct Places<'a> {
+    root: Option<toml::Spanned<DeValue<'a>>>,
+}
+
+impl<'a> Places<'a> {
+    pub(super) fn new(text: &'a str) -> Self {
+        let root = DeTable::parse(text).ok().map(|table| {
+            let range = table.span();
+            toml::Spanned::new(range, DeValue::Table(table.into_inner()))
+        });
+        Self { root }
+    }
+
+    /// Adds the place of `path` to `diagnostic`: the deepest part of it that is there.
+    pub(super) fn mark(&self, diagnostic: Diagnostic, path: &[&str], label: &str) -> Diagnostic {
+        let mut range = 0..0;
+        let mut value = self.root.as_ref();
+        for part in path {
+            let Some(found) = value else { break };
+            let (place, next) = match found.get_ref() {
+                // A table's own range is that of its header or of nothing, and an unknown key is itself at fault.
+                DeValue::Table(table) => {
+                    match table.iter().find(|(key, _)| key.get_ref() == part) {
+                        Some((_, next)) if is_leaf(next.get_ref()) => (next.span(), Some(next)),
+                        Some((key, next)) => (key.span(), Some(next)),
+                        None => break,
+                    }
+                }
+                DeValue::Array(array) => {
+                    match part.parse().ok().and_then(|index: usize| array.get(index)) {
+                        Some(next) => (next.span(), Some(next)),
+                        None => break,
+                    }
+                }
+                _ => break,
+            };
+            range = place;
+            value = next;
+        }
+        diagnostic.at(DECLARATION, range, label)
+    }
+}
+
+/// Whether the value rather than its key is what a label should point at.
+fn is_leaf(value: &DeValue<'_>) -> bool {
+    matches!(value, DeValue::String(_) | DeValue::Integer(_) | DeValue::Float(_))
+}
