@@ -162,13 +162,18 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn error<T>(&self, message: impl Into<String>) -> Parse<T> {
+    /// What is wrong with the token that comes next.
+    fn fault(&self, message: impl Into<String>) -> Diagnostic {
         let end = self.text.len();
         let (range, label) = match self.peek() {
             Some(token) => (token.range(), "found this"),
             None => (end..end, "the file ends here"),
         };
-        Err(Box::new(Diagnostic::new(Code::Syntax, message).at(self.file, range, label)))
+        Diagnostic::new(Code::Syntax, message).at(self.file, range, label)
+    }
+
+    fn error<T>(&self, message: impl Into<String>) -> Parse<T> {
+        Err(Box::new(self.fault(message)))
     }
 
     fn expect(&mut self, symbol: u8, whence: &str) -> Parse<Token> {
@@ -282,10 +287,10 @@ impl<'a> Parser<'a> {
         self.at += 1;
         let start = self.peek().map_or(self.text.len(), |token| token.start);
         if self.word() != "package" {
-            return Err(Box::new(self.found(
-                "expected `package`",
-                "a path is written from the top, as in `import package::a::b::{c};`",
-            )));
+            return Err(Box::new(
+                self.fault("expected `package`")
+                    .help("a path is written from the top, as in `import package::a::b::{c};`"),
+            ));
         }
         self.at += 1;
         let mut path = Vec::new();
@@ -314,10 +319,10 @@ impl<'a> Parser<'a> {
             end = path.last().map_or(start, |(_, range)| range.end);
         }
         if path.is_empty() {
-            return Err(Box::new(self.found(
-                "an import names a module and something in it",
-                "write `import package::a::b::{c};`",
-            )));
+            return Err(Box::new(
+                self.fault("an import names a module and something in it")
+                    .help("write `import package::a::b::{c};`"),
+            ));
         }
         self.expect(b';', "after an import")?;
         let parts: Vec<_> = path.into_iter().map(|(name, _)| name).collect();
@@ -327,16 +332,10 @@ impl<'a> Parser<'a> {
     fn no_alias(&self) -> Parse<()> {
         if self.word() == "as" {
             return Err(Box::new(
-                self.found("an import cannot rename", "names are the same everywhere"),
+                self.fault("an import cannot rename").help("names are the same everywhere"),
             ));
         }
         Ok(())
-    }
-
-    fn found(&self, message: &str, help: &str) -> Diagnostic {
-        let end = self.text.len();
-        let range = self.peek().map_or(end..end, |token| token.range());
-        Diagnostic::new(Code::Syntax, message).at(self.file, range, "found this").help(help)
     }
 
     /// Reads a declaration after its keyword and returns its name.
@@ -529,10 +528,7 @@ impl<'a> Parser<'a> {
                 TokenKind::Symbol(b'@') => {
                     self.at += 1;
                     if matches!(self.word(), "if" | "elif" | "else") {
-                        return Err(Box::new(self.found(
-                            "a condition in the middle of something",
-                            "a condition stands before an import, a directive, a declaration, a struct member or a statement",
-                        )));
+                        return Err(Box::new(self.fault("a condition in the middle of something").help("a condition stands before an import, a directive, a declaration, a struct member or a statement")));
                     }
                     continue;
                 }
@@ -543,17 +539,11 @@ impl<'a> Parser<'a> {
         let expected: Vec<_> =
             symbols.iter().map(|symbol| format!("`{}`", char::from(*symbol))).collect();
         let expected = expected.join(" or ");
-        let mut error = match self.error::<()>(format!("expected {expected}")) {
-            Err(error) => error,
-            Ok(()) => return Ok(()),
-        };
-        if let Some(first) = self.code.get(opening) {
-            error.labels.push((
-                crate::source::Span::new(self.file, first.range()),
-                "of what begins here".to_owned(),
-            ));
-        }
-        Err(error)
+        let fault = self.fault(format!("expected {expected}"));
+        Err(Box::new(match self.code.get(opening) {
+            Some(first) => fault.at(self.file, first.range(), "of what begins here"),
+            None => fault,
+        }))
     }
 
     fn members(&mut self) -> Parse<()> {
@@ -597,15 +587,8 @@ impl<'a> Parser<'a> {
         let outer = self.chain.take();
         while !self.next_is(b'}') {
             let Some(first) = self.peek() else {
-                let mut error = match self.error::<()>("a block that does not end") {
-                    Err(error) => error,
-                    Ok(()) => return Ok(()),
-                };
-                error.labels.push((
-                    crate::source::Span::new(self.file, opening.range()),
-                    "it begins here".to_owned(),
-                ));
-                return Err(error);
+                let fault = self.fault("a block that does not end");
+                return Err(Box::new(fault.at(self.file, opening.range(), "it begins here")));
             };
             if first.is(b';') {
                 self.at += 1;
