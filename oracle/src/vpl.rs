@@ -14,8 +14,8 @@ use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use crate::Vector3;
-use crate::brdf::{Ndf, fresnel};
 use crate::brdf::material::MINIMUM_COSINE;
+use crate::brdf::{Ndf, fresnel};
 use crate::light::Light;
 use crate::shade::Reflected;
 use crate::surface::SurfaceTexel;

@@ -99,7 +99,10 @@ pub fn sample(
     let lights: Vec<SglowVsglDiffuse> = crate::readback::buffer(gpu, indirect.vsgls())?;
     Ok(Sampled {
         kernels: crate::readback::buffer(gpu, indirect.kernels())?,
-        powers: lights.iter().map(|light| lobe_power(light.diffuse_coefficient[0], light.diffuse_sharpness)).collect(),
+        powers: lights
+            .iter()
+            .map(|light| lobe_power(light.diffuse_coefficient[0], light.diffuse_sharpness))
+            .collect(),
         total: power.iter().map(|&weight| f64::from(weight)).sum(),
         time: times[times.len() / 2],
     })

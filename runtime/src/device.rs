@@ -29,7 +29,9 @@ pub enum DeviceError {
         source: wgpu::RequestDeviceError,
     },
     /// The device was lost.
-    #[error("the device '{adapter}' was lost ({reason}); what it held is gone, so open a new one and render again")]
+    #[error(
+        "the device '{adapter}' was lost ({reason}); what it held is gone, so open a new one and render again"
+    )]
     Lost {
         /// The adapter's name.
         adapter: String,
@@ -107,8 +109,11 @@ impl Gpu {
             return Err(DeviceError::NoAdapter);
         }
         if let Some(wanted) = wanted {
-            let known: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
-            adapters.retain(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted.to_lowercase()));
+            let known: Vec<String> =
+                adapters.iter().map(|adapter| adapter.get_info().name).collect();
+            adapters.retain(|adapter| {
+                adapter.get_info().name.to_lowercase().contains(&wanted.to_lowercase())
+            });
             if adapters.is_empty() {
                 return Err(DeviceError::UnknownAdapter { wanted: wanted.to_owned(), known });
             }
@@ -140,11 +145,8 @@ impl Gpu {
         let trouble = Arc::new(Mutex::new(Trouble::default()));
         let lost = Arc::clone(&trouble);
         device.set_device_lost_callback(move |reason, message| {
-            // Dropping the device is how every program ends; it is no trouble.
-            if reason != wgpu::DeviceLostReason::Destroyed
-                && let Ok(mut trouble) = lost.lock()
-            {
-                trouble.lost = Some(message);
+            if let Ok(mut trouble) = lost.lock() {
+                trouble.lost = Some(format!("{reason:?}: {message}"));
             }
         });
         let refused = Arc::clone(&trouble);
@@ -157,8 +159,11 @@ impl Gpu {
     }
 
     /// Whether passes can be timed by the device itself.
+    ///
+    /// A software driver may offer time stamps that do not enclose compute work: lavapipe (Mesa 22.3.6) runs a dispatch
+    /// when it is encoded and writes the stamps when it rasterises, and so gives 0.1 ms for a second of shading.
     pub fn has_timestamps(&self) -> bool {
-        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+        !self.adapter.software && self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
     /// Whether 32-bit float textures can be filtered by samplers.
@@ -174,7 +179,10 @@ impl Gpu {
             Err(poisoned) => poisoned.into_inner(),
         };
         if let Some(reason) = &trouble.lost {
-            return Err(DeviceError::Lost { adapter: self.adapter.name.clone(), reason: reason.clone() });
+            return Err(DeviceError::Lost {
+                adapter: self.adapter.name.clone(),
+                reason: reason.clone(),
+            });
         }
         let mut messages = std::mem::take(&mut trouble.refused);
         if let Err(error) = waited {

@@ -1,7 +1,10 @@
 //! Direct light with one shadow map, and the picture that all light adds up to.
 
 use glam::Vec3;
-use sglow_shaders::{Emission, Indirect as IndirectAxis, Light, Ndf, SglowDirectParametersPoint, SglowDirectParametersSpot};
+use sglow_shaders::{
+    Emission, Indirect as IndirectAxis, Light, Ndf, SglowDirectParametersPoint,
+    SglowDirectParametersSpot,
+};
 
 use crate::indirect::{SurfaceViews, picture};
 use crate::light::LightView;
@@ -16,6 +19,21 @@ pub struct ShadowBias {
     pub depth: f32,
     /// Along the normal, in world units.
     pub normal: f32,
+}
+
+/// What one frame of direct light reads.
+#[derive(Clone, Copy)]
+pub struct DirectInputs<'a> {
+    /// The camera's G-buffer, of the picture's size.
+    pub gbuffer: SurfaceViews<'a>,
+    /// The light.
+    pub light: &'a LightView,
+    /// The depth that [`crate::raster::Raster::encode_shadow`] drew for it.
+    pub shadow_map: &'a wgpu::TextureView,
+    /// Against shadows of a surface on itself.
+    pub bias: ShadowBias,
+    /// The camera's position.
+    pub eye: Vec3,
 }
 
 /// The direct-light pass.
@@ -64,18 +82,16 @@ impl Direct {
         })
     }
 
-    /// Encodes direct light: `shadow_map` is the depth that [`crate::raster::Raster::encode_shadow`] drew.
+    /// Encodes direct light.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        gbuffer: SurfaceViews<'_>,
-        light: &LightView,
-        shadow_map: &wgpu::TextureView,
-        bias: ShadowBias,
-        eye: Vec3,
+        inputs: &DirectInputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) {
-        let matrices: Vec<_> = light.faces.iter().map(|face| face.clip_from_world.to_cols_array_2d()).collect();
+        let DirectInputs { gbuffer, light, shadow_map, bias, eye } = *inputs;
+        let matrices: Vec<_> =
+            light.faces.iter().map(|face| face.clip_from_world.to_cols_array_2d()).collect();
         if self.light == Light::Point {
             let mut parameters: SglowDirectParametersPoint = bytemuck::Zeroable::zeroed();
             parameters.light = light.uniform;
@@ -162,7 +178,12 @@ impl Compose {
     }
 
     /// Encodes the sum.
-    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, terms: Terms<'_>, timer: Option<&mut Timer<'_>>) {
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        terms: Terms<'_>,
+        timer: Option<&mut Timer<'_>>,
+    ) {
         let views: Vec<_> =
             [(0, Some(terms.direct)), (1, terms.diffuse), (2, terms.specular), (3, terms.emission)]
                 .into_iter()
@@ -170,8 +191,10 @@ impl Compose {
                     texture.map(|texture| (binding, texture.create_view(&Default::default())))
                 })
                 .collect();
-        let mut bindings: Vec<_> =
-            views.iter().map(|(binding, view)| (*binding, wgpu::BindingResource::TextureView(view))).collect();
+        let mut bindings: Vec<_> = views
+            .iter()
+            .map(|(binding, view)| (*binding, wgpu::BindingResource::TextureView(view)))
+            .collect();
         bindings.push((4, wgpu::BindingResource::TextureView(&self.view)));
         self.pass.encode(
             &self.device,

@@ -8,7 +8,7 @@ use sglow_shaders::{Diffuse, Emission, Indirect as IndirectAxis, Light, SglowVie
 use thiserror::Error;
 
 use crate::device::{DeviceError, Gpu};
-use crate::direct::{Compose, Direct, ShadowBias, Terms};
+use crate::direct::{Compose, Direct, DirectInputs, ShadowBias, Terms};
 use crate::indirect::{Indirect, IndirectError, Inputs, picture};
 use crate::light::{LightView, perspective};
 use crate::package::Package;
@@ -74,6 +74,15 @@ pub struct Surfaces {
     pub base_color: Pixels,
 }
 
+/// How long a frame took.
+#[derive(Clone, Debug)]
+pub struct Times {
+    /// Each pass in the order of the pipeline.
+    pub passes: Vec<(&'static str, Duration)>,
+    /// How the times were taken.
+    pub clock: Clock,
+}
+
 /// Renders a scene with one set of settings.
 pub struct Renderer<'a> {
     gpu: &'a Gpu,
@@ -92,7 +101,7 @@ pub struct Renderer<'a> {
 }
 
 /// Width and height of the shadow map of direct light.
-pub const SHADOW_SIZE: u32 = 1024;
+pub const SHADOW_SIZE: u32 = 2048;
 
 impl<'a> Renderer<'a> {
     /// A renderer of `scene`, lit by its light number `light_index`. The light's kind overrides that of the settings.
@@ -121,10 +130,10 @@ impl<'a> Renderer<'a> {
         let bounds = scene.bounds();
         let size = settings.size;
         let view = LightView::new(light, &bounds, settings.rsm_size);
-        let emits = settings.complete || scene
-            .meshes
-            .iter()
-            .any(|mesh| scene.materials[mesh.material].emission.iter().any(|&channel| channel > 0.0));
+        let emits = settings.complete
+            || scene.meshes.iter().any(|mesh| {
+                scene.materials[mesh.material].emission.iter().any(|&channel| channel > 0.0)
+            });
         let terms = match (settings.diffuse, settings.specular) {
             (Diffuse::None, _) => IndirectAxis::Specular,
             (_, Specular::None) => IndirectAxis::Diffuse,
@@ -136,7 +145,8 @@ impl<'a> Renderer<'a> {
         let projection = perspective((0.5 * scene.camera.vertical_fov).tan(), aspect, near, far);
         let look = look_to_mat4(eye, scene.camera.forward.into(), scene.camera.up.into());
         // A texel of the shadow map at the distance of the scene's radius, in world units.
-        let footprint = (6.0 * view.minimum_variance).sqrt() * settings.rsm_size as f32 / SHADOW_SIZE as f32;
+        let footprint =
+            (6.0 * view.minimum_variance).sqrt() * settings.rsm_size as f32 / SHADOW_SIZE as f32;
         Ok(Self {
             raster: Raster::new(gpu, package, scene, settings.complete)?,
             view: SglowView {
@@ -170,15 +180,15 @@ impl<'a> Renderer<'a> {
     }
 
     /// Renders one frame and waits for it. Returns the time of each pass and how it was taken.
-    pub fn render(&self) -> Result<(Vec<(&'static str, Duration)>, Clock), FrameError> {
+    pub fn render(&self) -> Result<Times, FrameError> {
         let mut timer = Timer::new(self.gpu);
         let clock = timer.clock();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         self.encode(&mut encoder, &mut timer);
         self.gpu.queue.submit([encoder.finish()]);
-        let times = timer.finish()?;
+        let passes = timer.finish()?;
         self.gpu.finish()?;
-        Ok((times, clock))
+        Ok(Times { passes, clock })
     }
 
     fn encode(&self, encoder: &mut wgpu::CommandEncoder, timer: &mut Timer<'_>) {
@@ -194,15 +204,14 @@ impl<'a> Renderer<'a> {
             eye: self.eye,
         };
         self.indirect.encode(encoder, &inputs, Some(timer));
-        self.direct.encode(
-            encoder,
-            self.gbuffer.views(),
-            &self.light,
-            &depth,
-            self.shadow_bias,
-            self.eye,
-            Some(timer),
-        );
+        let direct = DirectInputs {
+            gbuffer: self.gbuffer.views(),
+            light: &self.light,
+            shadow_map: &depth,
+            bias: self.shadow_bias,
+            eye: self.eye,
+        };
+        self.direct.encode(encoder, &direct, Some(timer));
         if let Some(emission) = &self.emission {
             let view = emission.create_view(&Default::default());
             self.raster.encode_emission(encoder, &view, &self.gbuffer, Some(timer));

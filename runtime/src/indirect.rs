@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use sglow_shaders::{
-    Diffuse, Filter, Kernel, Lobes, SglowKernel, SglowMomentsParameters, SglowSampleParameters, SglowShadeParameters,
-    Specular, Texel,
+    Diffuse, Filter, Kernel, Lobes, SglowKernel, SglowMomentsParameters, SglowSampleParameters,
+    SglowShadeParameters, Specular, Texel,
 };
 
 use crate::light::LightView;
@@ -55,7 +55,13 @@ struct Pyramid {
 }
 
 impl Pyramid {
-    fn new(device: &wgpu::Device, label: &str, size: u32, layers: u32, format: wgpu::TextureFormat) -> Self {
+    fn new(
+        device: &wgpu::Device,
+        label: &str,
+        size: u32,
+        layers: u32,
+        format: wgpu::TextureFormat,
+    ) -> Self {
         let levels = size.ilog2() + 1;
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
@@ -121,7 +127,11 @@ impl Indirect {
     /// # Errors
     ///
     /// All the settings that cannot be, at once; or the variant that the device refuses.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: &Settings) -> Result<Self, IndirectError> {
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        settings: &Settings,
+    ) -> Result<Self, IndirectError> {
         Self::with_package(device, queue, settings, &Package::embedded())
     }
 
@@ -141,17 +151,23 @@ impl Indirect {
             let id = sglow_shaders::mip::Mip { texel }.id();
             ComputePass::new(device, package, &id, label, &[])
         };
-        let moments_id = sglow_shaders::moments::Moments { light: settings.light, lobes: settings.lobes }.id();
+        let moments_id =
+            sglow_shaders::moments::Moments { light: settings.light, lobes: settings.lobes }.id();
         let density_id = sglow_shaders::density::Density::default().id();
-        let sample =
-            sglow_shaders::sample::Sample { kernel: settings.kernel, filter: settings.filter, lobes: settings.lobes };
+        let sample = sglow_shaders::sample::Sample {
+            kernel: settings.kernel,
+            filter: settings.filter,
+            lobes: settings.lobes,
+        };
         let iterations = [("sglow_iterations", f64::from(settings.iterations))];
         let constants: &[_] = if settings.kernel == Kernel::Modified { &iterations } else { &[] };
         let buffer = |label, size: usize| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
                 size: u64::from(settings.count) * size as u64,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+                usage: wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_SRC
+                    | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         };
@@ -173,7 +189,13 @@ impl Indirect {
                 if both { 5 } else { 3 },
                 wgpu::TextureFormat::Rgba32Float,
             ),
-            density: Pyramid::new(device, "sglow density", settings.rsm_size, 1, wgpu::TextureFormat::R32Float),
+            density: Pyramid::new(
+                device,
+                "sglow density",
+                settings.rsm_size,
+                1,
+                wgpu::TextureFormat::R32Float,
+            ),
             vsgls: buffer("sglow vsgls", vsgl_bytes),
             kernels: buffer("sglow kernels", size_of::<SglowKernel>()),
             sampler: (settings.filter == Filter::Hardware).then(|| {
@@ -186,8 +208,12 @@ impl Indirect {
                 })
             }),
             diffuse: (settings.diffuse != Diffuse::None).then(|| output("sglow indirect diffuse")),
-            specular: (settings.specular != Specular::None).then(|| output("sglow indirect specular")),
-            moments_parameters: uniform::<SglowMomentsParameters>(device, "sglow moments parameters"),
+            specular: (settings.specular != Specular::None)
+                .then(|| output("sglow indirect specular")),
+            moments_parameters: uniform::<SglowMomentsParameters>(
+                device,
+                "sglow moments parameters",
+            ),
             sample_parameters: uniform::<SglowSampleParameters>(device, "sglow sample parameters"),
             shade_parameters: uniform::<SglowShadeParameters>(device, "sglow shade parameters"),
             moments_pass: ComputePass::new(device, package, &moments_id, "moments", &[])?,
@@ -204,7 +230,12 @@ impl Indirect {
 
     /// Encodes one frame: from the reflective shadow map to reflected radiance in [`Self::diffuse`] and
     /// [`Self::specular`].
-    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, inputs: &Inputs<'_>, mut timer: Option<&mut Timer<'_>>) {
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
+        mut timer: Option<&mut Timer<'_>>,
+    ) {
         self.encode_moments(encoder, inputs, timer.as_deref_mut());
         self.encode_density(encoder, timer.as_deref_mut());
         self.encode_mips(encoder, timer.as_deref_mut());
@@ -244,7 +275,11 @@ impl Indirect {
     }
 
     /// The second stage: level 0 of the density from level 0 of the moments.
-    pub fn encode_density(&self, encoder: &mut wgpu::CommandEncoder, timer: Option<&mut Timer<'_>>) {
+    pub fn encode_density(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: Option<&mut Timer<'_>>,
+    ) {
         let groups = self.settings.rsm_size.div_ceil(8);
         self.density_pass.encode(
             &self.device,
@@ -261,7 +296,11 @@ impl Indirect {
     }
 
     /// The third stage: both mip chains from their levels 0.
-    pub fn encode_mips(&self, encoder: &mut wgpu::CommandEncoder, mut timer: Option<&mut Timer<'_>>) {
+    pub fn encode_mips(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        mut timer: Option<&mut Timer<'_>>,
+    ) {
         for (pass, pyramid) in
             [(&self.moments_mip_pass, &self.moments), (&self.density_mip_pass, &self.density)]
         {
@@ -313,7 +352,12 @@ impl Indirect {
             bindings.push((5, wgpu::BindingResource::Sampler(sampler)));
         }
         let workgroups = [self.settings.count.div_ceil(64), 1, 1];
-        self.sample_pass.encode(&self.device, encoder, timer, &[Dispatch { bindings: &bindings, workgroups }]);
+        self.sample_pass.encode(
+            &self.device,
+            encoder,
+            timer,
+            &[Dispatch { bindings: &bindings, workgroups }],
+        );
     }
 
     /// The last stage: the virtual lights reflected towards the camera.
@@ -340,7 +384,12 @@ impl Indirect {
         }
         let [width, height] = self.settings.size;
         let workgroups = [width.div_ceil(8), height.div_ceil(8), 1];
-        self.shade_pass.encode(&self.device, encoder, timer, &[Dispatch { bindings: &bindings, workgroups }]);
+        self.shade_pass.encode(
+            &self.device,
+            encoder,
+            timer,
+            &[Dispatch { bindings: &bindings, workgroups }],
+        );
     }
 
     /// What it was made with.

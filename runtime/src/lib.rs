@@ -13,7 +13,7 @@ pub mod frame;
 pub mod indirect;
 pub mod light;
 pub mod package;
-mod pipeline;
+pub mod pipeline;
 pub mod raster;
 pub mod readback;
 #[cfg(feature = "reference")]

@@ -51,7 +51,8 @@ impl LightView {
             LightKind::Point => Vec3::NEG_Z,
             LightKind::Spot { .. } | LightKind::Directional => Vec3::from(light.direction),
         };
-        let right = forward.cross(if forward.y.abs() < 0.99 { Vec3::Y } else { Vec3::Z }).normalize();
+        let right =
+            forward.cross(if forward.y.abs() < 0.99 { Vec3::Y } else { Vec3::Z }).normalize();
         let up = right.cross(forward);
         // A directional light's image is centred on the scene; its position is where that image's plane lies.
         let position = match light.kind {
@@ -73,20 +74,30 @@ impl LightView {
         let whole = [0.0, 0.0, 1.0, 1.0];
         let faces = match light.kind {
             LightKind::Directional => {
-                let projection = orthographic(-half_extent, half_extent, -half_extent, half_extent, near, far);
+                let projection =
+                    orthographic(-half_extent, half_extent, -half_extent, half_extent, near, far);
                 let view = look_to_mat4(position, forward, up);
-                vec![Face { clip_from_world: projection * view, eye: (-forward).extend(0.0), tile: whole }]
+                vec![Face {
+                    clip_from_world: projection * view,
+                    eye: (-forward).extend(0.0),
+                    tile: whole,
+                }]
             }
             LightKind::Spot { .. } => {
                 let projection = perspective(tan_half_angle, 1.0, near, far);
                 let view = look_to_mat4(position, forward, up);
-                vec![Face { clip_from_world: projection * view, eye: position.extend(1.0), tile: whole }]
+                vec![Face {
+                    clip_from_world: projection * view,
+                    eye: position.extend(1.0),
+                    tile: whole,
+                }]
             }
             LightKind::Point => FACES
                 .iter()
                 .enumerate()
                 .map(|(face, &(forward, up))| Face {
-                    clip_from_world: perspective(1.0, 1.0, near, far) * look_to_mat4(position, forward, up),
+                    clip_from_world: perspective(1.0, 1.0, near, far)
+                        * look_to_mat4(position, forward, up),
                     eye: position.extend(1.0),
                     tile: [(face % 4) as f32 * 0.25, (face / 4) as f32 * 0.5, 0.25, 0.5],
                 })

@@ -82,8 +82,10 @@ fn sha256(bytes: &[u8]) -> String {
 impl Package {
     /// The package that was committed with this version.
     pub fn embedded() -> Self {
-        let texts =
-            sglow_shaders::EMBEDDED.iter().map(|variant| (variant.id.to_owned(), variant.text.to_owned())).collect();
+        let texts = sglow_shaders::EMBEDDED
+            .iter()
+            .map(|variant| (variant.id.to_owned(), variant.text.to_owned()))
+            .collect();
         Self { origin: "embedded in sglow-shaders".to_owned(), texts }
     }
 
@@ -91,10 +93,13 @@ impl Package {
     pub fn load(folder: &Path) -> Result<Self, Vec<PackageError>> {
         let path = folder.join("manifest.json");
         let read = |path: &Path| {
-            std::fs::read(path).map_err(|source| PackageError::Unreadable { path: path.to_owned(), source })
+            std::fs::read(path)
+                .map_err(|source| PackageError::Unreadable { path: path.to_owned(), source })
         };
         let manifest: Manifest = serde_json::from_slice(&read(&path).map_err(|error| vec![error])?)
-            .map_err(|error| vec![PackageError::Manifest { path: path.clone(), reason: error.to_string() }])?;
+            .map_err(|error| {
+                vec![PackageError::Manifest { path: path.clone(), reason: error.to_string() }]
+            })?;
         let mut texts = BTreeMap::new();
         let mut errors = Vec::new();
         for variant in manifest.variants {
@@ -107,19 +112,30 @@ impl Package {
             match read(&shader).map(String::from_utf8) {
                 Err(error) => errors.push(error),
                 Ok(Err(_)) => {
-                    errors.push(PackageError::Manifest { path: shader, reason: "is not UTF-8".to_owned() });
+                    errors.push(PackageError::Manifest {
+                        path: shader,
+                        reason: "is not UTF-8".to_owned(),
+                    });
                 }
                 Ok(Ok(text)) => {
                     let found = sha256(text.as_bytes());
                     if found == file.sha256 {
                         texts.insert(variant.id, text);
                     } else {
-                        errors.push(PackageError::Changed { path: shader, found, expected: file.sha256 });
+                        errors.push(PackageError::Changed {
+                            path: shader,
+                            found,
+                            expected: file.sha256,
+                        });
                     }
                 }
             }
         }
-        if errors.is_empty() { Ok(Self { origin: folder.display().to_string(), texts }) } else { Err(errors) }
+        if errors.is_empty() {
+            Ok(Self { origin: folder.display().to_string(), texts })
+        } else {
+            Err(errors)
+        }
     }
 
     /// Replaces the text of one variant: how a test runs a shader that is broken on purpose.
@@ -135,7 +151,12 @@ impl Package {
             PackageError::Missing {
                 id: id.to_owned(),
                 origin: self.origin.clone(),
-                similar: self.texts.keys().filter(|known| known.split('-').next() == Some(pass)).cloned().collect(),
+                similar: self
+                    .texts
+                    .keys()
+                    .filter(|known| known.split('-').next() == Some(pass))
+                    .cloned()
+                    .collect(),
             }
         })
     }

@@ -12,7 +12,9 @@ pub enum PipelineError {
     #[error(transparent)]
     Package(#[from] PackageError),
     /// The bindings do not know it.
-    #[error("variant '{id}' has no bindings in this version of sglow-shaders; generate its Rust bindings again")]
+    #[error(
+        "variant '{id}' has no bindings in this version of sglow-shaders; generate its Rust bindings again"
+    )]
     NoBindings {
         /// The variant.
         id: String,
@@ -35,19 +37,29 @@ pub(crate) struct Compiled {
 }
 
 /// Runs `build` and turns what the device refuses in it into an error that names the variant.
-pub(crate) fn guarded<T>(device: &wgpu::Device, id: &str, build: impl FnOnce() -> T) -> Result<T, PipelineError> {
+pub(crate) fn guarded<T>(
+    device: &wgpu::Device,
+    id: &str,
+    build: impl FnOnce() -> T,
+) -> Result<T, PipelineError> {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let built = build();
     match pollster::block_on(scope.pop()) {
         None => Ok(built),
-        Some(error) => Err(PipelineError::Refused { id: id.to_owned(), message: error.to_string() }),
+        Some(error) => {
+            Err(PipelineError::Refused { id: id.to_owned(), message: error.to_string() })
+        }
     }
 }
 
-pub(crate) fn compile(device: &wgpu::Device, package: &Package, id: &str) -> Result<Compiled, PipelineError> {
+pub(crate) fn compile(
+    device: &wgpu::Device,
+    package: &Package,
+    id: &str,
+) -> Result<Compiled, PipelineError> {
     let text = package.text(id)?;
-    let bindings =
-        sglow_shaders::bind_groups(id).ok_or_else(|| PipelineError::NoBindings { id: id.to_owned() })?;
+    let bindings = sglow_shaders::bind_groups(id)
+        .ok_or_else(|| PipelineError::NoBindings { id: id.to_owned() })?;
     guarded(device, id, || {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(id),
@@ -56,7 +68,10 @@ pub(crate) fn compile(device: &wgpu::Device, package: &Package, id: &str) -> Res
         let groups: Vec<_> = bindings
             .iter()
             .map(|entries| {
-                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(id), entries })
+                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                    label: Some(id),
+                    entries,
+                })
             })
             .collect();
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -96,7 +111,10 @@ impl ComputePass {
                 layout: Some(&compiled.layout),
                 module: &compiled.module,
                 entry_point: None,
-                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants,
+                    ..Default::default()
+                },
                 cache: None,
             })
         })?;
@@ -117,7 +135,10 @@ impl ComputePass {
                 let entries: Vec<_> = dispatch
                     .bindings
                     .iter()
-                    .map(|(binding, resource)| wgpu::BindGroupEntry { binding: *binding, resource: resource.clone() })
+                    .map(|(binding, resource)| wgpu::BindGroupEntry {
+                        binding: *binding,
+                        resource: resource.clone(),
+                    })
                     .collect();
                 device.create_bind_group(&wgpu::BindGroupDescriptor {
                     label: Some(self.label),

@@ -1,6 +1,7 @@
 //! Draws a scene's surfaces: reflective shadow maps, G-buffers, shadow maps, emitters.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use sglow_shaders::{Material as MaterialAxis, Opacity, SglowMaterialTextured, SglowView};
 
@@ -99,7 +100,8 @@ impl SurfaceTargets {
         let normal = picture(device, label, size, wgpu::TextureFormat::Rgba16Float);
         let base_color = picture(device, label, size, wgpu::TextureFormat::Rgba16Float);
         let depth = picture(device, label, size, DEPTH).create_view(&Default::default());
-        let views = [&position, &normal, &base_color].map(|texture| texture.create_view(&Default::default()));
+        let views = [&position, &normal, &base_color]
+            .map(|texture| texture.create_view(&Default::default()));
         Self { position, normal, base_color, depth, views }
     }
 
@@ -167,9 +169,9 @@ impl Raster {
         let material_layouts = [false, true].map(|textured| shared_layout(device, &[textured], 1));
         let mut pipelines = BTreeMap::new();
         for draw in &draws {
-            if !pipelines.contains_key(&draw.kind) {
+            if let Entry::Vacant(entry) = pipelines.entry(draw.kind) {
                 let layouts = [&view_layout, &material_layouts[usize::from(draw.kind.textured)]];
-                pipelines.insert(draw.kind, Pipelines::new(device, package, draw.kind, layouts)?);
+                entry.insert(Pipelines::new(device, package, draw.kind, layouts)?);
             }
         }
         let views = (0..Slot::COUNT)
@@ -178,7 +180,10 @@ impl Raster {
                 let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
                     label: Some("sglow view"),
                     layout: &view_layout,
-                    entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
+                    entries: &[wgpu::BindGroupEntry {
+                        binding: 0,
+                        resource: buffer.as_entire_binding(),
+                    }],
                 });
                 (buffer, group)
             })
@@ -213,7 +218,13 @@ impl Raster {
         timer: Option<&mut Timer<'_>>,
     ) {
         self.set_view(Slot::Camera, view);
-        self.encode_surface(encoder, targets, &[(Slot::Camera, [0.0, 0.0, 1.0, 1.0])], "surface camera", timer);
+        self.encode_surface(
+            encoder,
+            targets,
+            &[(Slot::Camera, [0.0, 0.0, 1.0, 1.0])],
+            "surface camera",
+            timer,
+        );
     }
 
     /// Draws a light's reflective shadow map, all of its faces.
@@ -261,7 +272,10 @@ impl Raster {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("emission"),
                 color_attachments: &[Some(color_attachment(output, wgpu::Color::TRANSPARENT))],
-                depth_stencil_attachment: Some(depth_attachment(&gbuffer.depth, wgpu::LoadOp::Load)),
+                depth_stencil_attachment: Some(depth_attachment(
+                    &gbuffer.depth,
+                    wgpu::LoadOp::Load,
+                )),
                 timestamp_writes: stamps.map(|stamps| stamps.render()),
                 ..Default::default()
             });
@@ -308,7 +322,10 @@ impl Raster {
                     Some(color_attachment(normal, wgpu::Color::TRANSPARENT)),
                     Some(color_attachment(base_color, wgpu::Color::TRANSPARENT)),
                 ],
-                depth_stencil_attachment: Some(depth_attachment(&targets.depth, wgpu::LoadOp::Clear(1.0))),
+                depth_stencil_attachment: Some(depth_attachment(
+                    &targets.depth,
+                    wgpu::LoadOp::Clear(1.0),
+                )),
                 timestamp_writes: stamps.map(|stamps| stamps.render()),
                 ..Default::default()
             });
@@ -350,7 +367,10 @@ impl Raster {
     }
 }
 
-fn color_attachment(view: &wgpu::TextureView, clear: wgpu::Color) -> wgpu::RenderPassColorAttachment<'_> {
+fn color_attachment(
+    view: &wgpu::TextureView,
+    clear: wgpu::Color,
+) -> wgpu::RenderPassColorAttachment<'_> {
     wgpu::RenderPassColorAttachment {
         view,
         depth_slice: None,
@@ -414,42 +434,43 @@ impl Pipelines {
             immediate_size: 0,
         });
         let [surface, shadow, emission] = ids(kind);
-        let make = |id: &str, formats: &[wgpu::TextureFormat], fragment: bool, writes_depth: bool| {
-            let compiled = compile(device, package, id)?;
-            let targets: Vec<_> = formats.iter().map(|&format| Some(format.into())).collect();
-            guarded(device, id, || {
-                device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                    label: Some(id),
-                    layout: Some(&layout),
-                    vertex: wgpu::VertexState {
-                        module: &compiled.module,
-                        entry_point: None,
-                        compilation_options: Default::default(),
-                        buffers: &[Some(VERTEX)],
-                    },
-                    primitive: wgpu::PrimitiveState {
-                        cull_mode: (!kind.double_sided).then_some(wgpu::Face::Back),
-                        ..Default::default()
-                    },
-                    depth_stencil: Some(wgpu::DepthStencilState {
-                        format: DEPTH,
-                        depth_write_enabled: Some(writes_depth),
-                        depth_compare: Some(wgpu::CompareFunction::LessEqual),
-                        stencil: Default::default(),
-                        bias: Default::default(),
-                    }),
-                    multisample: Default::default(),
-                    fragment: fragment.then_some(wgpu::FragmentState {
-                        module: &compiled.module,
-                        entry_point: None,
-                        compilation_options: Default::default(),
-                        targets: &targets,
-                    }),
-                    multiview_mask: None,
-                    cache: None,
+        let make =
+            |id: &str, formats: &[wgpu::TextureFormat], fragment: bool, writes_depth: bool| {
+                let compiled = compile(device, package, id)?;
+                let targets: Vec<_> = formats.iter().map(|&format| Some(format.into())).collect();
+                guarded(device, id, || {
+                    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                        label: Some(id),
+                        layout: Some(&layout),
+                        vertex: wgpu::VertexState {
+                            module: &compiled.module,
+                            entry_point: None,
+                            compilation_options: Default::default(),
+                            buffers: &[Some(VERTEX)],
+                        },
+                        primitive: wgpu::PrimitiveState {
+                            cull_mode: (!kind.double_sided).then_some(wgpu::Face::Back),
+                            ..Default::default()
+                        },
+                        depth_stencil: Some(wgpu::DepthStencilState {
+                            format: DEPTH,
+                            depth_write_enabled: Some(writes_depth),
+                            depth_compare: Some(wgpu::CompareFunction::LessEqual),
+                            stencil: Default::default(),
+                            bias: Default::default(),
+                        }),
+                        multisample: Default::default(),
+                        fragment: fragment.then_some(wgpu::FragmentState {
+                            module: &compiled.module,
+                            entry_point: None,
+                            compilation_options: Default::default(),
+                            targets: &targets,
+                        }),
+                        multiview_mask: None,
+                        cache: None,
+                    })
                 })
-            })
-        };
+            };
         let half = wgpu::TextureFormat::Rgba16Float;
         Ok(Self {
             surface: make(&surface, &[wgpu::TextureFormat::Rgba32Float, half, half], true, true)?,
@@ -479,9 +500,17 @@ struct Textures {
 
 impl Textures {
     fn new(gpu: &Gpu, scene: &Scene) -> Self {
-        let white =
-            scene::Image { name: "white".to_owned(), width: 1, height: 1, rgba8: vec![255; 4], srgb: false };
-        Self { images: scene.images.iter().map(|image| upload(gpu, image)).collect(), white: upload(gpu, &white) }
+        let white = scene::Image {
+            name: "white".to_owned(),
+            width: 1,
+            height: 1,
+            rgba8: vec![255; 4],
+            srgb: false,
+        };
+        Self {
+            images: scene.images.iter().map(|image| upload(gpu, image)).collect(),
+            white: upload(gpu, &white),
+        }
     }
 
     fn bind(
@@ -508,18 +537,27 @@ impl Textures {
             ..bytemuck::Zeroable::zeroed()
         };
         let uniform = filled(gpu, bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM);
-        let mut entries = vec![wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }];
+        let mut entries =
+            vec![wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }];
         let sampler = sampler(gpu, material.textures().next());
         if textured {
-            entries.push(wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) });
+            entries.push(wgpu::BindGroupEntry {
+                binding: 1,
+                resource: wgpu::BindingResource::Sampler(&sampler),
+            });
             let textures = [
                 (2, &material.base_color_texture),
                 (3, &material.metallic_roughness_texture),
                 (4, &material.emission_texture),
             ];
             for (binding, texture) in textures {
-                let view = texture.and_then(|texture| self.images.get(texture.image)).unwrap_or(&self.white);
-                entries.push(wgpu::BindGroupEntry { binding, resource: wgpu::BindingResource::TextureView(view) });
+                let view = texture
+                    .and_then(|texture| self.images.get(texture.image))
+                    .unwrap_or(&self.white);
+                entries.push(wgpu::BindGroupEntry {
+                    binding,
+                    resource: wgpu::BindingResource::TextureView(view),
+                });
             }
         }
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -565,7 +603,11 @@ fn upload(gpu: &Gpu, image: &scene::Image) -> wgpu::TextureView {
         mip_level_count: levels,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: if image.srgb { wgpu::TextureFormat::Rgba8UnormSrgb } else { wgpu::TextureFormat::Rgba8Unorm },
+        format: if image.srgb {
+            wgpu::TextureFormat::Rgba8UnormSrgb
+        } else {
+            wgpu::TextureFormat::Rgba8Unorm
+        },
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
@@ -582,7 +624,11 @@ fn upload(gpu: &Gpu, image: &scene::Image) -> wgpu::TextureView {
                 aspect: wgpu::TextureAspect::All,
             },
             &texels,
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: Some(height) },
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(4 * width),
+                rows_per_image: Some(height),
+            },
             wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         );
     }
@@ -611,7 +657,8 @@ fn halved(width: u32, height: u32, texels: &[u8], srgb: bool) -> (u32, u32, Vec<
         };
         (255.0 * value + 0.5) as u8
     };
-    let table: Vec<[f32; 2]> = (0..=255).map(|value| [decode(0, value), decode(3, value)]).collect();
+    let table: Vec<[f32; 2]> =
+        (0..=255).map(|value| [decode(0, value), decode(3, value)]).collect();
     let (half_width, half_height) = ((width / 2).max(1), (height / 2).max(1));
     let mut half = Vec::with_capacity(4 * (half_width * half_height) as usize);
     for y in 0..half_height {

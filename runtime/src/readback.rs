@@ -18,7 +18,11 @@ pub fn buffer<T: AnyBitPattern>(gpu: &Gpu, source: &wgpu::Buffer) -> Result<Vec<
 /// Channels that the format lacks are 0.
 ///
 /// Formats: rgba32float, rgba16float, r32float, depth32float.
-pub fn texture(gpu: &Gpu, source: &wgpu::Texture, level: u32) -> Result<Vec<[f32; 4]>, DeviceError> {
+pub fn texture(
+    gpu: &Gpu,
+    source: &wgpu::Texture,
+    level: u32,
+) -> Result<Vec<[f32; 4]>, DeviceError> {
     let format = source.format();
     let texel_bytes = match format {
         wgpu::TextureFormat::Rgba32Float => 16,
@@ -27,7 +31,9 @@ pub fn texture(gpu: &Gpu, source: &wgpu::Texture, level: u32) -> Result<Vec<[f32
         _ => {
             return Err(DeviceError::Refused {
                 adapter: gpu.adapter.name.clone(),
-                messages: vec![format!("a texture of format {format:?} cannot be read back; float formats can")],
+                messages: vec![format!(
+                    "a texture of format {format:?} cannot be read back; float formats can"
+                )],
             });
         }
     };
@@ -45,7 +51,11 @@ pub fn texture(gpu: &Gpu, source: &wgpu::Texture, level: u32) -> Result<Vec<[f32
         },
         wgpu::TexelCopyBufferInfo {
             buffer: &staging,
-            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(height) },
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row),
+                rows_per_image: Some(height),
+            },
         },
         wgpu::Extent3d { width, height, depth_or_array_layers: layers },
     );
@@ -87,7 +97,10 @@ fn map(gpu: &Gpu, staging: &wgpu::Buffer) -> Result<Vec<u8>, DeviceError> {
         let _ = sender.send(result);
     });
     gpu.finish()?;
-    let refused = |message: String| DeviceError::Refused { adapter: gpu.adapter.name.clone(), messages: vec![message] };
+    let refused = |message: String| DeviceError::Refused {
+        adapter: gpu.adapter.name.clone(),
+        messages: vec![message],
+    };
     match receiver.recv() {
         Ok(Ok(())) => {}
         Ok(Err(error)) => return Err(refused(error.to_string())),

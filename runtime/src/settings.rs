@@ -120,7 +120,12 @@ impl Settings {
             "diffuse" => self.diffuse = parse(value)?,
             "specular" => self.specular = parse(value)?,
             "ndf" => self.ndf = parse(value)?,
-            _ => return Err(SettingsError::UnknownAxis { axis: axis.to_owned(), known: AXES.to_vec() }),
+            _ => {
+                return Err(SettingsError::UnknownAxis {
+                    axis: axis.to_owned(),
+                    known: AXES.to_vec(),
+                });
+            }
         }
         Ok(())
     }
@@ -149,7 +154,12 @@ impl Settings {
             self.rsm_size.to_string(),
             format!("a power of two between 8 and {most}"),
         );
-        range((1..=65536).contains(&self.count), "the number of lights", self.count.to_string(), "1 to 65536".to_owned());
+        range(
+            (1..=65536).contains(&self.count),
+            "the number of lights",
+            self.count.to_string(),
+            "1 to 65536".to_owned(),
+        );
         range(
             self.size_factor > 0.0 && self.size_factor.is_finite(),
             "the size factor K",
@@ -167,7 +177,9 @@ impl Settings {
             let (rule, reason) = (exclusion.name, exclusion.reason);
             faults.push(SettingsError::Excluded { id: shade.id(), rule, reason });
         }
-        if self.filter == Filter::Hardware && !device.features().contains(wgpu::Features::FLOAT32_FILTERABLE) {
+        if self.filter == Filter::Hardware
+            && !device.features().contains(wgpu::Features::FLOAT32_FILTERABLE)
+        {
             faults.push(SettingsError::Unsupported {
                 what: "filter = hardware",
                 needs: "filterable 32-bit float textures",

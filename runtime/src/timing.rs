@@ -112,7 +112,8 @@ impl<'a> Timer<'a> {
     /// Ends the pass that was announced last. By the wall's clock this submits what `encoder` holds and waits for it.
     pub fn end(&mut self, encoder: &mut wgpu::CommandEncoder) {
         if let Method::Wall { since, times } = &mut self.method {
-            let fresh = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let fresh =
+                self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let filled = std::mem::replace(encoder, fresh);
             self.gpu.queue.submit([filled.finish()]);
             // What goes wrong here is reported by `Gpu::finish`, which every frame ends with.
@@ -138,14 +139,20 @@ impl<'a> Timer<'a> {
                     usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                     mapped_at_creation: false,
                 });
-                let mut encoder =
-                    self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                let mut encoder = self
+                    .gpu
+                    .device
+                    .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 encoder.resolve_query_set(queries, 0..count, &resolved, 0);
                 self.gpu.queue.submit([encoder.finish()]);
                 let stamps: Vec<u64> = readback::buffer(self.gpu, &resolved)?;
                 stamps
                     .chunks_exact(2)
-                    .map(|pair| Duration::from_nanos((pair[1].saturating_sub(pair[0]) as f64 * period) as u64))
+                    .map(|pair| {
+                        Duration::from_nanos(
+                            (pair[1].saturating_sub(pair[0]) as f64 * period) as u64,
+                        )
+                    })
                     .collect()
             }
         };

@@ -19,6 +19,7 @@ use crate::library::Library;
 use crate::manifest::reflect::Layout;
 use crate::manifest::{self, File, Manifest, reflect};
 use crate::matrix::Variant;
+use crate::prune::Whole;
 use crate::validate::Validated;
 
 /// A language that packages are written in.
@@ -237,7 +238,9 @@ pub fn generate(
         return Ok(unchanged);
     }
     progress(Progress::Variants(variants.len()));
-    let validated = generate::variants(&library, &variants)?;
+    // A check takes the time to prove each variant against everything that its modules declare.
+    let whole = if options.check { Whole::Modules } else { Whole::Imports };
+    let validated = generate::variants_against(&library, &variants, whole)?;
     let libraries = generate::libraries(&library)?;
     progress(Progress::Targets(variants.len()));
     let parts = Parts {

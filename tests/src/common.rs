@@ -32,7 +32,12 @@ pub(crate) struct Comparison {
 
 impl Comparison {
     /// Compares one number.
-    pub(crate) fn number(&mut self, name: impl FnOnce() -> String, measured: f32, expected: Bounded) {
+    pub(crate) fn number(
+        &mut self,
+        name: impl FnOnce() -> String,
+        measured: f32,
+        expected: Bounded,
+    ) {
         if !expected.promises() {
             self.unpromised += 1;
             return;
@@ -58,8 +63,17 @@ impl Comparison {
 
     /// Compares three numbers.
     pub(crate) fn vector(&mut self, name: &str, measured: [f32; 3], expected: Vector3<Bounded>) {
-        for (index, (measured, expected)) in measured.into_iter().zip(expected.to_array()).enumerate() {
+        for (index, (measured, expected)) in
+            measured.into_iter().zip(expected.to_array()).enumerate()
+        {
             self.number(|| format!("{name}[{index}]"), measured, expected);
+        }
+    }
+
+    /// Compares the four channels of a texel.
+    pub(crate) fn texel(&mut self, name: &str, measured: [f32; 4], expected: [Bounded; 4]) {
+        for (index, (measured, expected)) in measured.into_iter().zip(expected).enumerate() {
+            self.number(|| format!("{name}, channel {index}"), measured, expected);
         }
     }
 
@@ -71,7 +85,8 @@ impl Comparison {
     /// Everything holds, there was something to hold, and a promise was given for nearly all of it.
     #[track_caller]
     pub(crate) fn assert_holds(&self, what: &str) {
-        let (excess, worst) = self.worst.clone().unwrap_or((0.0, "nothing was compared".to_owned()));
+        let (excess, worst) =
+            self.worst.clone().unwrap_or((0.0, "nothing was compared".to_owned()));
         println!(
             "{what}: {} compared, {} without a promise, {} violations; worst at {excess:.3} of its tolerance: {worst}",
             self.compared, self.unpromised, self.violations
@@ -89,7 +104,10 @@ impl Comparison {
     /// The negative control: something does not hold.
     #[track_caller]
     pub(crate) fn assert_fails(&self, what: &str) {
-        println!("{what}: {} of {} comparisons fail, as they should", self.violations, self.compared);
+        println!(
+            "{what}: {} of {} comparisons fail, as they should",
+            self.violations, self.compared
+        );
         assert!(self.violations > 0, "{what} went unnoticed in {} comparisons", self.compared);
     }
 }
@@ -180,7 +198,13 @@ fn extent([width, height]: [u32; 2], layers: u32) -> wgpu::Extent3d {
 }
 
 /// Writes level 0 of a texture.
-pub(crate) fn write(texture: &wgpu::Texture, bytes: &[u8], size: [u32; 2], layers: u32, texel: u32) {
+pub(crate) fn write(
+    texture: &wgpu::Texture,
+    bytes: &[u8],
+    size: [u32; 2],
+    layers: u32,
+    texel: u32,
+) {
     gpu().queue.write_texture(
         wgpu::TexelCopyTextureInfo {
             texture,

@@ -95,9 +95,27 @@ fn agrees_with_the_oracle() {
 fn a_broken_shader_is_noticed() {
     let breaks = [
         ("direct-spot-ggx", KINDS[0], "/ squared_distance;", ";", "light that does not fall off"),
-        ("direct-spot-ggx", KINDS[0], "depth <= textureLoad", "depth > textureLoad", "inverted shadows"),
-        ("direct-point-ggx", KINDS[2], "select(2, 3, offset.y < 0.0)", "select(3, 2, offset.y < 0.0)", "swapped faces"),
-        ("direct-directional-ggx", KINDS[1], "vec2<f32>(0.5, -0.5)", "vec2<f32>(0.5, 0.5)", "a map upside down"),
+        (
+            "direct-spot-ggx",
+            KINDS[0],
+            "depth <= textureLoad",
+            "depth > textureLoad",
+            "inverted shadows",
+        ),
+        (
+            "direct-point-ggx",
+            KINDS[2],
+            "select(2, 3, offset.y < 0.0)",
+            "select(3, 2, offset.y < 0.0)",
+            "swapped faces",
+        ),
+        (
+            "direct-directional-ggx",
+            KINDS[1],
+            "vec2<f32>(0.5, -0.5)",
+            "vec2<f32>(0.5, 0.5)",
+            "a map upside down",
+        ),
         ("direct-spot-ggx", KINDS[0], "0.31830987", "0.3183", "pi to four digits"),
     ];
     for (id, kind, from, to, what) in breaks {

@@ -51,7 +51,8 @@ fn difference(name: &str, settings: &Settings, package: &Package) -> f64 {
     let eye = reference::vector(renderer.eye());
     let mut expected = Vec::new();
     for surface in reference::texels(&frame.gbuffer) {
-        let reflected: Vector3 = shade::shade(&surface, eye, lights.iter().copied(), &model).total();
+        let reflected: Vector3 =
+            shade::shade(&surface, eye, lights.iter().copied(), &model).total();
         expected.extend(reflected.to_array());
     }
     let nothing = vec![[0.0; 4]; frame.direct.len()];
@@ -89,9 +90,11 @@ fn agree_with_the_oracle() {
 
 #[test]
 fn other_reflections_agree_with_the_oracle() {
-    for (diffuse, specular) in
-        [(Diffuse::Gaussian, Specular::Sg), (Diffuse::None, Specular::Asg), (Diffuse::Constant, Specular::Sg)]
-    {
+    for (diffuse, specular) in [
+        (Diffuse::Gaussian, Specular::Sg),
+        (Diffuse::None, Specular::Asg),
+        (Diffuse::Constant, Specular::Sg),
+    ] {
         let settings = Settings { diffuse, specular, ..settings() };
         let difference = difference("cornell-glossy", &settings, &Package::embedded());
         println!("{diffuse}, {specular}: {difference:e}");
@@ -102,8 +105,18 @@ fn other_reflections_agree_with_the_oracle() {
 #[test]
 fn a_broken_stage_is_noticed() {
     let breaks = [
-        ("sample-modified-exact-both", "position.w / weight - dot(mean, mean)", "position.w / weight", "a variance around the origin"),
-        ("sample-modified-exact-both", "i32(textureNumLevels(density)) - 2;", "i32(textureNumLevels(density)) - 3;", "a warp that starts a level too low"),
+        (
+            "sample-modified-exact-both",
+            "position.w / weight - dot(mean, mean)",
+            "position.w / weight",
+            "a variance around the origin",
+        ),
+        (
+            "sample-modified-exact-both",
+            "i32(textureNumLevels(density)) - 2;",
+            "i32(textureNumLevels(density)) - 3;",
+            "a warp that starts a level too low",
+        ),
         ("mip-rgba32float", "0.25 * (upper", "0.251 * (upper", "mips that gain"),
         ("shade-constant-asg-ggx-both", "diffuse *= surface.diffuse;", "", "a dropped reflectance"),
     ];

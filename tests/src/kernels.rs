@@ -31,7 +31,8 @@ fn moments(run: &Run) -> Pyramid<Moments<Bounded>> {
             let count = texels.len() / layers;
             (0..count)
                 .map(|index| {
-                    let stack: Vec<_> = (0..layers).map(|layer| texels[layer * count + index]).collect();
+                    let stack: Vec<_> =
+                        (0..layers).map(|layer| texels[layer * count + index]).collect();
                     Moments::of_texels(&stack)
                 })
                 .collect()
@@ -61,7 +62,6 @@ fn compare(run: &Run) -> Comparisons {
         uncertain: 0,
     };
     for (index, (kernel, light)) in kernels.iter().zip(&lights).enumerate() {
-
         let warped = warp(&density, lattice::point::<Bounded>(index as u32, settings.count));
         if !warped.certain {
             // Rounding may lead the warp into another texel, and all that follows with it.
@@ -152,7 +152,12 @@ fn a_broken_warp_is_noticed() {
 fn a_broken_kernel_is_noticed() {
     let breaks = [
         (Kernel::Modified, "exp2(2.0 * level)", "exp2(2.0 * level + 2.0)", "a level off by one"),
-        (Kernel::Modified, "if mass < target_mass", "if mass > target_mass", "a bisection the wrong way"),
+        (
+            Kernel::Modified,
+            "if mass < target_mass",
+            "if mass > target_mass",
+            "a bisection the wrong way",
+        ),
         (Kernel::Previous, "0.5 * log2", "0.49 * log2", "another exponent"),
     ];
     for (kernel, from, to, what) in breaks {
@@ -165,9 +170,17 @@ fn a_broken_kernel_is_noticed() {
 #[test]
 fn a_broken_light_is_noticed() {
     let breaks = [
-        ("texels / (count * max(filtered, 1e-30))", "1.0 / (count * max(filtered, 1e-30))", "a dropped number of texels"),
+        (
+            "texels / (count * max(filtered, 1e-30))",
+            "1.0 / (count * max(filtered, 1e-30))",
+            "a dropped number of texels",
+        ),
         ("- dot(mean, mean)", "- 0.999 * dot(mean, mean)", "a mean that is not quite subtracted"),
-        ("mean_length / (1.0 - mean_length)", "mean_length / (1.001 - mean_length)", "another sharpness"),
+        (
+            "mean_length / (1.0 - mean_length)",
+            "mean_length / (1.001 - mean_length)",
+            "another sharpness",
+        ),
         ("min(lower_level + 1, top)", "min(lower_level + 2, top)", "a mip level off by one"),
     ];
     for (from, to, what) in breaks {
@@ -189,8 +202,7 @@ fn hardware_filtering_keeps_the_power() {
         let settings = Settings { filter, ..settings(Kernel::Modified, Lobes::Diffuse) };
         let run = Run::new(&settings, KINDS[0], package, 3);
         let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();
-        lights.iter().map(|light| light.power().luminance())
-            .sum::<f64>()
+        lights.iter().map(|light| light.power().luminance()).sum::<f64>()
     };
     let exact = power(Filter::Exact, &Package::embedded());
     let hardware = power(Filter::Hardware, &Package::embedded());

@@ -10,11 +10,15 @@ mod direct;
 #[cfg(test)]
 mod frame;
 #[cfg(test)]
+mod input;
+#[cfg(test)]
 mod kernels;
 #[cfg(test)]
 mod mip;
 #[cfg(test)]
 mod moments;
+#[cfg(test)]
+mod package;
 #[cfg(test)]
 mod pruning;
 #[cfg(test)]

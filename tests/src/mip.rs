@@ -1,7 +1,7 @@
 //! The density and both mip chains: `shaders/src/rsm/density.wesl`, `shaders/src/rsm/mip.wesl`.
 
-use sglow_oracle::rsm::{Moments, mip};
 use sglow_oracle::Bounded;
+use sglow_oracle::rsm::{Moments, mip};
 use sglow_runtime::package::Package;
 use sglow_runtime::readback;
 
@@ -23,18 +23,15 @@ fn compare(run: &Run, finer: u32) -> [Comparison; 2] {
                     texels.iter().map(|&texel| Moments::<Bounded>::of_texels(&[texel])).collect();
                 let half = size / 2;
                 let measured_size = (texture.width() >> level) as usize;
-                for (index, &measured) in
-                    measured[layer * measured_size * measured_size..][..measured_size * measured_size].iter().enumerate()
+                for (index, &measured) in measured[layer * measured_size * measured_size..]
+                    [..measured_size * measured_size]
+                    .iter()
+                    .enumerate()
                 {
                     let (x, y) = (index % measured_size, index / measured_size);
                     let expected = mip::mean(&texels, size, x.min(half - 1), y.min(half - 1));
-                    for channel in 0..4 {
-                        comparison.number(
-                            || format!("level {level} layer {layer} texel {x} {y} channel {channel}"),
-                            measured[channel],
-                            expected.layers[0][channel],
-                        );
-                    }
+                    let name = format!("level {level} layer {layer} texel {x} {y}");
+                    comparison.texel(&name, measured, expected.layers[0]);
                 }
             }
         }
@@ -61,7 +58,9 @@ fn a_level_off_by_one_is_noticed() {
 #[test]
 fn a_broken_shader_is_noticed() {
     for (id, which) in [("mip-rgba32float", 0), ("mip-r32float", 1)] {
-        for (from, to) in [("0.25 * (upper", "0.24999 * (upper"), ("vec2<u32>(1u, 1u)", "vec2<u32>(1u, 0u)")] {
+        for (from, to) in
+            [("0.25 * (upper", "0.24999 * (upper"), ("vec2<u32>(1u, 1u)", "vec2<u32>(1u, 0u)")]
+        {
             let run = Run::new(&small(), KINDS[0], &broken(id, from, to), 2);
             compare(&run, 1)[which].assert_fails(&format!("{id} with {to}"));
         }

@@ -35,13 +35,9 @@ fn compare(run: &Run) -> Comparison {
         let (towards, _) = light.towards(texel.position);
         let expected: Moments<Bounded> = rsm::moments(texel, power, towards, origin, lobes);
         for layer in 0..lobes.layers() {
-            for channel in 0..4 {
-                comparison.number(
-                    || format!("layer {layer} channel {channel} of texel {at:?}"),
-                    measured[layer * size * size + index][channel],
-                    expected.layers[layer][channel],
-                );
-            }
+            let name = format!("layer {layer} of texel {at:?}");
+            let measured = measured[layer * size * size + index];
+            comparison.texel(&name, measured, expected.layers[layer]);
         }
     }
     comparison
@@ -60,9 +56,21 @@ fn agree_with_the_oracle() {
 #[test]
 fn a_broken_shader_is_noticed() {
     let breaks = [
-        ("extent.x * extent.y * cosine * cosine * cosine", "extent.x * extent.y * cosine * cosine", "a dropped cosine"),
-        ("weight * vec4<f32>(position, dot(position, position))", "vec4<f32>(position, dot(position, position))", "a dropped weight"),
-        ("2.0 * cosine * normal - incoming", "2.0 * cosine * normal + incoming", "a mirrored direction"),
+        (
+            "extent.x * extent.y * cosine * cosine * cosine",
+            "extent.x * extent.y * cosine * cosine",
+            "a dropped cosine",
+        ),
+        (
+            "weight * vec4<f32>(position, dot(position, position))",
+            "vec4<f32>(position, dot(position, position))",
+            "a dropped weight",
+        ),
+        (
+            "2.0 * cosine * normal - incoming",
+            "2.0 * cosine * normal + incoming",
+            "a mirrored direction",
+        ),
         ("attenuation * attenuation", "attenuation", "an attenuation that is not squared"),
         ("0.6666667", "0.66666", "a constant that is off by one part in a hundred thousand"),
     ];

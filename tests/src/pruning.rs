@@ -51,14 +51,25 @@ fn scene(needs: Needs) -> Scene {
         name: "checker".to_owned(),
         width: 2,
         height: 2,
-        rgba8: [[255, 255, 255, 255], [200, 80, 60, 40], [90, 220, 100, 20], [255, 250, 240, 255]].concat(),
+        rgba8: [[255, 255, 255, 255], [200, 80, 60, 40], [90, 220, 100, 20], [255, 250, 240, 255]]
+            .concat(),
         srgb: true,
     };
     Scene {
         name: "needs".to_owned(),
         meshes: vec![
-            quad("floor", [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]], [0.0, 1.0, 0.0], 0),
-            quad("wall", [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 2.0, -1.0], [-1.0, 2.0, -1.0]], [0.0, 0.0, 1.0], 1),
+            quad(
+                "floor",
+                [[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0]],
+                [0.0, 1.0, 0.0],
+                0,
+            ),
+            quad(
+                "wall",
+                [[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [1.0, 2.0, -1.0], [-1.0, 2.0, -1.0]],
+                [0.0, 0.0, 1.0],
+                1,
+            ),
         ],
         materials: vec![floor, wall],
         images: if needs.textured { vec![checker] } else { Vec::new() },
@@ -96,7 +107,8 @@ fn base() -> Settings {
 
 /// The settings after the needs of a scene, by the rules of the library.
 fn pruned(scene: &Scene) -> Settings {
-    let library = Library::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders").as_ref()).unwrap();
+    let library =
+        Library::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders").as_ref()).unwrap();
     let facts = scene.facts().into_iter().map(|(name, holds)| (name.to_owned(), holds)).collect();
     let needed = library.needed(&facts).unwrap();
     let mut settings = base();
@@ -124,7 +136,11 @@ fn difference(pruned: &Frame, complete: &Frame) -> Option<&'static str> {
         ("radiance", Some(&pruned.radiance), Some(&complete.radiance)),
         ("direct", Some(&pruned.direct), Some(&complete.direct)),
         ("indirect diffuse", pruned.indirect_diffuse.as_ref(), complete.indirect_diffuse.as_ref()),
-        ("indirect specular", pruned.indirect_specular.as_ref(), complete.indirect_specular.as_ref()),
+        (
+            "indirect specular",
+            pruned.indirect_specular.as_ref(),
+            complete.indirect_specular.as_ref(),
+        ),
         ("emission", pruned.emission.as_ref(), complete.emission.as_ref()),
         ("position", Some(&pruned.gbuffer.position), Some(&complete.gbuffer.position)),
         ("normal", Some(&pruned.gbuffer.normal), Some(&complete.gbuffer.normal)),
@@ -157,7 +173,8 @@ fn every_set_of_needs_renders_the_same_bits() {
 
 #[test]
 fn a_variant_that_prunes_too_much_is_noticed() {
-    let needs = Needs { specular: false, textured: false, cutout: false, emissive: false, light: KINDS[0] };
+    let needs =
+        Needs { specular: false, textured: false, cutout: false, emissive: false, light: KINDS[0] };
     let scene = scene(needs);
     let settings = pruned(&scene);
     let complete = render(&scene, &Settings { complete: true, ..base() }, &Package::embedded());

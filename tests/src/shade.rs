@@ -59,14 +59,56 @@ fn agrees_with_the_oracle() {
 #[test]
 fn a_broken_shader_is_noticed() {
     let breaks = [
-        ("constant", "sg", "ggx", "6.2831855 * variance", "6.2 * variance", "another normalisation"),
-        ("constant", "sg", "ggx", "0.31830987 * sglow_sg_integral", "0.3183 * sglow_sg_integral", "pi to four digits"),
-        ("constant", "sg", "ggx", "sglow_sg_product(-axis", "sglow_sg_product(axis", "light that leaves backwards"),
+        (
+            "constant",
+            "sg",
+            "ggx",
+            "6.2831855 * variance",
+            "6.2 * variance",
+            "another normalisation",
+        ),
+        (
+            "constant",
+            "sg",
+            "ggx",
+            "0.31830987 * sglow_sg_integral",
+            "0.3183 * sglow_sg_integral",
+            "pi to four digits",
+        ),
+        (
+            "constant",
+            "sg",
+            "ggx",
+            "sglow_sg_product(-axis",
+            "sglow_sg_product(axis",
+            "light that leaves backwards",
+        ),
         ("gaussian", "asg", "ggx", "normal, 2.0)", "normal, 2.1)", "another cosine lobe"),
-        ("gaussian", "asg", "ggx", "0.25 / (receiver.alpha", "0.26 / (receiver.alpha", "another bandwidth"),
+        (
+            "gaussian",
+            "asg",
+            "ggx",
+            "0.25 / (receiver.alpha",
+            "0.26 / (receiver.alpha",
+            "another bandwidth",
+        ),
         ("gaussian", "asg", "beckmann", "3.535", "3.5", "another fit of the masking"),
-        ("constant", "sg", "ggx", "peak * visibility * cosine_in", "peak * visibility", "a dropped cosine"),
-        ("constant", "sg", "ggx", "specular += sglow_specular(from_specular", "specular += 0.0 * sglow_specular(from_specular", "a dropped lobe"),
+        (
+            "constant",
+            "sg",
+            "ggx",
+            "peak * visibility * cosine_in",
+            "peak * visibility",
+            "a dropped cosine",
+        ),
+        (
+            "constant",
+            "sg",
+            "ggx",
+            "specular += sglow_specular(from_specular",
+            "specular += 0.0 * sglow_specular(from_specular",
+            "a dropped lobe",
+        ),
     ];
     for (diffuse, specular, ndf, from, to, what) in breaks {
         let id = format!("shade-{diffuse}-{specular}-{ndf}-both");

@@ -38,7 +38,8 @@ fn modified_keeps_the_power_where_previous_does_not() {
 
 #[test]
 fn a_dropped_factor_is_noticed() {
-    let package = broken("sample-modified-exact-diffuse", "texels / (count", "0.95 * texels / (count");
+    let package =
+        broken("sample-modified-exact-diffuse", "texels / (count", "0.95 * texels / (count");
     let modified = ratio(&run(Stress::Ring, Kernel::Modified, &package));
     assert!((modified - 1.0).abs() > 0.03, "{modified}");
 }
@@ -48,7 +49,10 @@ fn every_density_gives_finite_lights() {
     for (name, stress) in Stress::ALL {
         for kernel in [Kernel::Previous, Kernel::Modified] {
             let sampled = run(stress, kernel, &Package::embedded());
-            assert!(sampled.powers.iter().all(|power| power.is_finite() && *power >= 0.0), "{name}, {kernel}");
+            assert!(
+                sampled.powers.iter().all(|power| power.is_finite() && *power >= 0.0),
+                "{name}, {kernel}"
+            );
             let lit = sampled.powers.iter().any(|&power| power > 0.0);
             assert_eq!(lit, stress != Stress::Zero, "{name}, {kernel}");
         }

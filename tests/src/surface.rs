@@ -79,15 +79,21 @@ fn compare(
             // Vertices may be snapped to a grid of a sixteenth of a pixel (Vulkan's least subPixelPrecisionBits is 4),
             // which moves what a pixel's centre sees by up to that share of its footprint in both directions; the
             // factor 2 is for the change of the footprint itself over a pixel.
-            let footprint = (right.position - hit.position).length() + (below.position - hit.position).length();
+            let footprint =
+                (right.position - hit.position).length() + (below.position - hit.position).length();
             let error = 2.0 * footprint / 16.0 + 1e-5 * hit.distance;
             let index = y * size[0] + x;
             let material = &scene.materials[hit.material as usize];
             let expected = within(hit.position, error);
             let [px, py, pz, dielectric] = surfaces.position[index];
             comparison.vector(&format!("position of {x} {y}"), [px, py, pz], expected);
-            comparison.number(|| "dielectric".to_owned(), dielectric, Bounded::exact(material.dielectric));
-            let facing = if hit.normal.dot(eye - hit.position) < 0.0 { -hit.normal } else { hit.normal };
+            comparison.number(
+                || "dielectric".to_owned(),
+                dielectric,
+                Bounded::exact(material.dielectric),
+            );
+            let facing =
+                if hit.normal.dot(eye - hit.position) < 0.0 { -hit.normal } else { hit.normal };
             // The oracle's normals are interpolated at the exact centre, so that curved surfaces get the footprint's
             // share as well as the rounding.
             let turn = (right.normal - hit.normal).length() + (below.normal - hit.normal).length();
@@ -96,13 +102,14 @@ fn compare(
             comparison.vector(&format!("normal of {x} {y}"), [nx, ny, nz], expected);
             let half = |value: f64| Bounded::with_error(value, value.abs() * HALF_ULP + 1e-7);
             let roughness = f64::from(material.roughness);
-            comparison.number(|| "alpha".to_owned(), alpha, half((roughness * roughness).max(0.01)));
-            let color = surfaces.base_color[index];
-            for channel in 0..3 {
-                let expected = half(f64::from(material.base_color[channel]));
-                comparison.number(|| format!("colour {channel} of {x} {y}"), color[channel], expected);
-            }
-            comparison.number(|| "metallic".to_owned(), color[3], half(f64::from(material.metallic)));
+            comparison.number(
+                || "alpha".to_owned(),
+                alpha,
+                half((roughness * roughness).max(0.01)),
+            );
+            let [r, g, b, _] = material.base_color.map(f64::from);
+            let expected = [r, g, b, f64::from(material.metallic)].map(half);
+            comparison.texel(&format!("colour of {x} {y}"), surfaces.base_color[index], expected);
         }
     }
     comparison
@@ -120,7 +127,8 @@ fn run(name: &str, package: &Package) -> [Comparison; 2] {
 
     let rsm = renderer.read_rsm().unwrap();
     let light = reference::light(renderer.light(), sglow_shaders::Light::Spot);
-    let lit = compare(&scene, &rsm, &light.cameras()[0], light.position, [settings.rsm_size as usize; 2]);
+    let lit =
+        compare(&scene, &rsm, &light.cameras()[0], light.position, [settings.rsm_size as usize; 2]);
     [seen, lit]
 }
 
@@ -136,9 +144,17 @@ fn agree_with_rays() {
 #[test]
 fn a_broken_shader_is_noticed() {
     let breaks = [
-        ("fragment.position) < 0.0", "fragment.position) > 0.0", "normals that turn away from the viewer"),
+        (
+            "fragment.position) < 0.0",
+            "fragment.position) > 0.0",
+            "normals that turn away from the viewer",
+        ),
         ("max(roughness * roughness, 0.01)", "roughness", "roughness that is not squared"),
-        ("fragment.position, sglow_material.dielectric", "1.02 * fragment.position, sglow_material.dielectric", "moved positions"),
+        (
+            "fragment.position, sglow_material.dielectric",
+            "1.02 * fragment.position, sglow_material.dielectric",
+            "moved positions",
+        ),
     ];
     for (from, to, what) in breaks {
         let package = broken("surface-constant-opaque", from, to);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use sglow_runtime::frame::{Frame, Pixels, Renderer};
+use sglow_runtime::frame::{Frame, Pixels, Renderer, Times};
 use sglow_runtime::package::Package;
 use sglow_runtime::reference;
 
@@ -90,7 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let renderer = Renderer::new(&gpu, &package, &shot.scene, &shot.settings, 0)?;
     // The first frame compiles the shaders; its times are not told.
     renderer.render()?;
-    let (times, clock) = renderer.render()?;
+    let Times { passes: times, clock } = renderer.render()?;
     let frame = renderer.read()?;
     bar.finish_and_clear();
 
@@ -119,6 +119,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             None => tone::radiance(&picture.radiance()?, exposure),
         })
     };
+    report.detail("exposure_stops", exposure.stops())?;
     if exr {
         exr::write(&arguments.out, &ours, &comment)?;
     } else {

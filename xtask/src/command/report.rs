@@ -192,9 +192,9 @@ fn scene(
         let mut times = Vec::new();
         let pass = if sampling { "sample" } else { "shade" };
         for _ in 0..RUNS {
-            let (passes, by) = renderer.render()?;
-            clock = by.to_string();
-            times.extend(passes.into_iter().filter(|(label, _)| *label == pass).map(|pair| pair.1));
+            let frame = renderer.render()?;
+            clock = frame.clock.to_string();
+            times.extend(frame.passes.iter().filter(|one| one.0 == pass).map(|one| one.1));
         }
         let frame = renderer.read()?;
         let beckmann = settings.ndf == Ndf::Beckmann;

@@ -64,7 +64,10 @@ impl Layer {
 
     /// Whether its numbers are radiance, so that they add up to what the camera sees.
     pub(crate) fn is_radiance(self) -> bool {
-        matches!(self, Self::Direct | Self::IndirectDiffuse | Self::IndirectSpecular | Self::Emission)
+        matches!(
+            self,
+            Self::Direct | Self::IndirectDiffuse | Self::IndirectSpecular | Self::Emission
+        )
     }
 }
 

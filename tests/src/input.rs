@@ -1,0 +1,104 @@
+//! What bad input gets: an error that names the thing and what would be right, and no panic.
+
+use sglow_runtime::device::{DeviceError, Gpu};
+use sglow_runtime::frame::{FrameError, Renderer};
+use sglow_runtime::indirect::{Indirect, IndirectError};
+use sglow_runtime::package::{Package, PackageError};
+use sglow_runtime::pipeline::PipelineError;
+use sglow_runtime::scene::Scene;
+use sglow_runtime::settings::Settings;
+use sglow_shaders::{Ndf, Specular};
+
+use crate::common::{broken, gpu, small};
+
+fn refused(settings: &Settings) -> String {
+    match Indirect::new(&gpu().device, &gpu().queue, settings) {
+        Err(error @ IndirectError::Settings(_)) => error.to_string(),
+        Err(error) => panic!("refused for another reason: {error}"),
+        Ok(_) => panic!("{settings:?} went through"),
+    }
+}
+
+#[test]
+fn settings_that_cannot_be_are_told_all_at_once() {
+    let settings = Settings {
+        size: [0, 1_000_000],
+        rsm_size: 100,
+        count: 0,
+        size_factor: f32::NAN,
+        iterations: 25,
+        specular: Specular::None,
+        ndf: Ndf::Ggx,
+        ..small()
+    };
+    let text = refused(&settings);
+    for part in [
+        "width is 0",
+        "height is 1000000",
+        "reflective shadow map is 100, and must be a power of two",
+        "number of lights is 0",
+        "size factor K is NaN",
+        "iterations is 25, and must be 1 to 24",
+        "distribution-without-specular",
+    ] {
+        assert!(text.contains(part), "'{part}' is missing in: {text}");
+    }
+    assert_eq!(text.lines().count(), 7, "{text}");
+}
+
+#[test]
+fn unknown_axes_and_values_list_the_known_ones() {
+    let mut settings = small();
+    let text = settings.set("colour", "red").unwrap_err().to_string();
+    assert!(text.contains("'colour'") && text.contains("kernel, filter"), "{text}");
+    let text = settings.set("kernel", "cubic").unwrap_err().to_string();
+    assert!(text.contains("'cubic'") && text.contains("previous, modified"), "{text}");
+    settings.set("kernel", "previous").unwrap();
+}
+
+#[test]
+fn an_unknown_adapter_lists_the_known_ones() {
+    let error = Gpu::open(Some("no such GPU")).err().unwrap();
+    assert!(matches!(&error, DeviceError::UnknownAdapter { known, .. } if !known.is_empty()));
+    assert!(error.to_string().contains(&gpu().adapter.name), "{error}");
+}
+
+#[test]
+fn a_light_that_is_not_there_is_named() {
+    let scene = Scene::builtin("cornell").unwrap();
+    let error = Renderer::new(gpu(), &Package::embedded(), &scene, &small(), 3).err().unwrap();
+    assert!(matches!(error, FrameError::NoSuchLight { index: 3, count: 1 }), "{error}");
+}
+
+#[test]
+fn a_missing_variant_is_an_error_and_never_a_similar_one() {
+    let error = Package::embedded().text("sample-modified-exact-none").unwrap_err();
+    assert!(
+        matches!(&error, PackageError::Missing { similar, .. } if similar.len() == 8),
+        "{error}"
+    );
+    assert!(error.to_string().contains("sample-modified-exact-both"), "{error}");
+}
+
+#[test]
+fn a_shader_that_does_not_compile_is_named() {
+    let package = broken("mip-r32float", "0.25", "nonsense");
+    let made = Indirect::with_package(&gpu().device, &gpu().queue, &small(), &package);
+    let Err(IndirectError::Pipeline(PipelineError::Refused { id, message })) = made else {
+        panic!("it was not refused")
+    };
+    assert_eq!(id, "mip-r32float");
+    assert!(message.contains("nonsense"), "{message}");
+}
+
+#[test]
+fn a_lost_device_is_an_error() {
+    let own = Gpu::open(None).unwrap();
+    let scene = Scene::builtin("cornell").unwrap();
+    let renderer = Renderer::new(&own, &Package::embedded(), &scene, &small(), 0).unwrap();
+    renderer.render().unwrap();
+    own.device.destroy();
+    let error = renderer.render().err().unwrap();
+    assert!(matches!(error, FrameError::Device(DeviceError::Lost { .. })), "{error}");
+    assert!(error.to_string().contains("open a new one"), "{error}");
+}

@@ -1,0 +1,146 @@
+//! The committed package: it is what the sources make, and its texts, manifest and bindings change in the open.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use sglow_runtime::package::{Package, PackageError};
+use sglow_shader_gen::generate::variants_against;
+use sglow_shader_gen::library::Library;
+use sglow_shader_gen::package::{Change, Error, Options, Target, generate, verify_hashes};
+use sglow_shader_gen::prune::Whole;
+
+const LIBRARY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
+
+fn generated(targets: &[Target]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut options = Options::new(folder.path());
+    options.targets = targets.iter().copied().collect();
+    generate(LIBRARY.as_ref(), &options, &mut |_| {}).unwrap();
+    folder
+}
+
+fn read(folder: &Path, path: &str) -> String {
+    std::fs::read_to_string(folder.join(path)).unwrap()
+}
+
+#[test]
+fn the_committed_package_is_what_the_sources_make() {
+    let mut options = Options::new(Path::new(LIBRARY).join("packages/sglow"));
+    options.check = true;
+    generate(LIBRARY.as_ref(), &options, &mut |_| {}).unwrap();
+}
+
+#[test]
+fn nothing_is_lost_by_pruning_against_whole_modules() {
+    let library = Library::load(LIBRARY.as_ref()).unwrap();
+    let variants = library.variants();
+    assert_eq!(
+        variants_against(&library, &variants, Whole::Modules).unwrap().len(),
+        variants.len()
+    );
+}
+
+#[test]
+fn the_bindings_exclude_what_the_library_excludes() {
+    let library = Library::load(LIBRARY.as_ref()).unwrap();
+    let excluded: BTreeSet<String> =
+        library.excluded().into_iter().map(|excluded| excluded.variant.id()).collect();
+    let legal: BTreeSet<String> =
+        library.variants().into_iter().map(|variant| variant.id()).collect();
+    let mut counted = 0;
+    for shade in sglow_shaders::shade::Shade::all() {
+        counted += 1;
+        let id = shade.id().to_string();
+        assert_eq!(shade.excluded().is_some(), excluded.contains(&id), "{id}");
+        assert_eq!(shade.excluded().is_none(), legal.contains(&id), "{id}");
+        assert_eq!(shade.excluded().is_none(), sglow_shaders::bind_groups(&id).is_some(), "{id}");
+    }
+    assert_eq!(counted, 54);
+}
+
+#[test]
+fn snapshots() {
+    let folder = generated(&[Target::Wgsl, Target::Rust]);
+    let mut settings = insta::Settings::clone_current();
+    settings.set_omit_expression(true);
+    settings.set_prepend_module_to_snapshot(false);
+    settings.bind(|| {
+        for id in [
+            "compose-diffuse-none",
+            "mip-r32float",
+            "moments-point-both",
+            "sample-modified-exact-both",
+            "sample-previous-hardware-diffuse",
+            "shade-constant-none-none-diffuse",
+            "shade-gaussian-asg-beckmann-both",
+            "surface-textured-cutout",
+        ] {
+            insta::assert_snapshot!(
+                format!("wgsl__{id}"),
+                read(folder.path(), &format!("wgsl/{id}.wgsl"))
+            );
+        }
+        let manifest: serde_json::Value =
+            serde_json::from_str(&read(folder.path(), "manifest.json")).unwrap();
+        let variants = manifest["variants"].as_array().unwrap();
+        for id in ["sample-modified-exact-both", "shade-constant-none-none-diffuse"] {
+            let variant = variants.iter().find(|variant| variant["id"] == id).unwrap();
+            let text = serde_json::to_string_pretty(variant).unwrap();
+            insta::assert_snapshot!(format!("manifest__{id}"), text);
+        }
+        // The axes and the structs; the tables of variants between them only repeat the manifest.
+        let bindings = read(folder.path(), "rust/lib.rs");
+        let slice = |from: &str, to: &str| {
+            let start = bindings.find(from).unwrap();
+            let end = start + bindings[start..].find(to).unwrap();
+            bindings[start..end].to_owned()
+        };
+        insta::assert_snapshot!("rust__kernel", slice("pub enum Kernel", "pub enum Light"));
+        insta::assert_snapshot!("rust__mip", slice("pub mod mip", "pub mod sample"));
+        insta::assert_snapshot!(
+            "rust__vsgl",
+            slice("pub struct SglowVsglBoth", "pub struct SglowVsglDiffuse")
+        );
+    });
+}
+
+#[test]
+fn the_same_sources_give_the_same_bytes() {
+    let [first, second] =
+        [(), ()].map(|()| generated(&[Target::Wgsl, Target::Spirv, Target::Rust]));
+    let sums = read(first.path(), "SHA256SUMS");
+    assert!(sums.lines().count() > 140, "{} files", sums.lines().count());
+    assert_eq!(sums, read(second.path(), "SHA256SUMS"));
+}
+
+#[test]
+fn what_was_changed_by_hand_is_named() {
+    let folder = generated(&[Target::Wgsl]);
+    Package::load(folder.path()).unwrap();
+    assert!(verify_hashes(folder.path()).unwrap().is_empty());
+    let shader = folder.path().join("wgsl/mip-r32float.wgsl");
+    let text = std::fs::read_to_string(&shader).unwrap();
+    std::fs::write(&shader, text.replace("0.25", "0.26")).unwrap();
+
+    let errors = Package::load(folder.path()).unwrap_err();
+    assert!(
+        matches!(&errors[..], [PackageError::Changed { path, .. }] if *path == shader),
+        "{errors:?}"
+    );
+    let differences = verify_hashes(folder.path()).unwrap();
+    assert_eq!(differences.len(), 1);
+    assert_eq!(differences[0].path, "wgsl/mip-r32float.wgsl");
+    let mut options = Options::new(folder.path());
+    options.targets = BTreeSet::from([Target::Wgsl]);
+    options.check = true;
+    let checked = generate(LIBRARY.as_ref(), &options, &mut |_| {});
+    let Err(Error::Differs(differences)) = checked else { panic!("{checked:?}") };
+    assert!(differences.iter().any(|one| one.change == Change::ByHand), "{differences:?}");
+
+    std::fs::write(folder.path().join("manifest.json"), "{").unwrap();
+    let errors = Package::load(folder.path()).unwrap_err();
+    assert!(errors[0].to_string().contains("manifest.json"), "{errors:?}");
+    std::fs::remove_file(folder.path().join("manifest.json")).unwrap();
+    let errors = Package::load(folder.path()).unwrap_err();
+    assert!(matches!(errors[..], [PackageError::Unreadable { .. }]), "{errors:?}");
+}
