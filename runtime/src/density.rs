@@ -81,9 +81,12 @@ pub fn sample(
         range: None,
     };
     let view = LightView::new(&light, &Bounds::around(&[[-0.5, -0.5, 0.0], [0.5, 0.5, 0.0]]), size);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    indirect.encode_mips(&mut encoder, None);
+    gpu.queue.submit([encoder.finish()]);
+    gpu.finish()?;
     let run = |timer: &mut Timer<'_>| {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        indirect.encode_mips(&mut encoder, None);
         indirect.encode_sample(&mut encoder, &view, Some(timer));
         gpu.queue.submit([encoder.finish()]);
     };

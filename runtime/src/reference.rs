@@ -180,7 +180,7 @@ pub fn virtual_point_lights(
     );
     let receivers = texels(gbuffer);
     let most = AtomicUsize::new(0);
-    lights.reflect(&receivers, vector(eye), |done| {
+    lights.reflect(&receivers, vector(eye), &|done| {
         // Threads report out of order; progress only grows.
         let most = most.fetch_max(done, Ordering::Relaxed).max(done);
         progress(most, receivers.len())

@@ -8,6 +8,8 @@ use sglow_shader_gen::generate::variants_against;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::package::{Change, Error, Options, Target, generate, verify_hashes};
 use sglow_shader_gen::prune::Whole;
+use sglow_shaders::shade::Shade;
+use sglow_shaders::{Diffuse, Lobes, Ndf, Specular, bind_groups};
 
 const LIBRARY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
 
@@ -48,14 +50,22 @@ fn the_bindings_exclude_what_the_library_excludes() {
     let legal: BTreeSet<String> =
         library.variants().into_iter().map(|variant| variant.id()).collect();
     let mut counted = 0;
-    for shade in sglow_shaders::shade::Shade::all() {
-        counted += 1;
-        let id = shade.id().to_string();
-        assert_eq!(shade.excluded().is_some(), excluded.contains(&id), "{id}");
-        assert_eq!(shade.excluded().is_none(), legal.contains(&id), "{id}");
-        assert_eq!(shade.excluded().is_none(), sglow_shaders::bind_groups(&id).is_some(), "{id}");
+    for diffuse in Diffuse::ALL {
+        for specular in Specular::ALL {
+            for (ndf, lobes) in
+                Ndf::ALL.into_iter().flat_map(|ndf| Lobes::ALL.map(|lobes| (ndf, lobes)))
+            {
+                let shade = Shade { diffuse, specular, ndf, lobes };
+                let id = shade.id().to_string();
+                counted += 1;
+                assert_eq!(shade.excluded().is_some(), excluded.contains(&id), "{id}");
+                assert_eq!(shade.excluded().is_none(), legal.contains(&id), "{id}");
+                assert_eq!(shade.excluded().is_none(), bind_groups(&id).is_some(), "{id}");
+            }
+        }
     }
     assert_eq!(counted, 54);
+    assert_eq!(Shade::all().len(), 28);
 }
 
 #[test]
