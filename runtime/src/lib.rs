@@ -4,6 +4,26 @@
 //! camera's G-buffer, and writes reflected radiance. [`scene`] and [`raster`] make those textures for who has none, and
 //! [`frame::Renderer`] puts a whole frame together.
 //!
+//! ```no_run
+//! # fn frame(
+//! #     device: &wgpu::Device, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder,
+//! #     rsm: sglow_runtime::indirect::SurfaceViews<'_>, gbuffer: sglow_runtime::indirect::SurfaceViews<'_>,
+//! #     light: &sglow_runtime::light::LightView, eye: glam::Vec3,
+//! # ) -> Result<(), sglow_runtime::indirect::IndirectError> {
+//! use sglow_runtime::indirect::{Indirect, Inputs};
+//! use sglow_runtime::settings::Settings;
+//!
+//! // Once: pipelines and buffers for 1920 x 1088 pixels and 1024 virtual lights.
+//! let settings = Settings { size: [1920, 1088], rsm_size: 512, ..Settings::default() };
+//! let indirect = Indirect::new(device, queue, &settings)?;
+//! // Every frame: `rsm` and `gbuffer` are three textures each that the engine has rendered.
+//! indirect.encode(encoder, &Inputs { rsm, gbuffer, light, eye }, None);
+//! let reflected = indirect.diffuse(); // radiance, to be added to the picture
+//! # let _ = reflected;
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! Shader texts come from a [`package::Package`] and are used as they are.
 
 pub mod density;
