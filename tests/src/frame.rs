@@ -126,3 +126,39 @@ fn a_broken_stage_is_noticed() {
         assert!(difference > TOLERANCE, "{what} went unnoticed: {difference}");
     }
 }
+
+/// Times are of the work: on lavapipe the device's own stamps would show a thousandth of it.
+#[test]
+fn the_times_of_the_passes_add_up_to_the_frame() {
+    let scene = Scene::builtin("cornell-glossy").unwrap();
+    let settings = Settings { size: [256, 192], count: 512, ..settings() };
+    let renderer = Renderer::new(gpu(), &Package::embedded(), &scene, &settings, 0).unwrap();
+    renderer.render().unwrap();
+    let start = std::time::Instant::now();
+    let times = renderer.render().unwrap();
+    let whole = start.elapsed();
+    let sum: std::time::Duration = times.passes.iter().map(|pass| pass.1).sum();
+    println!("{sum:?} of {whole:?} by {}", times.clock);
+    let labels: Vec<_> = times.passes.iter().map(|pass| pass.0).collect();
+    assert_eq!(
+        labels,
+        [
+            "surface light",
+            "surface camera",
+            "shadow",
+            "moments",
+            "density",
+            "mip moments",
+            "mip density",
+            "sample",
+            "shade",
+            "direct",
+            "compose"
+        ]
+    );
+    assert!(sum <= whole, "{sum:?} of {whole:?}");
+    assert!(2 * sum >= whole, "{sum:?} of {whole:?}");
+    // The negative control: without its longest pass the sum no longer does.
+    let longest = times.passes.iter().map(|pass| pass.1).max().unwrap();
+    assert!(2 * (sum - longest) < whole, "{longest:?} of {whole:?}");
+}
