@@ -54,6 +54,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     if cfg!(target_os = "linux") {
         findings.extend(drivers(&vulkan));
     }
+    findings.push(adapters());
     findings.extend(consumers());
 
     let mut table = table::new(["", "what", "found", "needed for", "how to get it"]);
@@ -134,6 +135,27 @@ fn drivers(vulkan: &Vulkan) -> Vec<Finding> {
         help: missing(!names.is_empty(), install),
     });
     findings
+}
+
+/// The GPUs that answer, which a registered driver alone does not promise.
+fn adapters() -> Finding {
+    let adapters = sglow_runtime::device::list();
+    let lines: Vec<String> = adapters
+        .iter()
+        .map(|adapter| {
+            let kind = if adapter.software { "software" } else { "hardware" };
+            format!("{} ({kind}, {}, {})", adapter.name, adapter.backend, adapter.driver)
+        })
+        .collect();
+    let present = !lines.is_empty();
+    Finding {
+        what: "GPU".to_owned(),
+        needed_for: "running shaders",
+        required: true,
+        present,
+        found: if present { lines.join("\n") } else { "no driver answers".to_owned() },
+        help: missing(present, apt::line(&vulkan::PACKAGES)),
+    }
 }
 
 /// What `verify` can use.
