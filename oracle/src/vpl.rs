@@ -557,26 +557,4 @@ mod tests {
         assert!(lights.reflect(&surfaces, Vector3::zero(), &|done| done < 100).is_none());
         assert!(lights.reflect(&surfaces, Vector3::zero(), &|_| true).is_some());
     }
-
-    #[test]
-    #[ignore = "measures; run it in release with --nocapture"]
-    fn speed() {
-        let mut random = Random::new(1);
-        for ndf in [Ndf::Ggx, Ndf::Beckmann] {
-            let mut lights = VirtualPointLights::none(ndf);
-            for _ in 0..65_536 {
-                lights.push(&surface(&mut random), unit(&mut random), Vector3::splat(1.0), 1e-3);
-            }
-            let surfaces: Vec<_> = (0..1024).map(|_| surface(&mut random)).collect();
-            let start = std::time::Instant::now();
-            let sum = lights.reflect(&surfaces, Vector3::zero(), &|_| true).unwrap();
-            let seconds = start.elapsed().as_secs_f64();
-            let pairs = (surfaces.len() * lights.len()) as f64;
-            println!(
-                "{ndf:?}: {:.2} ns per pair over all cores {}",
-                1e9 * seconds / pairs,
-                sum[0].diffuse.x
-            );
-        }
-    }
 }

@@ -131,9 +131,7 @@ impl<'a> Renderer<'a> {
         let size = settings.size;
         let view = LightView::new(light, &bounds, settings.rsm_size);
         let emits = settings.complete
-            || scene.meshes.iter().any(|mesh| {
-                scene.materials[mesh.material].emission.iter().any(|&channel| channel > 0.0)
-            });
+            || scene.meshes.iter().any(|mesh| scene.materials[mesh.material].emits());
         let terms = match (settings.diffuse, settings.specular) {
             (Diffuse::None, _) => IndirectAxis::Specular,
             (_, Specular::None) => IndirectAxis::Diffuse,

@@ -161,7 +161,7 @@ impl Raster {
                 kind: Kind::of(material, complete),
                 material: mesh.material,
                 indices: first_index..indices.len() as u32,
-                emits: material.emission.iter().any(|&channel| channel > 0.0),
+                emits: material.emits(),
             });
         }
         draws.sort_by_key(|draw| (draw.kind, draw.material));

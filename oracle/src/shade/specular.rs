@@ -228,41 +228,4 @@ mod tests {
             }
         }
     }
-
-    #[test]
-    #[ignore = "measures the models' errors; run it with --nocapture"]
-    fn model_errors() {
-        // The error of each model, relative to the reflection of the same lobe from the mirror direction.
-        for ndf in [Ndf::Ggx, Ndf::Beckmann] {
-            for specular in [Specular::Sg, Specular::Asg] {
-                for alpha in [0.05, 0.2, 0.5] {
-                    for angle in [0.2, 0.8, 1.3] {
-                        let (view, material) = (at(angle), material(alpha));
-                        let mirror = view.mirrored(NORMAL);
-                        let errors = [5.0, 100.0].map(|sharpness| {
-                            let peak =
-                                truth(&arriving(mirror, sharpness), &material, ndf, view, NORMAL).z;
-                            let (x, y) = mirror.basis();
-                            let offsets = (0..6).flat_map(|step| {
-                                let offset =
-                                    f64::from(step) * 0.5 * (alpha + 1.0 / sharpness.sqrt());
-                                [x * offset, y * offset, y * -offset]
-                            });
-                            offsets
-                                .map(|offset| {
-                                    let arriving =
-                                        arriving((mirror + offset).normalized(), sharpness);
-                                    let truth = truth(&arriving, &material, ndf, view, NORMAL).z;
-                                    let found =
-                                        specular.reflect(&arriving, &material, ndf, view, NORMAL).z;
-                                    (found - truth).abs() / peak
-                                })
-                                .fold(0.0, f64::max)
-                        });
-                        println!("{ndf:?} {specular:?} alpha {alpha} angle {angle}: {errors:.3?}");
-                    }
-                }
-            }
-        }
-    }
 }

@@ -66,6 +66,11 @@ impl Material {
         moved
     }
 
+    /// Whether it emits light.
+    pub fn emits(&self) -> bool {
+        self.emission.iter().any(|&channel| channel > 0.0)
+    }
+
     /// The textures it uses.
     pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
         [&self.base_color_texture, &self.metallic_roughness_texture, &self.emission_texture]

@@ -130,7 +130,7 @@ impl Scene {
         BTreeMap::from([
             ("cutout", material(|m| m.alpha_cutoff.is_some())),
             ("directional_light", light(|k| matches!(k, LightKind::Directional))),
-            ("emissive", material(|m| m.emission.iter().any(|&e| e > 0.0))),
+            ("emissive", material(Material::emits)),
             ("point_light", light(|k| matches!(k, LightKind::Point))),
             ("specular", material(|m| m.dielectric > 0.0 || m.metallic > 0.0)),
             ("spot_light", light(|k| matches!(k, LightKind::Spot { .. }))),
