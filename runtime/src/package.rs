@@ -138,6 +138,14 @@ impl Package {
         }
     }
 
+    /// Variants that were generated in memory: `origin` says by what, each text goes with its identifier.
+    pub fn generated(
+        origin: impl Into<String>,
+        texts: impl IntoIterator<Item = (String, String)>,
+    ) -> Self {
+        Self { origin: origin.into(), texts: texts.into_iter().collect() }
+    }
+
     /// Replaces the text of one variant: how a test runs a shader that is broken on purpose.
     pub fn with_text(mut self, id: &str, text: String) -> Self {
         self.texts.insert(id.to_owned(), text);

@@ -52,19 +52,29 @@ pub(crate) fn guarded<T>(
     }
 }
 
+pub(crate) fn module(
+    device: &wgpu::Device,
+    package: &Package,
+    id: &str,
+) -> Result<wgpu::ShaderModule, PipelineError> {
+    let text = package.text(id)?;
+    guarded(device, id, || {
+        device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(id),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        })
+    })
+}
+
 pub(crate) fn compile(
     device: &wgpu::Device,
     package: &Package,
     id: &str,
 ) -> Result<Compiled, PipelineError> {
-    let text = package.text(id)?;
     let bindings = sglow_shaders::bind_groups(id)
         .ok_or_else(|| PipelineError::NoBindings { id: id.to_owned() })?;
+    let module = module(device, package, id)?;
     guarded(device, id, || {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(id),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
         let groups: Vec<_> = bindings
             .iter()
             .map(|entries| {
@@ -104,21 +114,29 @@ impl ComputePass {
         label: &'static str,
         constants: &[(&str, f64)],
     ) -> Result<Self, PipelineError> {
-        let mut compiled = compile(device, package, id)?;
-        let pipeline = guarded(device, id, || {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        // What is not committed has no layouts in the bindings: the device then takes them from the module.
+        let (module, committed) = if sglow_shaders::bind_groups(id).is_some() {
+            let Compiled { module, groups, layout } = compile(device, package, id)?;
+            (module, groups.into_iter().next().map(|group| (group, layout)))
+        } else {
+            (module(device, package, id)?, None)
+        };
+        guarded(device, id, || {
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(id),
-                layout: Some(&compiled.layout),
-                module: &compiled.module,
+                layout: committed.as_ref().map(|(_, layout)| layout),
+                module: &module,
                 entry_point: None,
                 compilation_options: wgpu::PipelineCompilationOptions {
                     constants,
                     ..Default::default()
                 },
                 cache: None,
-            })
-        })?;
-        Ok(Self { pipeline, group: compiled.groups.swap_remove(0), label })
+            });
+            let group =
+                committed.map_or_else(|| pipeline.get_bind_group_layout(0), |(group, _)| group);
+            Self { pipeline, group, label }
+        })
     }
 
     /// Encodes dispatches that follow upon each other, timed as one pass.

@@ -12,12 +12,25 @@ use sglow_runtime::light::LightView;
 use sglow_runtime::package::Package;
 use sglow_runtime::scene::{Bounds, Light, LightKind};
 use sglow_runtime::settings::Settings;
+use sglow_shader_gen::library::Library;
 
 /// The device that all tests use.
 pub(crate) fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
     GPU.get_or_init(|| {
         Gpu::open(None).expect("a Vulkan driver: `cargo xtask test` makes sure that there is one")
+    })
+}
+
+/// Every legal variant, committed or not, generated in memory.
+pub(crate) fn whole_space() -> &'static Package {
+    static PACKAGE: OnceLock<Package> = OnceLock::new();
+    PACKAGE.get_or_init(|| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
+        let library = Library::load(folder.as_ref()).unwrap();
+        let variants = sglow_shader_gen::generate::variants(&library, &library.variants()).unwrap();
+        let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
+        Package::generated("every variant of the library", texts)
     })
 }
 
@@ -115,10 +128,10 @@ impl Comparison {
 /// The text of a variant with one thing broken on purpose.
 #[track_caller]
 pub(crate) fn broken(id: &str, from: &str, to: &str) -> Package {
-    let package = Package::embedded();
+    let package = whole_space();
     let text = package.text(id).unwrap().to_owned();
     assert!(text.contains(from), "{id} has no '{from}' to break");
-    package.with_text(id, text.replace(from, to))
+    package.clone().with_text(id, text.replace(from, to))
 }
 
 /// A light of a kind, above a scene of radius about two.

@@ -9,7 +9,7 @@ use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
 use sglow_shaders::{Filter, Kernel, Lobes, SglowKernel};
 
-use crate::common::{Comparison, KINDS, Run, broken, gpu, small};
+use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
 fn density(run: &Run) -> Pyramid<Bounded> {
     let texture = run.indirect.density();
@@ -130,7 +130,7 @@ fn settings(kernel: Kernel, lobes: Lobes) -> Settings {
 fn agree_with_the_oracle() {
     for kernel in [Kernel::Previous, Kernel::Modified] {
         for lobes in [Lobes::Diffuse, Lobes::Both] {
-            let run = Run::new(&settings(kernel, lobes), KINDS[0], &Package::embedded(), 3);
+            let run = Run::new(&settings(kernel, lobes), KINDS[0], whole_space(), 3);
             let comparisons = compare(&run);
             let what = format!("{kernel}, {lobes}");
             assert!(comparisons.uncertain * 10 < 200, "{} of 200", comparisons.uncertain);

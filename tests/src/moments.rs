@@ -9,7 +9,7 @@ use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
 use sglow_shaders::{Light, Lobes};
 
-use crate::common::{Comparison, KINDS, Run, broken, gpu, small};
+use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
 fn settings(kind: LightKind, lobes: Lobes) -> Settings {
     let light = match kind {
@@ -47,7 +47,7 @@ fn compare(run: &Run) -> Comparison {
 fn agree_with_the_oracle() {
     for kind in KINDS {
         for lobes in [Lobes::Diffuse, Lobes::Both] {
-            let run = Run::new(&settings(kind, lobes), kind, &Package::embedded(), 1);
+            let run = Run::new(&settings(kind, lobes), kind, whole_space(), 1);
             compare(&run).assert_holds(&format!("moments of {kind:?}, lobes {lobes}"));
         }
     }
