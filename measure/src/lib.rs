@@ -1,4 +1,16 @@
 //! Holds every function and the whole pipeline against the oracle, over every regime, and says what each costs.
+//!
+//! Error is three numbers. *Rounding*: the device's f32 against the oracle's f64, in ULP and as a share of what GPU
+//! languages allow. *Conditioning*: the shader's own text on the CPU in f32, under every [`arithmetic`] a driver may
+//! use, against the same f64. *Model*: the oracle against the truth.
 
 pub mod arithmetic;
+pub mod bound;
+pub mod curve;
+pub mod error;
+pub mod function;
+pub mod functions;
+pub mod hold;
+pub mod input;
 pub mod mirror;
+pub mod stability;

@@ -123,6 +123,13 @@ impl Mirror {
         self.steps.len()
     }
 
+    /// The floating-point literals that it reads, and what else is constant in it: near these it may branch.
+    #[must_use]
+    pub fn literals(&self) -> Vec<f32> {
+        let values = self.constants.iter().map(|(_, bits)| f32::from_bits(*bits));
+        values.filter(|value| value.is_normal()).collect()
+    }
+
     /// A register file for [`Self::run`], to be used again.
     #[must_use]
     pub fn registers(&self) -> Vec<u32> {

@@ -30,6 +30,7 @@ pub mod density;
 pub mod device;
 pub mod direct;
 pub mod frame;
+pub mod function;
 pub mod indirect;
 pub mod light;
 pub mod package;

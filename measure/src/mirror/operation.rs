@@ -109,13 +109,11 @@ pub(super) fn evaluate(
         Arithmetic::Written | Arithmetic::Contracted | Arithmetic::Reassociated(_) => {
             exact(operation, a, b, c)
         }
-        Arithmetic::Flushed => {
-            if is_float(operation) {
-                flushed(exact(operation, flushed(a), flushed(b), flushed(c)))
-            } else {
-                exact(operation, a, b, c)
-            }
-        }
+        Arithmetic::Flushed => match kind(operation) {
+            Kind::Arithmetic => flushed(exact(operation, flushed(a), flushed(b), flushed(c))),
+            Kind::Comparison => exact(operation, flushed(a), flushed(b), c),
+            Kind::Other => exact(operation, a, b, c),
+        },
         Arithmetic::Granted(seed) => {
             let bits = exact(operation, a, b, c);
             let (ulps, absolute) =
@@ -141,29 +139,36 @@ pub(super) fn evaluate(
     }
 }
 
-fn is_float(operation: Operation) -> bool {
+/// What becomes of subnormal numbers in an operation.
+enum Kind {
+    /// Operands and result may be flushed.
+    Arithmetic,
+    /// Operands may be flushed.
+    Comparison,
+    /// Bits are bits.
+    Other,
+}
+
+fn kind(operation: Operation) -> Kind {
     use Operation as O;
-    matches!(
-        operation,
+    match operation {
         O::Add
-            | O::Subtract
-            | O::Multiply
-            | O::Divide
-            | O::MultiplyAdd
-            | O::Minimum
-            | O::Maximum
-            | O::Exp
-            | O::Exp2
-            | O::Log
-            | O::Log2
-            | O::Pow
-            | O::Sqrt
-            | O::InverseSqrt
-            | O::Less
-            | O::LessEqual
-            | O::Equal
-            | O::NotEqual
-    )
+        | O::Subtract
+        | O::Multiply
+        | O::Divide
+        | O::MultiplyAdd
+        | O::Minimum
+        | O::Maximum
+        | O::Exp
+        | O::Exp2
+        | O::Log
+        | O::Log2
+        | O::Pow
+        | O::Sqrt
+        | O::InverseSqrt => Kind::Arithmetic,
+        O::Less | O::LessEqual | O::Equal | O::NotEqual => Kind::Comparison,
+        _ => Kind::Other,
+    }
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the rounding is what is wanted")]

@@ -1,0 +1,213 @@
+//! Every bound that the stability run holds, with its reason. Nothing else decides whether it passes.
+
+use serde::Serialize;
+
+use crate::function::Function;
+use crate::hold::Held;
+
+/// What of a function is held against a bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Results that are not finite, on the device and on the CPU under every arithmetic.
+    NotFinite,
+    /// Results below 0, likewise.
+    Negative,
+    /// Largest error on the device over what GPU languages allow.
+    RoundingShare,
+    /// Largest error on the CPU, under any arithmetic that a driver may use, over what GPU languages allow.
+    ArithmeticShare,
+    /// Largest error of the device against the truth, over the peak.
+    TotalOverPeak,
+    /// Largest error of the oracle against the truth, over the peak.
+    ModelOverPeak,
+    /// Largest error of the device against the oracle, over the peak.
+    RoundingOverPeak,
+    /// Neighbouring inputs whose results run the wrong way by more than both may be off.
+    NotMonotone,
+}
+
+impl Quantity {
+    /// Every quantity.
+    pub const ALL: [Self; 8] = [
+        Self::NotFinite,
+        Self::Negative,
+        Self::RoundingShare,
+        Self::ArithmeticShare,
+        Self::TotalOverPeak,
+        Self::ModelOverPeak,
+        Self::RoundingOverPeak,
+        Self::NotMonotone,
+    ];
+
+    /// What was measured of it; nothing where it was not measured.
+    #[must_use]
+    pub fn of(self, held: &Held) -> Option<f64> {
+        let on_cpu = held.conditioning.values();
+        let count = |on_device: usize, on_cpu: usize| Some((on_device + on_cpu) as f64);
+        match self {
+            Self::NotFinite => {
+                count(held.rounding.not_finite, on_cpu.map(|errors| errors.not_finite).sum())
+            }
+            Self::Negative => {
+                count(held.rounding.negative, on_cpu.map(|errors| errors.negative).sum())
+            }
+            Self::RoundingShare => Some(held.rounding.share.error),
+            Self::ArithmeticShare => {
+                Some(on_cpu.map(|errors| errors.share.error).fold(0.0, f64::max))
+            }
+            Self::TotalOverPeak => held.total.as_ref().map(|errors| errors.over_peak.error),
+            Self::ModelOverPeak => held.model.as_ref().map(|errors| errors.over_peak.error),
+            Self::RoundingOverPeak => Some(held.rounding.over_peak.error),
+            Self::NotMonotone => (held.neighbours > 0).then_some(held.not_monotone as f64),
+        }
+    }
+
+    /// What it counts or is relative to.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::NotFinite | Self::Negative => "results",
+            Self::RoundingShare | Self::ArithmeticShare => "of the grant",
+            Self::TotalOverPeak | Self::ModelOverPeak | Self::RoundingOverPeak => "of the peak",
+            Self::NotMonotone => "pairs",
+        }
+    }
+
+    /// What it is, for a person.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NotFinite => "not finite",
+            Self::Negative => "negative",
+            Self::RoundingShare => "rounding",
+            Self::ArithmeticShare => "any arithmetic",
+            Self::TotalOverPeak => "device against truth",
+            Self::ModelOverPeak => "model",
+            Self::RoundingOverPeak => "device against oracle",
+            Self::NotMonotone => "not monotone",
+        }
+    }
+}
+
+/// A promise about functions.
+#[derive(Clone, Copy, Debug)]
+pub struct Bound {
+    /// The functions it is about: all that are not literal if empty.
+    pub functions: &'static [&'static str],
+    /// The regimes it holds in: all if empty.
+    pub regimes: &'static [&'static str],
+    /// What is held.
+    pub quantity: Quantity,
+    /// The most that it may be.
+    pub at_most: f64,
+    /// Why this much and no more.
+    pub reason: &'static str,
+}
+
+/// Sharpness from 1e-3 to 1e6: the range of virtual lights from a whole wall to a mirror.
+const USUAL: &[&str] = &["soft", "medium", "sharp"];
+
+/// The bounds of functions.
+pub const FUNCTIONS: &[Bound] = &[
+    Bound {
+        functions: &[],
+        regimes: &[],
+        quantity: Quantity::NotFinite,
+        at_most: 0.0,
+        reason: "finite input in range gives finite output, whatever the driver makes of the arithmetic",
+    },
+    Bound {
+        functions: &[],
+        regimes: &[],
+        quantity: Quantity::Negative,
+        at_most: 0.0,
+        reason: "light is not negative; of functions that can be negative nothing is asked",
+    },
+    Bound {
+        functions: &[],
+        regimes: &[],
+        quantity: Quantity::RoundingShare,
+        at_most: 1.0,
+        reason: "a device that keeps to the language keeps within the derived tolerance",
+    },
+    Bound {
+        functions: &[],
+        regimes: &[],
+        quantity: Quantity::ArithmeticShare,
+        at_most: 1.0,
+        reason: "so does every order of operations, contraction, flushing and granted error: \
+                 the function does not depend on them",
+    },
+    Bound {
+        functions: &[],
+        regimes: &[],
+        quantity: Quantity::NotMonotone,
+        at_most: 0.0,
+        reason: "no step the wrong way beyond what both results may be off",
+    },
+    Bound {
+        functions: &["sg_product"],
+        regimes: USUAL,
+        quantity: Quantity::RoundingOverPeak,
+        at_most: 1e-5,
+        reason: "the exponent of a product above e^-20 is right to 1e-5, so that its amplitude is to 2e-4",
+    },
+];
+
+/// A bound that was held against what was measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verdict {
+    /// The function.
+    pub function: &'static str,
+    /// The regime in which the quantity was largest.
+    pub regime: &'static str,
+    /// What was held.
+    pub quantity: Quantity,
+    /// What was measured.
+    pub value: f64,
+    /// The bound.
+    pub at_most: f64,
+    /// Whether it holds.
+    pub holds: bool,
+    /// Why this much and no more.
+    pub reason: &'static str,
+}
+
+/// Holds every bound that is about a function.
+///
+/// A bound whose quantity was not measured in any of its regimes fails: an empty comparison is no comparison. Only that
+/// a function is monotone, or never negative, is asked of none that does not say so.
+#[must_use]
+pub fn judge(function: &Function, held: &[Held]) -> Vec<Verdict> {
+    FUNCTIONS.iter().filter_map(|bound| verdict(bound, function, held)).collect()
+}
+
+fn verdict(bound: &Bound, function: &Function, held: &[Held]) -> Option<Verdict> {
+    let general = bound.functions.is_empty();
+    let about = if general { !function.literal } else { bound.functions.contains(&function.name) };
+    let asked = match bound.quantity {
+        Quantity::Negative => function.never_negative,
+        Quantity::NotMonotone => function.monotone.is_some(),
+        _ => true,
+    };
+    if !about || !asked {
+        return None;
+    }
+    let measured = held
+        .iter()
+        .filter(|held| bound.regimes.is_empty() || bound.regimes.contains(&held.regime))
+        .filter_map(|held| Some((held.regime, bound.quantity.of(held)?)));
+    let (regime, value) = measured
+        .reduce(|worst, one| if one.1 > worst.1 || one.1.is_nan() { one } else { worst })
+        .unwrap_or(("none", f64::NAN));
+    Some(Verdict {
+        function: function.name,
+        regime,
+        quantity: bound.quantity,
+        value,
+        at_most: bound.at_most,
+        holds: value <= bound.at_most,
+        reason: bound.reason,
+    })
+}

@@ -1,0 +1,42 @@
+//! The table of functions: what each takes, its oracle and its truth. One file per folder of `shaders/src`.
+
+mod sg;
+
+use crate::function::Function;
+
+/// An entry whose oracle is generic: the same formula with and without its tolerance.
+macro_rules! function {
+    ($name:ident($($kind:ident @ $at:literal),*) -> [$($result:literal),+], $($rest:tt)*) => {
+        crate::function::Function {
+            results: &[$($result),+],
+            arguments: &[$(crate::input::argument(crate::input::Kind::$kind, $at)),*],
+            oracle: $name::<f64>,
+            bounded: $name::<sglow_oracle::Bounded>,
+            $($rest)*
+            ..crate::functions::plain(stringify!($name))
+        }
+    };
+}
+pub(crate) use function;
+
+/// What most functions are: never negative, at most 1, without a truth of their own.
+pub(crate) const fn plain(name: &'static str) -> Function {
+    Function {
+        name,
+        results: &[],
+        arguments: &[],
+        oracle: |_| [0.0; 4],
+        bounded: |_| [sglow_oracle::Bounded { value: 0.0, error: 0.0 }; 4],
+        truth: None,
+        peak: crate::function::unit,
+        never_negative: true,
+        monotone: None,
+        literal: false,
+    }
+}
+
+/// Every function of the library.
+#[must_use]
+pub fn all() -> Vec<Function> {
+    [sg::FUNCTIONS].concat()
+}

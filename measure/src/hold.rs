@@ -1,0 +1,361 @@
+//! Holds functions against their oracles and truths: on the device, on the CPU under every arithmetic, in f64.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use sglow_oracle::Bounded;
+use sglow_runtime::device::{DeviceError, Gpu};
+use sglow_runtime::function::{Arguments, Function as Pipeline};
+use sglow_runtime::package::Package;
+use sglow_runtime::pipeline::PipelineError;
+use sglow_shader_gen::validate::Validated;
+use thiserror::Error;
+
+use crate::arithmetic::Arithmetic;
+use crate::error::{Errors, Pair, against};
+use crate::function::{Function, Results};
+use crate::input::{Inputs, REGIMES, Regime};
+use crate::mirror::{Mirror, MirrorError};
+
+/// Why a function cannot be held against anything.
+#[derive(Debug, Error)]
+pub enum HoldError {
+    /// The library has no variant for it.
+    #[error("the library has no variant '{id}': add the value to the axis `function`")]
+    NoVariant {
+        /// The variant.
+        id: String,
+    },
+    /// Its text is not mirrored.
+    #[error(transparent)]
+    Mirror(#[from] MirrorError),
+    /// Its variant does not become a pipeline.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// The device fails.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+}
+
+/// How many inputs each function gets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Extent {
+    /// Inputs per regime on the device and on the CPU.
+    pub inputs: usize,
+    /// Of these, inputs per regime that are held against the truth.
+    pub truths: usize,
+    /// Inputs per regime that are followed by their neighbours to see whether the function is monotone.
+    pub neighbours: usize,
+    /// The least number of inputs of functions whose bound is a number of the project's: cosine forms and so on get as
+    /// many times `inputs`.
+    pub emphasis: usize,
+}
+
+impl Extent {
+    /// What `cargo xtask stability` does unless it is told otherwise.
+    pub const FULL: Self = Self { inputs: 24_576, truths: 1_536, neighbours: 512, emphasis: 4 };
+    /// What the tests do.
+    pub const QUICK: Self = Self { inputs: 2_048, truths: 96, neighbours: 64, emphasis: 1 };
+}
+
+/// Everything that was found of one function in one regime.
+#[derive(Clone, Debug, Serialize)]
+pub struct Held {
+    /// The regime.
+    pub regime: &'static str,
+    /// Device against oracle.
+    pub rounding: Errors,
+    /// The shader's text on the CPU against the oracle, per arithmetic.
+    pub conditioning: BTreeMap<&'static str, Errors>,
+    /// Oracle against truth.
+    pub model: Option<Errors>,
+    /// Device against truth.
+    pub total: Option<Errors>,
+    /// Pairs of neighbouring inputs.
+    pub neighbours: usize,
+    /// Pairs whose results run the wrong way by more than both may be off.
+    pub not_monotone: usize,
+    /// The largest step the wrong way over the peak, whether allowed or not.
+    pub wrong_step_over_peak: f64,
+}
+
+/// The text of a function's variant, and how to run it.
+pub struct Subject<'a> {
+    /// The function.
+    pub function: &'a Function,
+    /// Its variant as the generator makes it.
+    pub variant: &'a Validated,
+}
+
+impl<'a> Subject<'a> {
+    /// The variant of a function among all that were generated.
+    ///
+    /// # Errors
+    ///
+    /// When there is none.
+    pub fn find(function: &'a Function, variants: &'a [Validated]) -> Result<Self, HoldError> {
+        let id = function.id();
+        let variant = variants.iter().find(|one| one.variant.id() == id);
+        variant.map(|variant| Self { function, variant }).ok_or(HoldError::NoVariant { id })
+    }
+
+    /// The function on the CPU.
+    ///
+    /// # Errors
+    ///
+    /// When it does what is not mirrored.
+    pub fn mirror(&self, arithmetic: Arithmetic) -> Result<Mirror, MirrorError> {
+        let Validated { module, info, .. } = self.variant;
+        Mirror::new(module, info, "sglow_function", arithmetic)
+    }
+
+    /// Inputs of a regime; the same for the same seed.
+    ///
+    /// # Errors
+    ///
+    /// When the function is not mirrored, for its literals are those of its mirror.
+    pub fn inputs(
+        &self,
+        regime: &Regime,
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<Arguments>, MirrorError> {
+        let literals = self.mirror(Arithmetic::Written)?.literals();
+        let mut inputs = Inputs::new(self.function.arguments, literals, seed);
+        Ok((0..count).map(|_| inputs.draw(regime)).collect())
+    }
+}
+
+/// Runs a mirror on many inputs, on all cores.
+#[must_use]
+pub fn mirrored(mirror: &Mirror, inputs: &[Arguments]) -> Vec<[f32; 4]> {
+    inputs
+        .par_chunks(1024)
+        .flat_map_iter(|chunk| {
+            let mut registers = mirror.registers();
+            chunk
+                .iter()
+                .map(|arguments| {
+                    let mut output = [0; 4];
+                    mirror.run(&mut registers, &arguments.map(f32::to_bits), &mut output);
+                    output.map(f32::from_bits)
+                })
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// The numbers of an oracle, on all cores.
+fn of_all<T: Send>(
+    inputs: &[Arguments],
+    function: impl Fn(&Arguments) -> T + Sync + Send,
+) -> Vec<T> {
+    inputs.par_iter().with_min_len(64).map(function).collect()
+}
+
+/// Compares what was measured with what is expected, on all cores.
+fn compare(
+    function: &Function,
+    inputs: &[Arguments],
+    measured: &[[f32; 4]],
+    expected: &[Results<Bounded>],
+    peaks: &[Results<f64>],
+) -> Errors {
+    let components = function.components();
+    collect(inputs.len(), |index, errors| {
+        for result in 0..function.results.len() {
+            let pair =
+                against(measured[index][result], expected[index][result], peaks[index][result]);
+            errors.add(pair, &inputs[index], &components);
+        }
+    })
+}
+
+fn collect(count: usize, add: impl Fn(usize, &mut Errors) + Sync) -> Errors {
+    (0..count)
+        .into_par_iter()
+        .with_min_len(512)
+        .fold(Errors::default, |mut errors, index| {
+            add(index, &mut errors);
+            errors
+        })
+        .reduce(Errors::default, Errors::merge)
+        .merge(Errors::default())
+}
+
+/// What the oracle says of inputs.
+pub struct Expected {
+    bounded: Vec<Results<Bounded>>,
+    peaks: Vec<Results<f64>>,
+}
+
+impl Expected {
+    /// Of a function at its inputs.
+    #[must_use]
+    pub fn of(function: &Function, inputs: &[Arguments]) -> Self {
+        Self {
+            bounded: of_all(inputs, |input| (function.bounded)(Function::buffered(input))),
+            peaks: of_all(inputs, |input| (function.peak)(Function::exact(input))),
+        }
+    }
+
+    /// The errors of what was measured at the same inputs.
+    #[must_use]
+    pub fn errors(
+        &self,
+        function: &Function,
+        inputs: &[Arguments],
+        measured: &[[f32; 4]],
+    ) -> Errors {
+        compare(function, inputs, measured, &self.bounded, &self.peaks)
+    }
+}
+
+/// Holds a function against its oracle and its truth in every regime.
+///
+/// # Errors
+///
+/// When the function cannot be run or mirrored.
+pub fn hold(
+    gpu: &Gpu,
+    package: &Package,
+    subject: &Subject<'_>,
+    extent: &Extent,
+) -> Result<Vec<Held>, HoldError> {
+    let pipeline = Pipeline::new(gpu, package, &subject.function.id(), 1)?;
+    let mirrors = Arithmetic::ALL
+        .into_iter()
+        .map(|arithmetic| Ok((arithmetic, subject.mirror(arithmetic)?)))
+        .collect::<Result<Vec<_>, MirrorError>>()?;
+    REGIMES.iter().map(|regime| in_regime(&pipeline, &mirrors, subject, regime, extent)).collect()
+}
+
+fn in_regime(
+    pipeline: &Pipeline<'_>,
+    mirrors: &[(Arithmetic, Mirror)],
+    subject: &Subject<'_>,
+    regime: &Regime,
+    extent: &Extent,
+) -> Result<Held, HoldError> {
+    let function = subject.function;
+    let seed = regime.name.bytes().fold(17, |seed, byte| seed * 31 + u64::from(byte));
+    let inputs = subject.inputs(regime, extent.inputs, seed)?;
+    let expected = Expected::of(function, &inputs);
+    let measured = pipeline.evaluate(&inputs)?;
+    let rounding = expected.errors(function, &inputs, &measured);
+    let mut conditioning: BTreeMap<&'static str, Errors> = BTreeMap::new();
+    for (arithmetic, mirror) in mirrors {
+        let errors = expected.errors(function, &inputs, &mirrored(mirror, &inputs));
+        let entry = conditioning.entry(arithmetic.name()).or_default();
+        *entry = std::mem::take(entry).merge(errors);
+    }
+    let (mut model, mut total) = (None, None);
+    if let Some(truth) = function.truth {
+        let count = extent.truths.min(inputs.len());
+        let truths = of_all(&inputs[..count], |input| truth(Function::exact(input)));
+        let components = function.components();
+        let errors = |values: &(dyn Fn(usize) -> Results<f64> + Sync)| {
+            collect(count, |index, errors| {
+                let numbers = values(index).into_iter().zip(truths[index]);
+                for ((measured, expected), peak) in
+                    numbers.zip(expected.peaks[index]).take(function.results.len())
+                {
+                    let pair = Pair { measured, expected, tolerance: f64::INFINITY, peak };
+                    errors.add(pair, &inputs[index], &components);
+                }
+            })
+        };
+        model = Some(errors(&|index| expected.bounded[index].map(|result| result.value)));
+        total = Some(errors(&|index| measured[index].map(f64::from)));
+    }
+    let mut held = Held {
+        regime: regime.name,
+        rounding,
+        conditioning,
+        model,
+        total,
+        neighbours: 0,
+        not_monotone: 0,
+        wrong_step_over_peak: 0.0,
+    };
+    monotone(pipeline, function, &inputs, extent, &mut held)?;
+    Ok(held)
+}
+
+/// Follows a function along one component, from each input to its neighbours and beyond.
+fn monotone(
+    pipeline: &Pipeline<'_>,
+    function: &Function,
+    inputs: &[Arguments],
+    extent: &Extent,
+    held: &mut Held,
+) -> Result<(), HoldError> {
+    let Some(monotone) = function.monotone else {
+        return Ok(());
+    };
+    /// Steps up from each input: neighbours first, then farther and farther.
+    const CHAIN: usize = 12;
+    let mut chain = Vec::with_capacity(extent.neighbours * CHAIN);
+    for input in &inputs[..extent.neighbours.min(inputs.len())] {
+        let mut next = *input;
+        for step in 0..CHAIN {
+            chain.push(next);
+            let value = &mut next[monotone.component];
+            for _ in 0..(1_u32 << step) {
+                *value = value.next_up();
+            }
+            let most = if function.is_bounded_by_one(monotone.component) { 1.0 } else { f32::MAX };
+            *value = value.min(most);
+        }
+    }
+    let expected = Expected::of(function, &chain);
+    let measured = pipeline.evaluate(&chain)?;
+    let sign = if monotone.grows { 1.0 } else { -1.0 };
+    for pair in 0..chain.len() - 1 {
+        if pair % CHAIN == CHAIN - 1 {
+            continue;
+        }
+        held.neighbours += 1;
+        let [low, high] = [pair, pair + 1].map(|index| f64::from(measured[index][0]));
+        let wrong = sign * (low - high);
+        if wrong.is_nan() {
+            held.not_monotone += 1;
+            continue;
+        }
+        held.wrong_step_over_peak =
+            held.wrong_step_over_peak.max(wrong / expected.peaks[pair][0].max(f64::MIN_POSITIVE));
+        let allowed: f64 =
+            [pair, pair + 1].iter().map(|index| expected.bounded[*index][0].error).sum();
+        if wrong > allowed {
+            held.not_monotone += 1;
+        }
+    }
+    Ok(())
+}
+
+/// How long one evaluation takes, in nanoseconds, all cores at work: least, median and most of several runs.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Time {
+    /// The least.
+    pub minimum: f64,
+    /// The median.
+    pub median: f64,
+    /// The most.
+    pub maximum: f64,
+}
+
+impl Time {
+    /// Of several runs.
+    #[must_use]
+    pub fn of(mut times: Vec<Duration>) -> Self {
+        times.sort();
+        let nanoseconds = |at: usize| times.get(at).map_or(0.0, |time| time.as_secs_f64() * 1e9);
+        Self {
+            minimum: nanoseconds(0),
+            median: nanoseconds(times.len() / 2),
+            maximum: nanoseconds(times.len().saturating_sub(1)),
+        }
+    }
+}

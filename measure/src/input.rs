@@ -1,0 +1,278 @@
+//! Arguments of functions: random ones over every regime, and those that are meant to break something.
+
+use sglow_oracle::fis::stress::Random;
+use sglow_runtime::function::Arguments;
+
+/// What an argument is, and with it how it is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A sharpness, at least 0, of the regime's magnitude.
+    Sharpness,
+    /// A sharpness of any magnitude, so that ratios reach 1e+-12 and beyond.
+    OtherSharpness,
+    /// Three components: a unit vector.
+    Axis,
+    /// Three components: a unit vector, often close to the first axis, or opposite, or across.
+    OtherAxis,
+    /// The cosine of an angle, -1 to 1, often at the horizon or at a pole.
+    Cosine,
+    /// The cosine of an angle above the horizon, from 1e-3 to 1.
+    UpperCosine,
+    /// Roughness alpha, 1e-4 to 1.
+    Alpha,
+    /// Any number of the regime's magnitude, of either sign.
+    Number,
+    /// Two components: a mean length from 0 to 1 and its complement to 1, both rounded from the same number.
+    MeanLength,
+}
+
+impl Kind {
+    /// How many components it has.
+    #[must_use]
+    pub const fn width(self) -> usize {
+        match self {
+            Self::Axis | Self::OtherAxis => 3,
+            Self::MeanLength => 2,
+            _ => 1,
+        }
+    }
+}
+
+/// An argument and the component that it starts at, of the twelve that a function is handed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Argument {
+    /// What it is.
+    pub kind: Kind,
+    /// Its first component.
+    pub at: usize,
+}
+
+/// Shorthand for a table of functions.
+#[must_use]
+pub const fn argument(kind: Kind, at: usize) -> Argument {
+    Argument { kind, at }
+}
+
+/// A part of the range of arguments that has a name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Regime {
+    /// Its name.
+    pub name: &'static str,
+    /// The least magnitude.
+    pub low: f64,
+    /// The greatest magnitude.
+    pub high: f64,
+}
+
+/// Every regime; together they cover each f32 that is at least 0.
+pub const REGIMES: [Regime; 7] = [
+    Regime { name: "subnormal", low: 1e-45, high: f32::MIN_POSITIVE as f64 },
+    Regime { name: "tiny", low: f32::MIN_POSITIVE as f64, high: 1e-3 },
+    Regime { name: "soft", low: 1e-3, high: 1.0 },
+    Regime { name: "medium", low: 1.0, high: 1e3 },
+    Regime { name: "sharp", low: 1e3, high: 1e6 },
+    Regime { name: "extreme", low: 1e6, high: f32::MAX as f64 },
+    // Drawn from what breaks things, see `special`.
+    Regime { name: "adversarial", low: 0.0, high: 0.0 },
+];
+
+impl Regime {
+    /// Whether the arguments are drawn from what breaks things.
+    #[must_use]
+    pub fn is_adversarial(&self) -> bool {
+        self.high == 0.0
+    }
+}
+
+/// Magnitudes that the design names, and those at which common shortcuts give out.
+const MAGNITUDES: [f32; 28] = [
+    0.0,
+    1e-45,
+    1e-38,
+    f32::MIN_POSITIVE,
+    1e-30,
+    1e-20,
+    5.960_464_5e-8,
+    1e-4,
+    3.452_669_8e-4,
+    0.01,
+    0.25,
+    0.5,
+    1.0,
+    2.0,
+    4.0,
+    8.0,
+    10.0,
+    16.0,
+    88.0,
+    88.722_84,
+    103.972_08,
+    1e2,
+    1e5,
+    1e9,
+    2.199_023_3e12,
+    1e19,
+    1.8e19,
+    f32::MAX,
+];
+
+/// Draws the arguments of one function.
+#[derive(Debug)]
+pub struct Inputs<'a> {
+    arguments: &'a [Argument],
+    /// Literals of the function's own text: where it branches, among others.
+    literals: Vec<f32>,
+    random: Random,
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "inputs are f32")]
+fn rounded(value: f64) -> f32 {
+    value.clamp(-f64::from(f32::MAX), f64::from(f32::MAX)) as f32
+}
+
+impl<'a> Inputs<'a> {
+    /// Inputs for a function with these arguments, whose text has these literals.
+    #[must_use]
+    pub fn new(arguments: &'a [Argument], literals: Vec<f32>, seed: u64) -> Self {
+        Self { arguments, literals, random: Random::new(seed) }
+    }
+
+    /// The next arguments of a regime.
+    pub fn draw(&mut self, regime: &Regime) -> Arguments {
+        let mut drawn = [0.0; 12];
+        let mut axis = [0.0, 0.0, 1.0];
+        for argument in self.arguments {
+            // By convention of the table the sharpness that other arguments are drawn around stands here.
+            let sharpness = drawn[3];
+            let place = &mut drawn[argument.at..argument.at + argument.kind.width()];
+            match argument.kind {
+                Kind::Sharpness => place[0] = self.magnitude(regime).abs(),
+                Kind::OtherSharpness => place[0] = self.other_magnitude(regime),
+                Kind::Number => {
+                    let sign = if self.random.uniform() < 0.5 { -1.0 } else { 1.0 };
+                    place[0] = sign * self.magnitude(regime);
+                }
+                Kind::Axis => {
+                    axis = self.axis();
+                    place.copy_from_slice(&axis);
+                }
+                Kind::OtherAxis => {
+                    let spread = 1.0 / (1.0 + f64::from(sharpness).max(0.0)).sqrt();
+                    place.copy_from_slice(&self.other_axis(axis, spread));
+                }
+                Kind::Cosine => place[0] = self.cosine(sharpness),
+                Kind::UpperCosine => place[0] = self.cosine(sharpness).abs().max(1e-3),
+                Kind::Alpha => place[0] = self.alpha(),
+                Kind::MeanLength => place.copy_from_slice(&self.mean_length(regime)),
+            }
+        }
+        drawn
+    }
+
+    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[(self.random.uniform() * from.len() as f64) as usize % from.len()]
+    }
+
+    /// Log-uniform in the regime; adversarial: something special, or up to three ULP from it.
+    fn magnitude(&mut self, regime: &Regime) -> f32 {
+        if regime.is_adversarial() {
+            return self.special();
+        }
+        let (low, high) = (regime.low.ln(), regime.high.ln());
+        rounded((low + (high - low) * self.random.uniform()).exp())
+    }
+
+    fn special(&mut self) -> f32 {
+        let literal = !self.literals.is_empty() && self.random.uniform() < 0.5;
+        let mut value = if literal {
+            let literals = std::mem::take(&mut self.literals);
+            let value = self.pick(&literals).abs();
+            self.literals = literals;
+            // A literal may be what a multiple of the argument is compared with.
+            value * self.pick(&[1.0, 0.5, 2.0])
+        } else {
+            self.pick(&MAGNITUDES)
+        };
+        for _ in 0..self.random.bits() % 4 {
+            value = if self.random.uniform() < 0.5 { value.next_up() } else { value.next_down() };
+        }
+        if value.is_finite() { value.abs() } else { f32::MAX }
+    }
+
+    fn other_magnitude(&mut self, regime: &Regime) -> f32 {
+        let other = if regime.is_adversarial() || self.random.uniform() < 0.1 {
+            REGIMES[REGIMES.len() - 1]
+        } else if self.random.uniform() < 0.5 {
+            *regime
+        } else {
+            self.pick(&REGIMES[..REGIMES.len() - 1])
+        };
+        self.magnitude(&other)
+    }
+
+    /// Uniform on the sphere, or one of its poles.
+    fn axis(&mut self) -> [f32; 3] {
+        if self.random.uniform() < 0.02 {
+            let mut axis = [0.0; 3];
+            axis[self.random.bits() as usize % 3] = self.pick(&[-1.0, 1.0]);
+            return axis;
+        }
+        let z = 2.0 * self.random.uniform() - 1.0;
+        let (sine, cosine) = (2.0 * core::f64::consts::PI * self.random.uniform()).sin_cos();
+        let radius = (1.0 - z * z).max(0.0).sqrt();
+        [rounded(radius * cosine), rounded(radius * sine), rounded(z)]
+    }
+
+    /// Equal, opposite, across, one ULP apart, at a distance drawn around `spread`, or anywhere.
+    fn other_axis(&mut self, [x, y, z]: [f32; 3], spread: f64) -> [f32; 3] {
+        match self.random.bits() % 16 {
+            0 => [x, y, z],
+            1 => [-x, -y, -z],
+            2 => {
+                let [x, y] = [x, y].map(f64::from);
+                normalized([-y, x, 0.0], [1.0, 0.0, 0.0])
+            }
+            3 => [x.next_up(), y, z],
+            4 => [-x, -y.next_down(), -z],
+            5..=11 => {
+                let distance = spread * (4.0 * self.random.uniform());
+                let near: [f64; 3] =
+                    [x, y, z].map(|part| f64::from(part) + distance * self.random.normal());
+                normalized(near, [x, y, z])
+            }
+            _ => self.axis(),
+        }
+    }
+
+    fn cosine(&mut self, sharpness: f32) -> f32 {
+        let width = 1.0 / (1.0 + f64::from(sharpness).max(0.0)).sqrt();
+        match self.random.bits() % 16 {
+            0 => self.pick(&[-1.0, 1.0, 0.0, -0.0]),
+            1 => self.pick(&[1e-45, -1e-45, 1e-38, -1e-38, 1e-8, -1e-8]),
+            2 => 1.0_f32.next_down() * self.pick(&[-1.0, 1.0]),
+            3..=8 => rounded((8.0 * width * (2.0 * self.random.uniform() - 1.0)).clamp(-1.0, 1.0)),
+            // Uniform in angle, as surfaces are.
+            _ => rounded((core::f64::consts::PI * self.random.uniform()).cos()),
+        }
+    }
+
+    fn alpha(&mut self) -> f32 {
+        match self.random.bits() % 16 {
+            0 => self.pick(&[1e-4, 0.01, 1.0, 1.0_f32.next_down(), 0.5]),
+            1..=5 => rounded((1e-4_f64.ln() * self.random.uniform()).exp()),
+            _ => rounded(0.01 + 0.99 * self.random.uniform()),
+        }
+    }
+
+    /// That of a lobe of the regime's sharpness, or something special.
+    fn mean_length(&mut self, regime: &Regime) -> [f32; 2] {
+        // Toksvig's: any lobe will do, and both numbers keep all their digits.
+        let sharpness = f64::from(self.magnitude(regime));
+        [rounded(sharpness / (sharpness + 1.0)), rounded(1.0 / (sharpness + 1.0))]
+    }
+}
+
+fn normalized(vector: [f64; 3], fallback: [f32; 3]) -> [f32; 3] {
+    let length = vector.iter().map(|part| part * part).sum::<f64>().sqrt();
+    if length > 0.0 { vector.map(|part| rounded(part / length)) } else { fallback }
+}

@@ -1,0 +1,165 @@
+//! The stability run: every function and the whole pipeline, over every regime, against the bounds.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use sglow_runtime::device::Gpu;
+use sglow_runtime::function::{Arguments, Function as Pipeline};
+use sglow_runtime::package::Package;
+use sglow_shader_gen::validate::Validated;
+
+use crate::arithmetic::Arithmetic;
+use crate::bound::{Verdict, judge};
+use crate::curve::{Point, follow};
+use crate::function::Function;
+use crate::hold::{Extent, Held, HoldError, Subject, Time, hold};
+use crate::input::REGIMES;
+
+/// What was found of one function.
+#[derive(Clone, Debug, Serialize)]
+pub struct FunctionReport {
+    /// As on the axis `function`; the shader's function is `sglow_` and this.
+    pub name: &'static str,
+    /// Whether it is the paper's literal form, which is held to nothing.
+    pub literal: bool,
+    /// What its results are called.
+    pub results: &'static [&'static str],
+    /// Per regime.
+    pub held: Vec<Held>,
+    /// Every bound that is about it.
+    pub verdicts: Vec<Verdict>,
+    /// Nanoseconds of one evaluation on the device, all cores at work, reading of arguments included.
+    pub time: Time,
+    /// The median less that of reading alone, over the same of `sg_cosine_constant`.
+    pub relative_time: f64,
+    /// Operations of its text on scalars, all branches counted, built-in functions as one.
+    pub operations: usize,
+    /// Error along sharpness, for functions of a cosine and a sharpness.
+    pub curve: Option<Vec<Point>>,
+}
+
+impl FunctionReport {
+    /// Inputs on the device.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        let results = self.results.len().max(1);
+        self.held.iter().map(|held| held.rounding.compared / results + held.neighbours).sum()
+    }
+}
+
+/// What all times are relative to.
+pub const RELATIVE_TO: &str = "sg_cosine_constant";
+
+/// Evaluations of each invocation of a timed dispatch.
+const REPETITIONS: u32 = 256;
+/// Timed dispatches of each function.
+const RUNS: usize = 7;
+/// Inputs of a timed dispatch: few enough to stay in a cache.
+const TIMED_INPUTS: usize = 1024;
+
+/// Holds every function to its bounds and times it. `progress` is told the name of each before it is measured.
+///
+/// # Errors
+///
+/// When a function has no variant, or cannot be run or mirrored.
+pub fn functions(
+    gpu: &Gpu,
+    package: &Package,
+    variants: &[Validated],
+    functions: &[Function],
+    extent: &Extent,
+    mut progress: impl FnMut(&str),
+) -> Result<Vec<FunctionReport>, HoldError> {
+    let mut reports = Vec::with_capacity(functions.len());
+    for function in functions {
+        progress(function.name);
+        let subject = Subject::find(function, variants)?;
+        let held = hold(gpu, package, &subject, extent)?;
+        let curve = if function.is_of_cosine_and_sharpness() {
+            follow(gpu, package, function)?
+        } else {
+            None
+        };
+        reports.push(FunctionReport {
+            name: function.name,
+            literal: function.literal,
+            results: function.results,
+            verdicts: judge(function, &held),
+            held,
+            time: Time::default(),
+            relative_time: f64::NAN,
+            operations: subject.mirror(Arithmetic::Written)?.step_count(),
+            curve,
+        });
+    }
+    progress("times");
+    time(gpu, package, variants, functions, &mut reports)?;
+    Ok(reports)
+}
+
+/// Times every function in one go, reading alone among them, so that ratios are of one run.
+fn time(
+    gpu: &Gpu,
+    package: &Package,
+    variants: &[Validated],
+    functions: &[Function],
+    reports: &mut [FunctionReport],
+) -> Result<(), HoldError> {
+    let mut times = BTreeMap::new();
+    let nothing = Pipeline::new(gpu, package, "function-none", REPETITIONS)?;
+    let zeros = vec![[0.0; 12]; TIMED_INPUTS];
+    let reading = Time::of(nothing.time(&zeros, RUNS)?);
+    for function in functions {
+        let subject = Subject::find(function, variants)?;
+        // What virtual lights have: from soft to sharp.
+        let mut inputs: Vec<Arguments> = Vec::with_capacity(TIMED_INPUTS);
+        for regime in REGIMES.iter().filter(|one| ["soft", "medium", "sharp"].contains(&one.name)) {
+            inputs.extend(subject.inputs(regime, TIMED_INPUTS.div_ceil(3), 3)?);
+        }
+        inputs.truncate(TIMED_INPUTS);
+        let pipeline = Pipeline::new(gpu, package, &function.id(), REPETITIONS)?;
+        times.insert(function.name, Time::of(pipeline.time(&inputs, RUNS)?));
+    }
+    let net = |time: &Time| (time.median - reading.median).max(0.0);
+    let unit = times.get(RELATIVE_TO).map_or(f64::NAN, net);
+    for report in reports {
+        report.time = times.get(report.name).copied().unwrap_or_default();
+        report.relative_time = net(&report.time) / unit;
+    }
+    Ok(())
+}
+
+/// What became of the whole pipeline in one extreme case.
+#[derive(Clone, Debug, Serialize)]
+pub struct ExtremeReport {
+    /// Its name.
+    pub name: &'static str,
+    /// What is extreme, in a sentence.
+    pub description: &'static str,
+    /// How far the mean of the picture may be from what is expected, as a share of it; nothing where only finiteness
+    /// is asked.
+    pub bound: Option<f64>,
+    /// Why so far and no farther.
+    pub reason: &'static str,
+    /// Each variant.
+    pub variants: Vec<ExtremeVariant>,
+}
+
+/// One variant in one extreme case.
+#[derive(Clone, Debug, Serialize)]
+pub struct ExtremeVariant {
+    /// What differs from the default settings, as `axis=value`; `default` for these.
+    pub variant: String,
+    /// Numbers of the lights and of the picture that are not finite.
+    pub not_finite: usize,
+    /// Numbers below 0 that cannot be.
+    pub negative: usize,
+    /// Mean of the picture's indirect light, or of what stands for it.
+    pub mean: f64,
+    /// What the mean should be.
+    pub expected: Option<f64>,
+    /// `mean / expected - 1`.
+    pub deviation: Option<f64>,
+    /// Whether all of it is within the bound.
+    pub holds: bool,
+}

@@ -1,0 +1,163 @@
+//! One function of the library over a buffer of arguments: what measures the functions that the passes are made of.
+
+use std::time::{Duration, Instant};
+
+use crate::device::{DeviceError, Gpu};
+use crate::package::Package;
+use crate::pipeline::{PipelineError, guarded, module};
+use crate::readback;
+use thiserror::Error;
+
+/// Why a function cannot be run.
+#[derive(Debug, Error)]
+pub enum FunctionError {
+    /// Its variant does not become a pipeline.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// The device fails.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+}
+
+/// Three vectors of four numbers; which means what stands at the function's call in `shaders/src/function`.
+pub type Arguments = [f32; 12];
+
+/// Invocations of a workgroup of both entry points.
+const WORKGROUP: u32 = 64;
+/// Invocations of one timed dispatch.
+const TIMED_INVOCATIONS: u32 = 4096;
+/// The most elements that one dispatch evaluates: workgroups in one dimension are limited.
+const CHUNK: usize = 1 << 20;
+
+/// A function of the library as a pipeline.
+pub struct Function<'a> {
+    gpu: &'a Gpu,
+    evaluate: wgpu::ComputePipeline,
+    time: wgpu::ComputePipeline,
+    repetitions: u32,
+}
+
+impl<'a> Function<'a> {
+    /// The variant `id` of the pass `function`. A timed dispatch evaluates it `repetitions` times per invocation.
+    ///
+    /// # Errors
+    ///
+    /// When the package lacks the variant or the device refuses it.
+    pub fn new(
+        gpu: &'a Gpu,
+        package: &Package,
+        id: &str,
+        repetitions: u32,
+    ) -> Result<Self, PipelineError> {
+        let module = module(&gpu.device, package, id)?;
+        let pipeline = |entry_point, constants| {
+            guarded(&gpu.device, id, || {
+                gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(id),
+                    layout: None,
+                    module: &module,
+                    entry_point: Some(entry_point),
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants,
+                        ..Default::default()
+                    },
+                    cache: None,
+                })
+            })
+        };
+        Ok(Self {
+            gpu,
+            evaluate: pipeline("sglow_evaluate_function", &[])?,
+            time: pipeline(
+                "sglow_time_function",
+                &[("sglow_repetitions", f64::from(repetitions))],
+            )?,
+            repetitions,
+        })
+    }
+
+    /// The function at each of the arguments, which reach it through a buffer: nothing can be folded.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
+    pub fn evaluate(&self, arguments: &[Arguments]) -> Result<Vec<[f32; 4]>, DeviceError> {
+        let mut results = Vec::with_capacity(arguments.len());
+        for chunk in arguments.chunks(CHUNK) {
+            let (inputs, outputs) = self.buffers(chunk, chunk.len());
+            let group = self.group(&self.evaluate, &inputs, &outputs);
+            let groups = (chunk.len() as u32).div_ceil(WORKGROUP);
+            self.dispatch(&self.evaluate, &group, groups);
+            results.extend(readback::buffer::<[f32; 4]>(self.gpu, &outputs)?);
+        }
+        Ok(results)
+    }
+
+    /// The time of one evaluation, all cores of the device at work: `runs` medians are up to the caller. The first run
+    /// compiles and is not among them.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
+    pub fn time(&self, arguments: &[Arguments], runs: usize) -> Result<Vec<Duration>, DeviceError> {
+        let (inputs, outputs) = self.buffers(arguments, TIMED_INVOCATIONS as usize);
+        let group = self.group(&self.time, &inputs, &outputs);
+        let evaluations = f64::from(TIMED_INVOCATIONS) * f64::from(self.repetitions);
+        let mut times = Vec::with_capacity(runs);
+        for run in 0..=runs {
+            let start = Instant::now();
+            self.dispatch(&self.time, &group, TIMED_INVOCATIONS / WORKGROUP);
+            self.gpu.finish()?;
+            if run > 0 {
+                times.push(start.elapsed().div_f64(evaluations));
+            }
+        }
+        Ok(times)
+    }
+
+    fn buffers(&self, arguments: &[Arguments], results: usize) -> (wgpu::Buffer, wgpu::Buffer) {
+        let device = &self.gpu.device;
+        let bytes: &[u8] = bytemuck::cast_slice(arguments);
+        let inputs = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("sglow function arguments"),
+            size: bytes.len() as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.gpu.queue.write_buffer(&inputs, 0, bytes);
+        let outputs = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("sglow function results"),
+            size: (results * size_of::<[f32; 4]>()) as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        (inputs, outputs)
+    }
+
+    fn group(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        inputs: &wgpu::Buffer,
+        outputs: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("sglow function"),
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: inputs.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: outputs.as_entire_binding() },
+            ],
+        })
+    }
+
+    fn dispatch(&self, pipeline: &wgpu::ComputePipeline, group: &wgpu::BindGroup, groups: u32) {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(groups, 1, 1);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+}
