@@ -1163,6 +1163,57 @@ impl core::str::FromStr for Filter {
             })
     }
 }
+/// One function of the library.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Function {
+    /// Nothing but reading and writing.
+    #[default]
+    None,
+    /// A spherical Gaussian.
+    SgEvaluate,
+    /// Its integral.
+    SgIntegral,
+    /// The product of two.
+    SgProduct,
+}
+impl Function {
+    /// The name of the axis.
+    pub const AXIS: &str = "function";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 4] = [
+        Self::None,
+        Self::SgEvaluate,
+        Self::SgIntegral,
+        Self::SgProduct,
+    ];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::SgEvaluate => "sg_evaluate",
+            Self::SgIntegral => "sg_integral",
+            Self::SgProduct => "sg_product",
+        }
+    }
+}
+impl core::fmt::Display for Function {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Function {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
 /// The indirect light that is added to the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Indirect {
@@ -3343,6 +3394,46 @@ pub mod compose {
             "sglow_radiance_output",
         ],
     ];
+}
+/// Evaluates one function of the library over a buffer of arguments.
+pub mod function {
+    /// The name of the pass.
+    pub const PASS: &str = "function";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `function`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct Function {
+        /// One function of the library.
+        pub function: super::Function,
+    }
+    impl Function {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for function in super::Function::ALL {
+                all.push(Self { function });
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}", self.function)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
 }
 /// Does not compile where a layout is not that of the shaders.
 const fn equal(here: usize, shaders: usize) {
