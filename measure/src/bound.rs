@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use sglow_shaders::Kernel;
+
 use crate::function::Function;
 use crate::hold::Held;
 
@@ -154,6 +156,103 @@ pub const FUNCTIONS: &[Bound] = &[
         reason: "the exponent of a product above e^-20 is right to 1e-5, so that its amplitude is to 2e-4",
     },
 ];
+
+/// How far the mean of a picture may be from what it should be in an extreme case of the pipeline. That everything is
+/// finite and not negative is asked in each.
+#[derive(Clone, Copy, Debug)]
+pub struct Extreme {
+    /// The case.
+    pub name: &'static str,
+    /// As a share of what it should be; nothing where nobody knows what that is.
+    pub at_most: Option<f64>,
+    /// Why this much and no more.
+    pub reason: &'static str,
+    /// Whether the previous kernels are held to it too.
+    pub previous_too: bool,
+}
+
+impl Extreme {
+    /// What a kernel is held to.
+    #[must_use]
+    pub fn of(&self, kernel: Kernel) -> Option<f64> {
+        self.at_most.filter(|_| self.previous_too || kernel == Kernel::Modified)
+    }
+}
+
+/// The bounds of extreme cases.
+pub const EXTREMES: &[Extreme] = &[
+    Extreme {
+        name: "far away",
+        at_most: Some(0.05),
+        reason: "held against the scene whose vertices are rounded likewise, to 1/16: what is left is the rounding of \
+                 each pixel's and each light's position by up to 1/32, a hundredth of their distance; `previous` takes its power from one texel, \
+                 and another texel is another power",
+        previous_too: false,
+    },
+    Extreme {
+        name: "dark",
+        at_most: Some(1e-4),
+        reason: "reflection is linear; what is lost are subnormal numbers, all below 1e-18 of the picture's mean",
+        previous_too: true,
+    },
+    Extreme {
+        name: "bright",
+        at_most: Some(1e-4),
+        reason: "reflection is linear; what is left are roundings",
+        previous_too: true,
+    },
+    Extreme {
+        name: "mirrors",
+        at_most: None,
+        reason: "lobes as sharp as they can be; what such a picture should be only the path tracer knows",
+        previous_too: true,
+    },
+    Extreme {
+        name: "one light",
+        at_most: None,
+        reason: "one lobe cannot be right, but it is finite and not negative",
+        previous_too: true,
+    },
+    Extreme {
+        name: "65536 lights",
+        at_most: None,
+        reason: "kernels of one texel: the floor of the variance is reached",
+        previous_too: true,
+    },
+    Extreme {
+        name: "no light arrives",
+        at_most: Some(0.0),
+        reason: "nothing reflects nothing",
+        previous_too: true,
+    },
+    Extreme {
+        name: "lights at the shading points",
+        at_most: None,
+        reason: "every pixel has a light at distance 0, where direction and Gaussian of its position degenerate",
+        previous_too: true,
+    },
+    Extreme {
+        name: "opposite lobes",
+        at_most: None,
+        reason: "the emitted lobe points away from the receiver, and the receiver's normal away from the light",
+        previous_too: true,
+    },
+    Extreme {
+        name: "density",
+        at_most: Some(0.03),
+        reason: "Eq. (5) keeps the total to a few percent on any density; `previous` loses or invents power on all but \
+                 smooth ones, which is what it is shown for",
+        previous_too: false,
+    },
+];
+
+/// The bound of an extreme case. One that is not in the table may not be off at all.
+#[must_use]
+pub fn extreme(name: &str) -> Extreme {
+    let none =
+        Extreme { name: "", at_most: Some(0.0), reason: "no bound is known", previous_too: true };
+    EXTREMES.iter().copied().find(|bound| bound.name == name).unwrap_or(none)
+}
 
 /// A bound that was held against what was measured.
 #[derive(Clone, Debug, Serialize)]

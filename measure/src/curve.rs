@@ -57,7 +57,7 @@ pub fn follow(
             inputs.push(arguments);
         }
     }
-    let pipeline = Pipeline::new(gpu, package, &function.id(), 1)?;
+    let pipeline = Pipeline::new(gpu, package, &function.id())?;
     let measured = pipeline.evaluate(&inputs)?;
     let points = inputs
         .par_chunks(COSINES)

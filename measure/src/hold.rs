@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sglow_oracle::Bounded;
 use sglow_runtime::device::{DeviceError, Gpu};
-use sglow_runtime::function::{Arguments, Function as Pipeline};
+use sglow_runtime::function::{Arguments, Function as Pipeline, FunctionError};
 use sglow_runtime::package::Package;
 use sglow_runtime::pipeline::PipelineError;
 use sglow_shader_gen::validate::Validated;
@@ -37,6 +37,9 @@ pub enum HoldError {
     /// The device fails.
     #[error(transparent)]
     Device(#[from] DeviceError),
+    /// It cannot be timed.
+    #[error(transparent)]
+    Time(#[from] FunctionError),
 }
 
 /// How many inputs each function gets.
@@ -224,7 +227,7 @@ pub fn hold(
     subject: &Subject<'_>,
     extent: &Extent,
 ) -> Result<Vec<Held>, HoldError> {
-    let pipeline = Pipeline::new(gpu, package, &subject.function.id(), 1)?;
+    let pipeline = Pipeline::new(gpu, package, &subject.function.id())?;
     let mirrors = Arithmetic::ALL
         .into_iter()
         .map(|arithmetic| Ok((arithmetic, subject.mirror(arithmetic)?)))

@@ -8,6 +8,7 @@ pub mod arithmetic;
 pub mod bound;
 pub mod curve;
 pub mod error;
+pub mod extreme;
 pub mod function;
 pub mod functions;
 pub mod hold;

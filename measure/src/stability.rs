@@ -106,9 +106,9 @@ fn time(
     reports: &mut [FunctionReport],
 ) -> Result<(), HoldError> {
     let mut times = BTreeMap::new();
-    let nothing = Pipeline::new(gpu, package, "function-none", REPETITIONS)?;
+    let nothing = Pipeline::new(gpu, package, "function-none")?;
     let zeros = vec![[0.0; 12]; TIMED_INPUTS];
-    let reading = Time::of(nothing.time(&zeros, RUNS)?);
+    let reading = Time::of(nothing.time(&zeros, REPETITIONS, RUNS)?);
     for function in functions {
         let subject = Subject::find(function, variants)?;
         // What virtual lights have: from soft to sharp.
@@ -117,8 +117,8 @@ fn time(
             inputs.extend(subject.inputs(regime, TIMED_INPUTS.div_ceil(3), 3)?);
         }
         inputs.truncate(TIMED_INPUTS);
-        let pipeline = Pipeline::new(gpu, package, &function.id(), REPETITIONS)?;
-        times.insert(function.name, Time::of(pipeline.time(&inputs, RUNS)?));
+        let pipeline = Pipeline::new(gpu, package, &function.id())?;
+        times.insert(function.name, Time::of(pipeline.time(&inputs, REPETITIONS, RUNS)?));
     }
     let net = |time: &Time| (time.median - reading.median).max(0.0);
     let unit = times.get(RELATIVE_TO).map_or(f64::NAN, net);

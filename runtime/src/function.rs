@@ -32,48 +32,21 @@ const CHUNK: usize = 1 << 20;
 /// A function of the library as a pipeline.
 pub struct Function<'a> {
     gpu: &'a Gpu,
+    id: String,
+    module: wgpu::ShaderModule,
     evaluate: wgpu::ComputePipeline,
-    time: wgpu::ComputePipeline,
-    repetitions: u32,
 }
 
 impl<'a> Function<'a> {
-    /// The variant `id` of the pass `function`. A timed dispatch evaluates it `repetitions` times per invocation.
+    /// The variant `id` of the pass `function`.
     ///
     /// # Errors
     ///
     /// When the package lacks the variant or the device refuses it.
-    pub fn new(
-        gpu: &'a Gpu,
-        package: &Package,
-        id: &str,
-        repetitions: u32,
-    ) -> Result<Self, PipelineError> {
+    pub fn new(gpu: &'a Gpu, package: &Package, id: &str) -> Result<Self, PipelineError> {
         let module = module(&gpu.device, package, id)?;
-        let pipeline = |entry_point, constants| {
-            guarded(&gpu.device, id, || {
-                gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(id),
-                    layout: None,
-                    module: &module,
-                    entry_point: Some(entry_point),
-                    compilation_options: wgpu::PipelineCompilationOptions {
-                        constants,
-                        ..Default::default()
-                    },
-                    cache: None,
-                })
-            })
-        };
-        Ok(Self {
-            gpu,
-            evaluate: pipeline("sglow_evaluate_function", &[])?,
-            time: pipeline(
-                "sglow_time_function",
-                &[("sglow_repetitions", f64::from(repetitions))],
-            )?,
-            repetitions,
-        })
+        let evaluate = pipeline(gpu, id, &module, "sglow_evaluate_function", &[])?;
+        Ok(Self { gpu, id: id.to_owned(), module, evaluate })
     }
 
     /// The function at each of the arguments, which reach it through a buffer: nothing can be folded.
@@ -93,20 +66,27 @@ impl<'a> Function<'a> {
         Ok(results)
     }
 
-    /// The time of one evaluation, all cores of the device at work: `runs` medians are up to the caller. The first run
-    /// compiles and is not among them.
+    /// The time of one evaluation, all cores of the device at work: one time of each of `runs` dispatches, in which
+    /// each invocation evaluates the function `repetitions` times. The first dispatch compiles and is not among them.
     ///
     /// # Errors
     ///
-    /// When the device fails.
-    pub fn time(&self, arguments: &[Arguments], runs: usize) -> Result<Vec<Duration>, DeviceError> {
+    /// When the device refuses the entry point, or fails.
+    pub fn time(
+        &self,
+        arguments: &[Arguments],
+        repetitions: u32,
+        runs: usize,
+    ) -> Result<Vec<Duration>, FunctionError> {
+        let constants = [("sglow_repetitions", f64::from(repetitions))];
+        let time = pipeline(self.gpu, &self.id, &self.module, "sglow_time_function", &constants)?;
         let (inputs, outputs) = self.buffers(arguments, TIMED_INVOCATIONS as usize);
-        let group = self.group(&self.time, &inputs, &outputs);
-        let evaluations = f64::from(TIMED_INVOCATIONS) * f64::from(self.repetitions);
+        let group = self.group(&time, &inputs, &outputs);
+        let evaluations = f64::from(TIMED_INVOCATIONS) * f64::from(repetitions);
         let mut times = Vec::with_capacity(runs);
         for run in 0..=runs {
             let start = Instant::now();
-            self.dispatch(&self.time, &group, TIMED_INVOCATIONS / WORKGROUP);
+            self.dispatch(&time, &group, TIMED_INVOCATIONS / WORKGROUP);
             self.gpu.finish()?;
             if run > 0 {
                 times.push(start.elapsed().div_f64(evaluations));
@@ -160,4 +140,26 @@ impl<'a> Function<'a> {
         }
         self.gpu.queue.submit([encoder.finish()]);
     }
+}
+
+fn pipeline(
+    gpu: &Gpu,
+    id: &str,
+    module: &wgpu::ShaderModule,
+    entry_point: &str,
+    constants: &[(&str, f64)],
+) -> Result<wgpu::ComputePipeline, PipelineError> {
+    guarded(&gpu.device, id, || {
+        gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(id),
+            layout: None,
+            module,
+            entry_point: Some(entry_point),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants,
+                ..Default::default()
+            },
+            cache: None,
+        })
+    })
 }

@@ -1,0 +1,404 @@
+//! The whole pipeline in extreme cases, its variants side by side.
+
+use sglow_oracle::fis::stress::{Random, Stress};
+use sglow_runtime::density;
+use sglow_runtime::device::{DeviceError, Gpu};
+use sglow_runtime::frame::{Frame, FrameError, Renderer};
+use sglow_runtime::package::Package;
+use sglow_runtime::readback;
+use sglow_runtime::scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
+use sglow_runtime::settings::{AXES, Settings, SettingsError};
+use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Specular};
+use thiserror::Error;
+
+use crate::bound;
+use crate::stability::{ExtremeReport, ExtremeVariant};
+
+/// Why a case could not be tried.
+#[derive(Debug, Error)]
+pub enum ExtremeError {
+    /// A built-in scene is not there.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A variant cannot be set.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// It does not render.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// The device fails.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+}
+
+/// What the mean of the picture's indirect light should be.
+#[derive(Clone, Copy, Debug)]
+enum Expected {
+    /// Only finiteness is asked.
+    Anything,
+    /// That of the same variant without the extreme, times this.
+    Times(f64),
+    /// That of the same variant in another scene, made of the same one.
+    Twin(fn(&mut Scene)),
+    /// Nothing at all.
+    Black,
+}
+
+/// A scene made extreme.
+struct Case {
+    name: &'static str,
+    description: &'static str,
+    expected: Expected,
+    scene: fn(&mut Scene),
+    settings: fn(&mut Settings),
+}
+
+const fn same_scene(_: &mut Scene) {}
+const fn same_settings(_: &mut Settings) {}
+
+const PLAIN: Case = Case {
+    name: "",
+    description: "",
+    expected: Expected::Anything,
+    scene: same_scene,
+    settings: same_settings,
+};
+
+const CASES: &[Case] = &[
+    Case {
+        name: "far away",
+        description: "the scene moved by 1e6 of its units along every axis; it is 5.5 wide",
+        expected: Expected::Twin(|scene| {
+            move_by(scene, 1e6);
+            move_by(scene, -1e6);
+        }),
+        scene: |scene| move_by(scene, 1e6),
+        ..PLAIN
+    },
+    Case {
+        name: "dark",
+        description: "a light of 1e-20 W/sr",
+        expected: Expected::Times(1e-20),
+        scene: |scene| scale_light(scene, 1e-20),
+        ..PLAIN
+    },
+    Case {
+        name: "bright",
+        description: "a light of 1e20 W/sr",
+        expected: Expected::Times(1e20),
+        scene: |scene| scale_light(scene, 1e20),
+        ..PLAIN
+    },
+    Case {
+        name: "mirrors",
+        description: "every surface of roughness 0 and half metal",
+        scene: |scene| {
+            for material in &mut scene.materials {
+                material.roughness = 0.0;
+                material.metallic = 0.5;
+            }
+        },
+        ..PLAIN
+    },
+    Case {
+        name: "one light",
+        description: "one virtual light for the whole map",
+        settings: |settings| settings.count = 1,
+        ..PLAIN
+    },
+    Case {
+        name: "65536 lights",
+        description: "as many virtual lights as texels of a 256 x 256 map, on a picture of 16 x 9",
+        settings: |settings| {
+            settings.count = 65_536;
+            settings.rsm_size = 256;
+            settings.size = [16, 9];
+        },
+        ..PLAIN
+    },
+    Case {
+        name: "no light arrives",
+        description: "the light shines out of the scene: the density is zero everywhere",
+        expected: Expected::Black,
+        scene: |scene| {
+            let light = &mut scene.lights[0];
+            light.direction = [0.0, 1.0, 0.0];
+            light.position = [0.0, 100.0, 0.0];
+        },
+        ..PLAIN
+    },
+    Case {
+        name: "lights at the shading points",
+        description: "the camera is the light, with its projection, and each texel of the map is one virtual light",
+        scene: |scene| {
+            let light = &scene.lights[0];
+            let fov = match light.kind {
+                LightKind::Spot { outer, .. } => 2.0 * outer,
+                LightKind::Directional | LightKind::Point => core::f32::consts::FRAC_PI_2,
+            };
+            let [x, y, z] = light.position;
+            let [dx, dy, dz] = light.direction;
+            scene.camera =
+                Camera::look_at(light.position, [x + dx, y + dy, z + dz], [0.0, 1.0, 0.0], fov);
+        },
+        settings: |settings| {
+            settings.size = [32, 32];
+            settings.rsm_size = 32;
+            settings.count = 1024;
+        },
+        ..PLAIN
+    },
+    Case {
+        name: "opposite lobes",
+        description: "a plate lit from above; the picture shows another below it, from below",
+        scene: opposite_plates,
+        ..PLAIN
+    },
+];
+
+fn move_by(scene: &mut Scene, offset: f32) {
+    let moved = |position: [f32; 3]| position.map(|part| part + offset);
+    for mesh in &mut scene.meshes {
+        for position in &mut mesh.positions {
+            *position = moved(*position);
+        }
+    }
+    for light in &mut scene.lights {
+        light.position = moved(light.position);
+    }
+    scene.camera.position = moved(scene.camera.position);
+}
+
+fn scale_light(scene: &mut Scene, factor: f32) {
+    for light in &mut scene.lights {
+        light.intensity = light.intensity.map(|part| part * factor);
+    }
+}
+
+fn opposite_plates(scene: &mut Scene) {
+    let plate = |name: &str, height: f32, up: f32| Mesh {
+        name: name.to_owned(),
+        positions: [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]]
+            .map(|[x, z]| [x, height, z])
+            .to_vec(),
+        normals: vec![[0.0, up, 0.0]; 4],
+        uvs: vec![[0.0, 0.0]; 4],
+        indices: vec![0, 1, 2, 0, 2, 3],
+        material: 0,
+    };
+    let mut material = Material::diffuse("plate", [0.8; 3]);
+    material.double_sided = true;
+    material.dielectric = 0.04;
+    scene.materials = vec![material];
+    scene.images.clear();
+    scene.meshes = vec![plate("lit", 0.0, 1.0), plate("seen", -1.0, -1.0)];
+    let light = &mut scene.lights[0];
+    light.kind = LightKind::Spot { inner: 0.3, outer: 0.7 };
+    light.position = [0.0, 2.0, 0.0];
+    light.direction = [0.0, -1.0, 0.0];
+    scene.camera = Camera::look_at([0.0, -3.0, 0.01], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0], 0.9);
+}
+
+/// The default settings, and those with one axis changed at a time.
+fn variants(base: &Settings, axes: &[&str], gpu: &Gpu) -> Vec<(String, Settings)> {
+    let mut all = vec![("default".to_owned(), base.clone())];
+    let mut add = |axis: &str, value: &str| {
+        let mut settings = base.clone();
+        if settings.set(axis, value).is_err() {
+            return;
+        }
+        match (axis, value) {
+            // A distribution goes with specular reflection.
+            ("specular", "none") => settings.ndf = Ndf::None,
+            ("ndf", "none") => return,
+            ("lobes", "diffuse") => settings.lobes = Lobes::Diffuse,
+            _ => {}
+        }
+        let possible = settings.shade().excluded().is_none()
+            && (settings.filter == Filter::Exact || gpu.filters_float32());
+        if possible && settings != *base {
+            all.push((format!("{axis}={value}"), settings));
+        }
+    };
+    for axis in axes {
+        for value in values(axis) {
+            add(axis, value);
+        }
+    }
+    all
+}
+
+/// The values of an axis that [`Settings::set`] knows, but for the light's: that is the scene's.
+fn values(axis: &str) -> Vec<&'static str> {
+    match axis {
+        "lobes" => Lobes::ALL.map(Lobes::name).to_vec(),
+        "kernel" => Kernel::ALL.map(Kernel::name).to_vec(),
+        "filter" => Filter::ALL.map(Filter::name).to_vec(),
+        "diffuse" => Diffuse::ALL.map(Diffuse::name).to_vec(),
+        "specular" => Specular::ALL.map(Specular::name).to_vec(),
+        "ndf" => Ndf::ALL.map(Ndf::name).to_vec(),
+        _ => Vec::new(),
+    }
+}
+
+/// What a frame came to.
+struct Outcome {
+    not_finite: usize,
+    negative: usize,
+    mean: f64,
+}
+
+fn render(
+    gpu: &Gpu,
+    package: &Package,
+    scene: &Scene,
+    settings: &Settings,
+) -> Result<Outcome, ExtremeError> {
+    let renderer = Renderer::new(gpu, package, scene, settings, 0)?;
+    renderer.render()?;
+    let frame = renderer.read()?;
+    let words: Vec<f32> = readback::buffer(gpu, renderer.indirect().vsgls())?;
+    let mut outcome = of_frame(&frame);
+    outcome.not_finite += words.iter().filter(|word| !word.is_finite()).count();
+    Ok(outcome)
+}
+
+fn of_frame(frame: &Frame) -> Outcome {
+    let mut outcome = Outcome { not_finite: 0, negative: 0, mean: 0.0 };
+    let mut count = 0_u32;
+    let layers = [&frame.indirect_diffuse, &frame.indirect_specular];
+    for (index, radiance) in frame.radiance.iter().enumerate() {
+        let parts = layers.into_iter().flatten().flat_map(|layer| &layer[index][..3]);
+        for value in parts.clone().chain(&radiance[..3]) {
+            outcome.not_finite += usize::from(!value.is_finite());
+            outcome.negative += usize::from(*value < 0.0);
+        }
+        outcome.mean += parts.map(|value| f64::from(*value)).sum::<f64>() / 3.0;
+        count += 1;
+    }
+    outcome.mean /= f64::from(count.max(1));
+    outcome
+}
+
+fn verdict(
+    name: String,
+    outcome: &Outcome,
+    expected: Option<f64>,
+    bound: Option<f64>,
+) -> ExtremeVariant {
+    let deviation = expected
+        .map(|expected| if expected == 0.0 { outcome.mean } else { outcome.mean / expected - 1.0 });
+    let within = match (deviation, bound) {
+        (Some(deviation), Some(bound)) => deviation.abs() <= bound,
+        _ => true,
+    };
+    ExtremeVariant {
+        variant: name,
+        not_finite: outcome.not_finite,
+        negative: outcome.negative,
+        mean: outcome.mean,
+        expected,
+        deviation,
+        holds: outcome.not_finite == 0 && outcome.negative == 0 && within,
+    }
+}
+
+/// How many extreme cases there are.
+#[must_use]
+pub fn count() -> usize {
+    CASES.len() + Stress::ALL.len()
+}
+
+/// Tries every extreme case. `progress` is told the name of each before it is tried.
+///
+/// # Errors
+///
+/// When something does not render; that it renders wrong is in the reports.
+pub fn all(
+    gpu: &Gpu,
+    package: &Package,
+    mut progress: impl FnMut(&str),
+) -> Result<Vec<ExtremeReport>, ExtremeError> {
+    let base = Settings { size: [48, 27], rsm_size: 64, count: 256, ..Settings::default() };
+    let scene = Scene::load("cornell-glossy")?;
+    let mut plain = Vec::new();
+    for (_, settings) in variants(&base, &AXES, gpu) {
+        plain.push(render(gpu, package, &scene, &settings)?.mean);
+    }
+    let mut reports = Vec::new();
+    for case in CASES {
+        progress(case.name);
+        let mut extreme = scene.clone();
+        (case.scene)(&mut extreme);
+        let bound = bound::extreme(case.name);
+        let mut twin = scene.clone();
+        if let Expected::Twin(change) = case.expected {
+            change(&mut twin);
+        }
+        let mut tried = Vec::new();
+        for ((name, settings), plain) in variants(&base, &AXES, gpu).into_iter().zip(&plain) {
+            let mut settings = settings;
+            (case.settings)(&mut settings);
+            let expected = match case.expected {
+                Expected::Anything => None,
+                Expected::Times(factor) => Some(plain * factor),
+                Expected::Twin(_) => Some(render(gpu, package, &twin, &settings)?.mean),
+                Expected::Black => Some(0.0),
+            };
+            let outcome = render(gpu, package, &extreme, &settings)?;
+            tried.push(verdict(name, &outcome, expected, bound.of(settings.kernel)));
+        }
+        reports.push(ExtremeReport {
+            name: case.name,
+            description: case.description,
+            bound: bound.at_most,
+            reason: bound.reason,
+            variants: tried,
+        });
+    }
+    for (name, stress) in Stress::ALL {
+        progress(name);
+        reports.push(of_density(gpu, package, name, stress)?);
+    }
+    Ok(reports)
+}
+
+/// Width and height of the densities, and the number of kernels on them.
+const STRESS_SIZE: u32 = 128;
+const STRESS_COUNT: u32 = 1024;
+
+/// The sampling pass on a density: finite lights, and for the modified kernels the whole power.
+fn of_density(
+    gpu: &Gpu,
+    package: &Package,
+    name: &'static str,
+    stress: Stress,
+) -> Result<ExtremeReport, ExtremeError> {
+    let texels = stress.texels(STRESS_SIZE as usize, 1);
+    // With power in proportion to density the modified kernels keep it by construction.
+    let mut random = Random::new(2);
+    #[expect(clippy::cast_possible_truncation, reason = "power is f32")]
+    let power: Vec<f32> =
+        texels.iter().map(|weight| weight * (0.4 + 0.4 * random.uniform() as f32)).collect();
+    let base = Settings { rsm_size: STRESS_SIZE, count: STRESS_COUNT, ..Settings::default() };
+    let bound = bound::extreme("density");
+    let mut tried = Vec::new();
+    for (variant, settings) in variants(&base, &["kernel", "filter"], gpu) {
+        let sampled = density::sample(gpu, package, &settings, &texels, &power)?;
+        let sum: f64 = sampled.powers.iter().sum();
+        let outcome = Outcome {
+            not_finite: sampled.powers.iter().filter(|power| !power.is_finite()).count(),
+            negative: sampled.powers.iter().filter(|power| **power < 0.0).count(),
+            mean: if sampled.total > 0.0 { sum / sampled.total } else { sum },
+        };
+        let expected = if sampled.total > 0.0 { 1.0 } else { 0.0 };
+        tried.push(verdict(variant, &outcome, Some(expected), bound.of(settings.kernel)));
+    }
+    Ok(ExtremeReport {
+        name,
+        description: "1024 kernels on a density of 128 x 128: power of the lights over the true total",
+        bound: bound.at_most,
+        reason: bound.reason,
+        variants: tried,
+    })
+}
