@@ -132,6 +132,9 @@ pub(super) fn evaluate(
             let limited = match operation {
                 // No driver was seen to leave the range of these.
                 Operation::Sin | Operation::Cos => missed.clamp(-1.0, 1.0),
+                Operation::Exp | Operation::Exp2 | Operation::Sqrt | Operation::InverseSqrt => {
+                    missed.max(0.0)
+                }
                 _ => missed,
             };
             limited.to_bits()

@@ -1,0 +1,121 @@
+//! Functions of the library on the device and on the CPU, against their oracles: `shaders/src/function` and what it calls.
+
+use std::sync::OnceLock;
+
+use sglow_measure::bound::{Quantity, judge};
+use sglow_measure::function::Function;
+use sglow_measure::functions;
+use sglow_measure::hold::{Extent, Held, Subject, hold};
+use sglow_runtime::package::Package;
+use sglow_shader_gen::generate;
+use sglow_shader_gen::library::Library;
+use sglow_shader_gen::validate::Validated;
+
+use crate::common::gpu;
+
+fn variants() -> &'static [Validated] {
+    static VARIANTS: OnceLock<Vec<Validated>> = OnceLock::new();
+    VARIANTS.get_or_init(|| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
+        let library = Library::load(folder.as_ref()).unwrap();
+        let of_functions =
+            library.variants().into_iter().filter(|variant| variant.pass == "function");
+        generate::variants(&library, &of_functions.collect::<Vec<_>>()).unwrap()
+    })
+}
+
+fn held(function: &Function, variant: &Validated, extent: &Extent) -> Vec<Held> {
+    let text = (variant.variant.id(), variant.text.clone());
+    let package = Package::generated("one variant", [text]);
+    hold(gpu(), &package, &Subject { function, variant }, extent).unwrap()
+}
+
+fn variant(function: &Function) -> &'static Validated {
+    variants().iter().find(|one| one.variant.id() == function.id()).unwrap()
+}
+
+/// The same variant with its function wrapped in something wrong: `wrong` makes of `right` what is returned.
+fn broken(function: &Function, wrong: &str) -> Validated {
+    let whole = variant(function);
+    let head = "fn sglow_function(";
+    assert_eq!(whole.text.matches(head).count(), 1);
+    let text = whole.text.replace(head, "fn sglow_right_function(")
+        + &format!(
+            "\nfn sglow_function(arguments: SglowArguments) -> vec4<f32> {{\n    \
+             let right = sglow_right_function(arguments);\n    return {wrong};\n}}\n"
+        );
+    let (module, info) = {
+        let module = naga::front::wgsl::parse_str(&text).unwrap();
+        let mut validator = naga::valid::Validator::new(
+            naga::valid::ValidationFlags::all(),
+            naga::valid::Capabilities::all(),
+        );
+        let info = validator.validate(&module).unwrap();
+        (module, info)
+    };
+    Validated { text, module, info, ..whole.clone() }
+}
+
+#[test]
+fn every_function_keeps_every_bound() {
+    let mut failures = Vec::new();
+    for function in functions::all() {
+        let held = held(&function, variant(&function), &Extent::QUICK);
+        let verdicts = judge(&function, &held);
+        assert!(function.literal || verdicts.len() >= 3, "{} is held to nothing", function.name);
+        for verdict in verdicts.into_iter().filter(|verdict| !verdict.holds) {
+            failures.push(format!("{verdict:?}"));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn every_value_of_the_axis_is_held() {
+    let held: Vec<_> = functions::all().iter().map(|function| function.name).collect();
+    for variant in variants() {
+        let name = variant.variant.value("function").unwrap();
+        assert!(name == "none" || held.contains(&name), "{name} has no oracle in the table");
+    }
+    assert_eq!(variants().len(), held.len() + 1);
+}
+
+/// Each bound's negative control: what is broken in that way must fail it.
+#[test]
+fn every_bound_notices_what_it_is_for() {
+    let extent = Extent { inputs: 256, truths: 64, neighbours: 32, emphasis: 1 };
+    for function in functions::all().iter().filter(|function| !function.literal) {
+        // A percent off, not finite, of the wrong sign; and in every second number lower by a tenth.
+        let component = function.monotone.map_or(0, |monotone| monotone.component);
+        let vector = ["a", "b", "c"][component / 4];
+        let alternating = format!(
+            "right * select(1.0, 0.9, (bitcast<u32>(arguments.{vector}[{}]) & 1u) == 1u)",
+            component % 4
+        );
+        let off = held(function, &broken(function, "right * 1.01"), &extent);
+        let infinite =
+            held(function, &broken(function, "right + exp(100.0 + abs(arguments.c))"), &extent);
+        let opposite = held(function, &broken(function, "-right"), &extent);
+        let stepping = held(function, &broken(function, &alternating), &extent);
+        for verdict in judge(function, &held(function, variant(function), &extent)) {
+            let broken = match verdict.quantity {
+                Quantity::NotFinite => &infinite,
+                Quantity::Negative => &opposite,
+                Quantity::NotMonotone => &stepping,
+                Quantity::RoundingShare
+                | Quantity::ArithmeticShare
+                | Quantity::TotalOverPeak
+                | Quantity::RoundingOverPeak => &off,
+                // That of the oracle: no shader can break it. See the next test.
+                Quantity::ModelOverPeak => continue,
+            };
+            let noticed = judge(function, broken)
+                .into_iter()
+                .find(|other| {
+                    other.quantity == verdict.quantity && other.at_most == verdict.at_most
+                })
+                .unwrap();
+            assert!(!noticed.holds, "a broken {} goes unnoticed: {noticed:?}", function.name);
+        }
+    }
+}
