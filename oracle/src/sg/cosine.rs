@@ -162,26 +162,26 @@ pub struct DarkSide<'a> {
 /// Fitted by `examples/fit_cosine.rs` with a constant weight, for the least largest error over `A_u` on sharpness 0.01
 /// to 1e5: 5.8e-5. Nine numbers are free; the horizon's limits for small and large sharpness are kept.
 pub const FITTED: DarkSide<'static> = DarkSide {
-    numerator: &[1.0, -1.661_496, 4.424_975],
-    denominator: &[1.570_796_4, -6.067_408_6, 15.009_483, -16.279_652, 11.830_648, -2.300_388_6],
-    flattening: &[1.0, -2.428_207_2, 8.804_291],
-    weight: &[0.943_013_97],
+    numerator: &[1.0, -1.664_101_7, 4.425_602_4],
+    denominator: &[1.570_796_4, -6.071_711, 15.022_563, -16.302_683, 11.848_223, -2.305_686_5],
+    flattening: &[1.0, -2.429_447_4, 8.802_209],
+    weight: &[0.942_344_4],
 };
 
 /// As [`FITTED`], with one degree more and a cubic weight; fourteen numbers are free, the error is 1.6e-5.
 pub const FITTED_FINE: DarkSide<'static> = DarkSide {
-    numerator: &[1.0, -2.545_615, 7.755_030_6, 3.710_576_5],
+    numerator: &[1.0, -2.493_731_3, 7.714_763_6, 4.060_868_3],
     denominator: &[
         1.570_796_4,
-        -7.569_003_6,
-        25.449_406,
-        -38.348_858,
-        43.840_81,
-        -20.524_036,
-        5.500_879,
+        -7.488_554,
+        25.234_873,
+        -37.759_953,
+        43.364_49,
+        -20.095_003,
+        5.455_252,
     ],
-    flattening: &[1.0, -2.245_875_4, 5.742_805_5, 8.040_26],
-    weight: &[1.0, -1.099_934_2, 3.578_553_4, -1.917_730_2],
+    flattening: &[1.0, -2.243_377, 5.719_42, 8.090_606],
+    weight: &[1.0, -1.100_594_5, 3.576_575_3, -1.902_922_7],
 };
 
 fn polynomial<R: Real>(coefficients: &[f64], y: R) -> R {
