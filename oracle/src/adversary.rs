@@ -14,7 +14,8 @@ use crate::rsm::{Lobes, Moments, Pyramid, moments};
 use crate::shade::{Diffuse, Model, Reflected, Specular, shade};
 use crate::surface::SurfaceTexel;
 use crate::tolerance::{
-    DIVISION_ULPS, LOG_NEAR_ONE, LOG_ULPS, ROUNDING_ULPS, SQRT_ULPS, exp_ulps, one_minus_exp_ulps,
+    DIVISION_ULPS, ERFC_SCALED_ULPS, LOG_NEAR_ONE, LOG_ULPS, ROUNDING_ULPS, SQRT_ULPS, erf_ulps,
+    erfc_ulps, exp_ulps, expm1_ulps, one_minus_exp_ulps,
 };
 use crate::vsgl::sample::light_of_kernel;
 use crate::vsgl::{Kernel, Settings, Vsgl, sample};
@@ -100,6 +101,21 @@ impl Real for Adversary {
     }
     fn one_minus_exp_over(self) -> Self {
         Self::missed(self.0.one_minus_exp_over(), one_minus_exp_ulps(self.0.max(1e-30)), 0.0)
+    }
+    fn expm1(self) -> Self {
+        Self::missed(self.0.exp_m1(), expm1_ulps(self.0), 0.0)
+    }
+    fn erf(self) -> Self {
+        Self::missed(Real::erf(self.0), erf_ulps(self.0), 0.0)
+    }
+    fn erfc(self) -> Self {
+        Self::missed(Real::erfc(self.0), erfc_ulps(self.0), 0.0)
+    }
+    fn erfc_scaled(self) -> Self {
+        Self::missed(self.0.erfc_scaled(), ERFC_SCALED_ULPS, 0.0)
+    }
+    fn erfc_integral_scaled(self) -> Self {
+        Self::missed(self.0.erfc_integral_scaled(), ERFC_SCALED_ULPS, 0.0)
     }
     fn abs(self) -> Self {
         Self(self.0.abs())

@@ -28,6 +28,7 @@ pub mod compose;
 pub mod direct;
 pub mod fis;
 pub mod light;
+pub mod math;
 pub mod metrics;
 pub mod quadrature;
 pub mod real;

@@ -3,6 +3,8 @@
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::math;
+
 /// A number: `f64` for the value alone, [`Bounded`](crate::Bounded) for the value and its tolerance.
 ///
 /// The operations are those whose accuracy the GPU languages state. Branches are taken by [`Real::value`]; where a
@@ -36,6 +38,16 @@ pub trait Real:
     fn log2(self) -> Self;
     /// `(1 - exp(-x))/x` for x at least 0, and 1 at 0: the part of an SG's integral that has to be evaluated stably.
     fn one_minus_exp_over(self) -> Self;
+    /// `exp(x) - 1`, evaluated stably near 0.
+    fn expm1(self) -> Self;
+    /// The error function.
+    fn erf(self) -> Self;
+    /// `1 - erf(x)`, evaluated stably.
+    fn erfc(self) -> Self;
+    /// `exp(x^2) erfc(x)`, for x at least 0; a smaller one counts as 0.
+    fn erfc_scaled(self) -> Self;
+    /// `exp(x^2)` times the integral of erfc from x on, for x at least 0; a smaller one counts as 0.
+    fn erfc_integral_scaled(self) -> Self;
     /// The absolute value.
     fn abs(self) -> Self;
     /// The smaller of two.
@@ -98,6 +110,21 @@ impl Real for f64 {
     }
     fn one_minus_exp_over(self) -> Self {
         if self == 0.0 { 1.0 } else { -(-self).exp_m1() / self }
+    }
+    fn expm1(self) -> Self {
+        self.exp_m1()
+    }
+    fn erf(self) -> Self {
+        math::erf(self)
+    }
+    fn erfc(self) -> Self {
+        math::erfc(self)
+    }
+    fn erfc_scaled(self) -> Self {
+        math::erfc_scaled(self.max(0.0))
+    }
+    fn erfc_integral_scaled(self) -> Self {
+        math::erfc_integral_scaled(self.max(0.0))
     }
     fn abs(self) -> Self {
         Self::abs(self)

@@ -10,6 +10,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::math;
 use crate::real::Real;
 
 /// The distance of neighbouring f32 numbers, relative to the lower end of their binade: 2^-23.
@@ -44,6 +45,34 @@ pub fn one_minus_exp_ulps(x: f64) -> f64 {
     let complement = -(-x).exp_m1();
     let direct = exp_ulps(x) * (-x).exp() / complement + ROUNDING_ULPS;
     direct.clamp(4.0, 32.0)
+}
+
+/// What is asked of `exp(x) - 1`, in ULP of the result: a polynomial's error near 0, further out that of the
+/// exponential.
+#[must_use]
+pub fn expm1_ulps(x: f64) -> f64 {
+    if x.abs() < 1.0 { 8.0 } else { exp_ulps(x) * x.exp() / x.exp_m1().abs() + ROUNDING_ULPS }
+}
+
+/// What is asked of the scaled complement of erf and of its integral, in ULP of the result: two polynomials of
+/// positive coefficients and a division, which round 2 x 4 + 2 x 6 times, each time with less weight.
+pub const ERFC_SCALED_ULPS: f64 = 16.0;
+
+/// What is asked of erfc, in ULP of the result.
+///
+/// The square in `exp(-x^2)` is rounded, which its exponential multiplies by `x^2`.
+#[must_use]
+pub fn erfc_ulps(x: f64) -> f64 {
+    let square = x * x;
+    let magnitude = exp_ulps(square) + square * ROUNDING_ULPS + ERFC_SCALED_ULPS + ROUNDING_ULPS;
+    if x >= 0.0 { magnitude } else { magnitude * math::erfc(-x) / math::erfc(x) + ROUNDING_ULPS }
+}
+
+/// What is asked of erf, in ULP of the result: a polynomial's error near 0, further out that of the complement.
+#[must_use]
+pub fn erf_ulps(x: f64) -> f64 {
+    let x = x.abs();
+    if x < 1.0 { 10.0 } else { erfc_ulps(x) * math::erfc(x) / math::erf(x) + ROUNDING_ULPS }
 }
 
 /// A value and the largest error of its f32 evaluation.
@@ -92,6 +121,18 @@ impl Bounded {
             0.0
         };
         Self { value, error: propagated + ulps * ULP * magnitude + flush }
+    }
+
+    /// A monotone function of this number: its values at both ends bound what the number's error causes.
+    fn monotone(self, function: impl Fn(f64) -> f64, ulps: impl Fn(f64) -> f64) -> Self {
+        let value = function(self.value);
+        let ends = [self.value - self.error, self.value + self.error];
+        let propagated = ends.map(|end| (function(end) - value).abs());
+        let ulps = ends.map(ulps);
+        let bounded = Self::rounded(value, propagated[0].max(propagated[1]), ulps[0].max(ulps[1]));
+        // As for the exponential: a value below the range of f64 is no exact zero.
+        let floor = if value == 0.0 && self.value != 0.0 { SMALLEST_NORMAL } else { 0.0 };
+        Self { error: bounded.error.max(floor), ..bounded }
     }
 
     fn lowest_magnitude(self) -> f64 {
@@ -200,6 +241,21 @@ impl Real for Bounded {
         let propagated = self.error * (0.5_f64).min(1.0 / low.powi(2));
         Self::rounded(value, propagated, one_minus_exp_ulps(low.max(1e-30)) + DIVISION_ULPS)
     }
+    fn expm1(self) -> Self {
+        self.monotone(f64::exp_m1, expm1_ulps)
+    }
+    fn erf(self) -> Self {
+        self.monotone(math::erf, erf_ulps)
+    }
+    fn erfc(self) -> Self {
+        self.monotone(math::erfc, erfc_ulps)
+    }
+    fn erfc_scaled(self) -> Self {
+        self.monotone(|x| x.erfc_scaled(), |_| ERFC_SCALED_ULPS)
+    }
+    fn erfc_integral_scaled(self) -> Self {
+        self.monotone(|x| x.erfc_integral_scaled(), |_| ERFC_SCALED_ULPS)
+    }
     fn abs(self) -> Self {
         Self { value: self.value.abs(), error: self.error }
     }
@@ -239,6 +295,10 @@ impl Real for Bounded {
 
 /// The exponential of `x` with error `error`, whose value is `value`; `rate` is the logarithm of the base.
 fn exponential(x: f64, error: f64, value: f64, rate: f64) -> Bounded {
+    if rate * (x + error) < -100.0 {
+        // Far below the range of f32: zero or subnormal, whatever the argument's error.
+        return Bounded { value, error: SMALLEST_NORMAL };
+    }
     let propagated = if error == 0.0 { 0.0 } else { value * (rate * error).exp_m1() };
     let bounded = Bounded::rounded(value, propagated, exp_ulps(x.abs() + error));
     // A result below the range of f64 has magnitude 0 here but is no exact zero there.
@@ -306,6 +366,28 @@ mod tests {
         #[expect(clippy::cast_possible_truncation, reason = "the stable result, rounded")]
         let stable = f64::from(x).one_minus_exp_over() as f32;
         assert!(bounded.admits(stable));
+    }
+
+    #[test]
+    #[expect(clippy::cast_possible_truncation, reason = "the rounding is what is measured")]
+    fn the_naive_forms_of_our_functions_leave_their_bounds() {
+        let x = 3e-4_f32;
+        let exact = f64::from(x);
+        let bounded = Bounded::exact(x);
+        assert!(bounded.expm1().admits(exact.exp_m1() as f32));
+        assert!(!bounded.expm1().admits(x.exp() - 1.0));
+        assert!(bounded.erf().admits(math::erf(exact) as f32));
+        assert!(!bounded.erf().admits(1.0 - math::erfc(exact) as f32));
+        let (far, exact) = (4.0_f32, 4.0_f64);
+        assert!(Bounded::exact(far).erfc().admits(math::erfc(exact) as f32));
+        assert!(!Bounded::exact(far).erfc().admits(1.0 - math::erf(exact) as f32));
+        let scaled = Bounded::exact(far).erfc_integral_scaled();
+        assert!(scaled.admits(math::erfc_integral_scaled(exact) as f32));
+        let naive = 0.564_189_6 - far * math::erfc_scaled(exact) as f32;
+        assert!((f64::from(naive) - scaled.value).abs() > 0.5 * scaled.error, "{naive} {scaled:?}");
+        // A number that is not known well has a function that is not known well.
+        let blurred = Bounded::with_error(1.0, 0.1).erfc();
+        assert!(blurred.error > math::erfc(0.9) - math::erfc(1.0));
     }
 
     #[test]
