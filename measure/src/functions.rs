@@ -1,17 +1,24 @@
 //! The table of functions: what each takes, its oracle and its truth. One file per folder of `shaders/src`.
 
+mod math;
 mod sg;
 
 use crate::function::Function;
 
-/// An entry whose oracle is generic: the same formula with and without its tolerance.
+/// An entry whose oracle is generic: the same formula with and without its tolerance. It has the function's own name
+/// unless it is given.
 macro_rules! function {
-    ($name:ident($($kind:ident @ $at:literal),*) -> [$($result:literal),+], $($rest:tt)*) => {
+    ($name:ident($($arguments:tt)*) -> [$($results:tt)*], $field:ident: $($rest:tt)*) => {
+        crate::functions::function!(
+            $name($($arguments)*) -> [$($results)*], $name, $field: $($rest)*
+        )
+    };
+    ($name:ident($($kind:ident @ $at:literal),*) -> [$($result:literal),+], $oracle:ident, $($rest:tt)*) => {
         crate::function::Function {
             results: &[$($result),+],
             arguments: &[$(crate::input::argument(crate::input::Kind::$kind, $at)),*],
-            oracle: $name::<f64>,
-            bounded: $name::<sglow_oracle::Bounded>,
+            oracle: $oracle::<f64>,
+            bounded: $oracle::<sglow_oracle::Bounded>,
             $($rest)*
             ..crate::functions::plain(stringify!($name))
         }
@@ -38,5 +45,5 @@ pub(crate) const fn plain(name: &'static str) -> Function {
 /// Every function of the library.
 #[must_use]
 pub fn all() -> Vec<Function> {
-    [sg::FUNCTIONS].concat()
+    [math::FUNCTIONS, sg::FUNCTIONS].concat()
 }

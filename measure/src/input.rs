@@ -22,6 +22,8 @@ pub enum Kind {
     Alpha,
     /// Any number of the regime's magnitude, of either sign.
     Number,
+    /// Any number up to 88, beyond which an exponential overflows.
+    Exponent,
     /// Two components: a mean length from 0 to 1 and its complement to 1, both rounded from the same number.
     MeanLength,
 }
@@ -151,6 +153,11 @@ impl<'a> Inputs<'a> {
                 Kind::Number => {
                     let sign = if self.random.uniform() < 0.5 { -1.0 } else { 1.0 };
                     place[0] = sign * self.magnitude(regime);
+                }
+                Kind::Exponent => {
+                    let magnitude = self.magnitude(regime);
+                    let positive = magnitude <= 88.0 && self.random.uniform() < 0.5;
+                    place[0] = if positive { magnitude } else { -magnitude };
                 }
                 Kind::Axis => {
                     axis = self.axis();

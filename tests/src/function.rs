@@ -83,7 +83,7 @@ fn every_value_of_the_axis_is_held() {
 /// Each bound's negative control: what is broken in that way must fail it.
 #[test]
 fn every_bound_notices_what_it_is_for() {
-    let extent = Extent { inputs: 256, truths: 64, neighbours: 32, emphasis: 1 };
+    let extent = Extent { inputs: 256, truths: 64, neighbours: 32 };
     for function in functions::all().iter().filter(|function| !function.literal) {
         // A percent off, not finite, of the wrong sign; and in every second number lower by a tenth.
         let component = function.monotone.map_or(0, |monotone| monotone.component);

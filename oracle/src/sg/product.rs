@@ -25,15 +25,20 @@ pub fn product<R: Real>(
     axis_b: Vector3<R>,
     sharpness_b: R,
 ) -> Product<R> {
-    let sum = axis_a * sharpness_a + axis_b * sharpness_b;
-    let sharpness = sum.length();
-    let total = sharpness + sharpness_a + sharpness_b;
-    let log_amplitude = if total.value() > 0.0 {
-        -(sharpness_a * (axis_a - axis_b).length_squared() * (sharpness_b / total))
-    } else {
-        R::zero()
-    };
-    Product { axis: sum.normalized_or(axis_a), sharpness, log_amplitude }
+    let (larger, smaller) = (sharpness_a.max(sharpness_b), sharpness_a.min(sharpness_b));
+    if larger.value() <= 0.0 {
+        return Product { axis: axis_a, sharpness: larger, log_amplitude: R::zero() };
+    }
+    // In units of the larger sharpness, so that no sum and no square leaves the range of f32.
+    let (share_a, share_b) = (sharpness_a / larger, sharpness_b / larger);
+    let mean = axis_a * share_a + axis_b * share_b;
+    let norm = mean.length();
+    let chord = (axis_a - axis_b).length_squared();
+    Product {
+        axis: mean.normalized_or(axis_a),
+        sharpness: larger * norm,
+        log_amplitude: -(smaller * (chord / (norm + share_a + share_b))),
+    }
 }
 
 /// The integral of the product of two spherical Gaussians over the sphere; exact.

@@ -659,217 +659,217 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "sample-modified-exact-both",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-modified-exact-both.wgsl"),
-        sha256: "62276ae583143ca928844c6e4f36bad5a0e49f3fe0cf614ee2aa904be19b6572",
+        sha256: "b5fe3074eb915ecb36a87adad1054a1da649bc46ed1307d08b351c887c5181e9",
     },
     Embedded {
         id: "sample-modified-exact-diffuse",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-modified-exact-diffuse.wgsl"),
-        sha256: "c396432d2a330ef15aa8c871a67b13c2d789701171da2ee3edc45d2cd6219dd6",
+        sha256: "9d79a11a7ea8b6be5e5cf9bf4f3e62a5a083b0816408f39da73a5100aa42261e",
     },
     Embedded {
         id: "sample-modified-hardware-both",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-modified-hardware-both.wgsl"),
-        sha256: "8c9926f34146ca23e64efbb9e47c18728f10574e6df2e357ffe55a3758f8a2fc",
+        sha256: "771327944168fd6047b57fb3579eb7a950ded000236a84c45034b92e895244fa",
     },
     Embedded {
         id: "sample-modified-hardware-diffuse",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-modified-hardware-diffuse.wgsl"),
-        sha256: "425affb66cec12144ffb1ec353ae7b0820f61986ff20d62ffc194eff79b4355d",
+        sha256: "b736034c47a28bfcf773478a99ca88ee23b89a61aba62558129d4769fa4fbf34",
     },
     Embedded {
         id: "sample-previous-exact-both",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-previous-exact-both.wgsl"),
-        sha256: "efc1731a5966c467827a4e8095a3ae92d4bf5c828e3e1850f25310e516573d18",
+        sha256: "2ffbd6853bb5530839028c28872b4c79f568745098f4b55bbbe46193a5f8f8b8",
     },
     Embedded {
         id: "sample-previous-exact-diffuse",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-previous-exact-diffuse.wgsl"),
-        sha256: "4007264fdadd3654cddad107454aefcc6c9f3d0049eb9377cfdb7c4a467bcc67",
+        sha256: "8c5ed3f5fa9eb784bf1a8e723dfafa40124b6cc987c6eb0aebd9341997b9dec1",
     },
     Embedded {
         id: "sample-previous-hardware-both",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-previous-hardware-both.wgsl"),
-        sha256: "b5c772b02c6b959ae98949fadc81f8008d99a9891037859bcf0164ba239dfba5",
+        sha256: "1be76456b1444c1d7d910208b458d9ed0bdce6885114d12d4275fe1d94dc8a39",
     },
     Embedded {
         id: "sample-previous-hardware-diffuse",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-previous-hardware-diffuse.wgsl"),
-        sha256: "0e02eef3d8e12e5cd29762ea09c4a2b8b7697f8dd1ce94a598d0d3ad5f737526",
+        sha256: "a3a07875284bda2c73010eb7b67d1156b0e0c54a41c08e2a322fb2a57a8782d3",
     },
     Embedded {
         id: "shade-constant-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-beckmann-both.wgsl"),
-        sha256: "deba02438ba62b05e9a281343d3645fbe3cd0e71518f4c833d8ac25b4b8a70af",
+        sha256: "aa3bc16e6249cde8606b80754069557936ff827f675821f237ac4767dde344d6",
     },
     Embedded {
         id: "shade-constant-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-beckmann-diffuse.wgsl"),
-        sha256: "55862c7d5300632b17be1e643ee0a179746ceb8fd0e498acfb5328289a5d18cc",
+        sha256: "cceff118ad5e56d98d5bbbd0b1e045b7fd3d5f1d0f5d3e920f546c9aabd262e3",
     },
     Embedded {
         id: "shade-constant-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-ggx-both.wgsl"),
-        sha256: "ead31ed821f301a6afd1a599e8f9416ba046e6cf24b499442c46f805fa8c1510",
+        sha256: "fccb0866f221e98f7479922c5ba11c032a4ae3e01b3eefe2694290d443c75f3e",
     },
     Embedded {
         id: "shade-constant-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse.wgsl"),
-        sha256: "289db9a013589e9556b9718e2f7b3c56f1c045713f314b7fe0d37384764e560d",
+        sha256: "a5fadf614c636c14aee1b4eec211fc56bf9058f6ee3dbfc846265f9a2b872174",
     },
     Embedded {
         id: "shade-constant-none-none-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-none-none-both.wgsl"),
-        sha256: "824f7535d34bf674b9e63830364d4a5cc74217eac3aa5e6d1061af01a8f70246",
+        sha256: "ff37142e4cff6a54a6b757d031863e7204e57e880921cd90b55dc1eee36d05ff",
     },
     Embedded {
         id: "shade-constant-none-none-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-none-none-diffuse.wgsl"),
-        sha256: "c030d70b3e41e93aa4946959ff5249e385020831576a02600e6477aaa8a7ce99",
+        sha256: "08d6a0b4917136bae39afc4900240c5a3a00a63e1838ea8747697418a6667d21",
     },
     Embedded {
         id: "shade-constant-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-beckmann-both.wgsl"),
-        sha256: "c91705103da238c8930b346ac62ce88f2936d4c2fc8809c8a19c87a8dc76ea8d",
+        sha256: "88ff250534b4750181d598c861fa16b6cd2afe9839b8b5761584cb7c2b7288d3",
     },
     Embedded {
         id: "shade-constant-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-beckmann-diffuse.wgsl"),
-        sha256: "47a8838d9f76b725d0cec3b60d361d89069896303700dda33b9fe0635e9b8c32",
+        sha256: "dd6d1fabd097838a94f29967f9a35e5d865b9f2fd7e1aa3ba5ebf386f46f81e2",
     },
     Embedded {
         id: "shade-constant-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-ggx-both.wgsl"),
-        sha256: "aecc18fd42bc111144fab01f250f64929ca7aadae91ce57410670e4dfd666a54",
+        sha256: "f70b19f1357e6df74e41c2ca0484f6abc1e6bf20765388a240a1b2c3d50a1e15",
     },
     Embedded {
         id: "shade-constant-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-ggx-diffuse.wgsl"),
-        sha256: "03068d3f97004f8cff7180835f6fff99855fbd2fba7292fef751221e1654c1c1",
+        sha256: "4be91e7f17432f978174668bc724acf56d23a8a14e36e96ee1b2574363e25408",
     },
     Embedded {
         id: "shade-gaussian-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-beckmann-both.wgsl"),
-        sha256: "3aa463c25c8d138d34d8bd82215cea949857d4d91dd358c8b82dcb6698b47f63",
+        sha256: "d7ce67b0f5483d1b4b9c4e9e040b1302d0c0fbecc1198beeeee082ad863d79f3",
     },
     Embedded {
         id: "shade-gaussian-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-beckmann-diffuse.wgsl"),
-        sha256: "7fd9e4d0b700d6e737dbf9620f3aa50308c0cbd7524269195bf0ed7c5a8d479f",
+        sha256: "37c6ef2a02ad83a731f10e37b01a6578310a3da519cc28226ebbcdcd3629cf72",
     },
     Embedded {
         id: "shade-gaussian-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-ggx-both.wgsl"),
-        sha256: "ad7709db5ca8527e4fdc7b0fba63572901a2f87be84bc39e77fe98cd73db7c6e",
+        sha256: "e2afdcd3b3063b9612d902b1f6981b28dfefc019726247ac86f728795ca1a156",
     },
     Embedded {
         id: "shade-gaussian-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-ggx-diffuse.wgsl"),
-        sha256: "198df4ae93118332ad0aae2a97474839dcbb51c96f3c58fd2b0af77bda06b545",
+        sha256: "e57cf2df58828728acf2fd40079569585fabcc64f06facd749579bdd5f16583a",
     },
     Embedded {
         id: "shade-gaussian-none-none-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-none-none-both.wgsl"),
-        sha256: "459cfd3853cb234c481cb2435fb1cf90114bf2eb3d2f054fdbfb47f4ab51c906",
+        sha256: "7f3d8dc5bd4a349e3eca6db871b01d00cb21c3c3ee24c43e820f6d55ae2f25fd",
     },
     Embedded {
         id: "shade-gaussian-none-none-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-none-none-diffuse.wgsl"),
-        sha256: "a5896ccb11b5b3316b9dd2cdbe7cf842085d93004993ca693660662f94613f9a",
+        sha256: "2fd41f91c3e50c799c3119aa057a0ca68876b7a8f379e085d65ffdbd79cccd38",
     },
     Embedded {
         id: "shade-gaussian-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-beckmann-both.wgsl"),
-        sha256: "47be6285ca980f9bf006cf68308be0ed550064c8baf97b526b395abee8fb40be",
+        sha256: "e9a65bedb151e945e95ddfd3d1456d9a9705092726a6d227795075dfa4acca1b",
     },
     Embedded {
         id: "shade-gaussian-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-beckmann-diffuse.wgsl"),
-        sha256: "d921a1c1daa13cd4abfdf3944c66b20be7ab9ffddcdc481f9e9fe8a3dd1b98af",
+        sha256: "b1e59e3db078cb7f822413b5dc8dace4cd3826bd8ae5d62dac4db7849239574b",
     },
     Embedded {
         id: "shade-gaussian-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-ggx-both.wgsl"),
-        sha256: "a18eac9d6712094313c3b4190b2e1b98f11bf12a48e3eb74fc6ac9bb88e008b2",
+        sha256: "0f2247a8003712c2bd7c9104926b0ca4387eafd83b955e196aa3c5b849e1c942",
     },
     Embedded {
         id: "shade-gaussian-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-ggx-diffuse.wgsl"),
-        sha256: "959d522da96feba366dbd23a552220bac5ad6ae5fa31f44bdc20b7c4242b6cd5",
+        sha256: "63fff1288b0395f7ac3109f69a31a0351ac1c9a52a07302c32a13a813e1c8b5f",
     },
     Embedded {
         id: "shade-none-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-beckmann-both.wgsl"),
-        sha256: "3fcb990953b6a8e68df7520e0d2bc2897be92bdce7dcd08ed7d81d30925aaeda",
+        sha256: "e9c3858679ddd93a3b743c0d2099c1bbe2f99ee0461488ec699898d50496afd1",
     },
     Embedded {
         id: "shade-none-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-beckmann-diffuse.wgsl"),
-        sha256: "8c0873d4722cb8f7c414b41d27a4d5ca2bfe43bf0f143a4d6821f0eaa033858b",
+        sha256: "9274ce24cff2eee982314a6b3a6d20457c16d83704cf44f266bf4542b3c03c16",
     },
     Embedded {
         id: "shade-none-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-ggx-both.wgsl"),
-        sha256: "043062773284beb8495f62c9bab78564ca42fdbca1fe969393a94d05f8934c52",
+        sha256: "fe30631061e5aa969d8443c8725c2ab557ee2cf30318799266f048be3cfdbb35",
     },
     Embedded {
         id: "shade-none-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-ggx-diffuse.wgsl"),
-        sha256: "36d172143462cf86bacb524e5963bbc8745c7aaca21c25befdb73225fa8f7ca1",
+        sha256: "c8996d74a8e22300f1b1e03a40f2782f3268bdf0778775b850c62eaadb8c052a",
     },
     Embedded {
         id: "shade-none-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-beckmann-both.wgsl"),
-        sha256: "abe60751a4d33ff718509e005755156c1b570befbfe8c725fa6bd89c0a348953",
+        sha256: "07834e5f0a82bd2ddb947a4a7a5ad6cc9ee9cfd13574858fa55ae49982a24a84",
     },
     Embedded {
         id: "shade-none-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-beckmann-diffuse.wgsl"),
-        sha256: "52f6c57a31e2f1a8d75a7a5563fd9ef63169cefbbb5c6681c5a9e330a671cebf",
+        sha256: "4ec337aa30dec70f36300813c763962ad7e2e1b99a76d48b7da2ff614aef8b0b",
     },
     Embedded {
         id: "shade-none-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-ggx-both.wgsl"),
-        sha256: "98ce29bb8ad26e9e2b32eeab4a633cebf5a355184f1ea728af39854dd24aa4ba",
+        sha256: "37d1df3dd705663f2c53bfcc3619f1e6048fa940bc0afbf07a5d8deb531b3e7b",
     },
     Embedded {
         id: "shade-none-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-ggx-diffuse.wgsl"),
-        sha256: "8f3b53916c10c5f1ca3b48520d9c953083d418fec7350eec6b60a0a05e6b0949",
+        sha256: "e76f75c3a14e0916fe1a8e1a108587c1e7f7023d0d825d5d4d8ac1bd16e765d7",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -1169,30 +1169,114 @@ pub enum Function {
     /// Nothing but reading and writing.
     #[default]
     None,
+    /// The error function.
+    Erf,
+    /// The complementary error function.
+    Erfc,
+    /// The complementary error function without its decay.
+    ErfcScaled,
+    /// The integral of the complementary error function without its decay.
+    ErfcIntegralScaled,
+    /// Exp(x) - 1.
+    Expm1,
+    /// (exp(x) - 1)/x.
+    Expm1OverX,
     /// A spherical Gaussian.
     SgEvaluate,
-    /// Its integral.
+    /// The same, as printed.
+    SgEvaluateLiteral,
+    /// Its integral over the sphere.
     SgIntegral,
-    /// The product of two.
+    /// The same, as printed.
+    SgIntegralLiteral,
+    /// The product of two spherical Gaussians.
     SgProduct,
+    /// The same, as printed.
+    SgProductLiteral,
+    /// The integral over a hemisphere.
+    SgHemisphereIntegral,
+    /// The integral times the cosine about the axis.
+    SgUpperCosineIntegral,
+    /// The same, as printed.
+    SgUpperCosineIntegralLiteral,
+    /// The integral times the cosine about the opposite of the axis.
+    SgLowerCosineIntegral,
+    /// The same, as printed.
+    SgLowerCosineIntegralLiteral,
+    /// The integral times any cosine: the cosine constant.
+    SgCosineConstant,
+    /// The cosine a spherical Gaussian.
+    SgCosineGaussian,
+    /// By a logistic curve.
+    SgCosineLogistic,
+    /// The same, as printed.
+    SgCosineLogisticLiteral,
+    /// By the error function.
+    SgCosineErf,
+    /// By a fit.
+    SgCosineFitted,
+    /// By a fit with more constants.
+    SgCosineFittedFine,
 }
 impl Function {
     /// The name of the axis.
     pub const AXIS: &str = "function";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 25] = [
         Self::None,
+        Self::Erf,
+        Self::Erfc,
+        Self::ErfcScaled,
+        Self::ErfcIntegralScaled,
+        Self::Expm1,
+        Self::Expm1OverX,
         Self::SgEvaluate,
+        Self::SgEvaluateLiteral,
         Self::SgIntegral,
+        Self::SgIntegralLiteral,
         Self::SgProduct,
+        Self::SgProductLiteral,
+        Self::SgHemisphereIntegral,
+        Self::SgUpperCosineIntegral,
+        Self::SgUpperCosineIntegralLiteral,
+        Self::SgLowerCosineIntegral,
+        Self::SgLowerCosineIntegralLiteral,
+        Self::SgCosineConstant,
+        Self::SgCosineGaussian,
+        Self::SgCosineLogistic,
+        Self::SgCosineLogisticLiteral,
+        Self::SgCosineErf,
+        Self::SgCosineFitted,
+        Self::SgCosineFittedFine,
     ];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
+            Self::Erf => "erf",
+            Self::Erfc => "erfc",
+            Self::ErfcScaled => "erfc_scaled",
+            Self::ErfcIntegralScaled => "erfc_integral_scaled",
+            Self::Expm1 => "expm1",
+            Self::Expm1OverX => "expm1_over_x",
             Self::SgEvaluate => "sg_evaluate",
+            Self::SgEvaluateLiteral => "sg_evaluate_literal",
             Self::SgIntegral => "sg_integral",
+            Self::SgIntegralLiteral => "sg_integral_literal",
             Self::SgProduct => "sg_product",
+            Self::SgProductLiteral => "sg_product_literal",
+            Self::SgHemisphereIntegral => "sg_hemisphere_integral",
+            Self::SgUpperCosineIntegral => "sg_upper_cosine_integral",
+            Self::SgUpperCosineIntegralLiteral => "sg_upper_cosine_integral_literal",
+            Self::SgLowerCosineIntegral => "sg_lower_cosine_integral",
+            Self::SgLowerCosineIntegralLiteral => "sg_lower_cosine_integral_literal",
+            Self::SgCosineConstant => "sg_cosine_constant",
+            Self::SgCosineGaussian => "sg_cosine_gaussian",
+            Self::SgCosineLogistic => "sg_cosine_logistic",
+            Self::SgCosineLogisticLiteral => "sg_cosine_logistic_literal",
+            Self::SgCosineErf => "sg_cosine_erf",
+            Self::SgCosineFitted => "sg_cosine_fitted",
+            Self::SgCosineFittedFine => "sg_cosine_fitted_fine",
         }
     }
 }

@@ -24,19 +24,23 @@ struct SglowLobe {
 /// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
 /// [Tokuyoshi 2016, Eq. (12)]
 ///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e15.
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
 /// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
+/// Contract: sharpness above 4e37 is taken as 4e37; axes that are not unit give a finite lobe as long as the squares of
+/// their lengths are; NaN gives any number or NaN.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    let mean = sharpness_a * axis_a + sharpness_b * axis_b;
-    let sharpness = length(mean);
-    var axis = axis_a;
-    if sharpness > 1e-20 {
-        axis = mean / sharpness;
-    }
+    // In units of the larger sharpness: the weighted sum of sharp axes would overflow, that of dull ones vanish.
+    let larger = clamp(max(sharpness_a, sharpness_b), 1e-37, 4e37);
+    let share_a = min(sharpness_a, 4e37) / larger;
+    let share_b = min(sharpness_b, 4e37) / larger;
+    let mean = share_a * axis_a + share_b * axis_b;
+    let norm = length(mean);
+    // Lobes that cancel to the last digit have no direction left.
+    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
     // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
     let chord = axis_a - axis_b;
-    let sum = max(sharpness + sharpness_a + sharpness_b, 1e-30);
-    return SglowLobe(axis, sharpness, -sharpness_a * (sharpness_b / sum) * dot(chord, chord));
+    let both = share_a * share_b / max(norm + share_a + share_b, 1e-12);
+    return SglowLobe(axis, larger * norm, -larger * (both * dot(chord, chord)));
 }
 
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.

@@ -24,19 +24,23 @@ struct SglowLobe {
 /// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
 /// [Tokuyoshi 2016, Eq. (12)]
 ///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e15.
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
 /// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
+/// Contract: sharpness above 4e37 is taken as 4e37; axes that are not unit give a finite lobe as long as the squares of
+/// their lengths are; NaN gives any number or NaN.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    let mean = sharpness_a * axis_a + sharpness_b * axis_b;
-    let sharpness = length(mean);
-    var axis = axis_a;
-    if sharpness > 1e-20 {
-        axis = mean / sharpness;
-    }
+    // In units of the larger sharpness: the weighted sum of sharp axes would overflow, that of dull ones vanish.
+    let larger = clamp(max(sharpness_a, sharpness_b), 1e-37, 4e37);
+    let share_a = min(sharpness_a, 4e37) / larger;
+    let share_b = min(sharpness_b, 4e37) / larger;
+    let mean = share_a * axis_a + share_b * axis_b;
+    let norm = length(mean);
+    // Lobes that cancel to the last digit have no direction left.
+    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
     // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
     let chord = axis_a - axis_b;
-    let sum = max(sharpness + sharpness_a + sharpness_b, 1e-30);
-    return SglowLobe(axis, sharpness, -sharpness_a * (sharpness_b / sum) * dot(chord, chord));
+    let both = share_a * share_b / max(norm + share_a + share_b, 1e-12);
+    return SglowLobe(axis, larger * norm, -larger * (both * dot(chord, chord)));
 }
 
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
@@ -100,18 +104,33 @@ fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
     return specular + (vec3<f32>(grazing) - specular) * (squared * squared * complement);
 }
 
-/// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l)) / l.
+/// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
+fn sglow_expm1_over_x_near_zero(x: f32) -> f32 {
+    // Least relative error over |x| < 1, by oracle/examples/fit_erf.rs: 5.4e-8.
+    return 1.0 + x * (0.50000006 + x * (0.16666733 + x * (0.041666258 + x * (0.008329955 + x * (0.0013895074
+        + x * (0.00020391113 + x * 0.000024800787))))));
+}
+
+/// (exp(x) - 1)/x, continued to 1 at x = 0.
+///
+/// x: -f32::MAX to 88. Result: above 0, or 0 where a GPU flushes it.
+/// Contract: -infinity is taken as -8.5e37; NaN and what overflows gives any number, infinity or NaN.
+fn sglow_expm1_over_x(x: f32) -> f32 {
+    if abs(x) < 1.0 {
+        return sglow_expm1_over_x_near_zero(x);
+    }
+    // No language promises a quotient whose divisor is beyond 2^126.
+    return (exp(x) - 1.0) / max(x, -8.5e37);
+}
+
+/// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.
 /// [Tokuyoshi 2016, Appendix A]
 ///
-/// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi / sharpness when sharp.
+/// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN gives any number or NaN.
 fn sglow_sg_integral(sharpness: f32) -> f32 {
-    let x = 2.0 * sharpness;
-    if x < 0.5 {
-        // 1 - exp(-x) cancels here; eight terms of its Taylor series leave less than 2e-8.
-        return 12.566371 * (1.0 + x * (-0.5 + x * (0.16666667 + x * (-0.041666668 + x * (0.008333334
-            + x * (-0.0013888889 + x * 0.0001984127))))));
-    }
-    return 12.566371 * (1.0 - exp(-x)) / x;
+    // Twice a larger sharpness would be infinite.
+    return 12.566371 * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
 }
 
 /// What the specular lobe of a shading point needs besides the incoming light.
