@@ -61,8 +61,8 @@ struct Shape {
     /// Degree n of the numerator of the squared value at the horizon, whose denominator has degree n + 3: 2 n + 2
     /// constants, since both limits, 1 at sharpness 0 and 2/pi when sharp, are kept.
     degree: usize,
+    /// Number of constants of the flattening; those of the weight are the rest.
     flattening: usize,
-    weight: usize,
     /// Whether the weight is a constant, or a polynomial that is 1 for a sharp lobe.
     weight_is_constant: bool,
 }
@@ -202,14 +202,14 @@ fn main() {
     fit_form(
         "fitted",
         &samples,
-        Shape { degree: 2, flattening: 2, weight: 1, weight_is_constant: true },
+        Shape { degree: 2, flattening: 2, weight_is_constant: true },
         &start,
     );
     let start: Vec<f64> = three.iter().copied().chain([-2.0, 5.7, 8.0, -1.1, 3.6, -1.9]).collect();
     fit_form(
         "fitted_fine",
         &samples,
-        Shape { degree: 3, flattening: 3, weight: 3, weight_is_constant: false },
+        Shape { degree: 3, flattening: 3, weight_is_constant: false },
         &start,
     );
     table();

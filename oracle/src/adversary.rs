@@ -11,6 +11,7 @@ use crate::fis::stress::{Random, Stress};
 use crate::fis::{Warped, modified_level, previous_level};
 use crate::light::{Light, LightKind};
 use crate::rsm::{Lobes, Moments, Pyramid, moments};
+use crate::sg::{Cosine, hemisphere_integral};
 use crate::shade::{Diffuse, Model, Reflected, Specular, shade};
 use crate::surface::SurfaceTexel;
 use crate::tolerance::{
@@ -116,6 +117,9 @@ impl Real for Adversary {
     }
     fn erfc_integral_scaled(self) -> Self {
         Self::missed(self.0.erfc_integral_scaled(), ERFC_SCALED_ULPS, 0.0)
+    }
+    fn times_power_of_two(self, exponent: i32) -> Self {
+        Self::missed(self.0.times_power_of_two(exponent), 0.0, 0.0)
     }
     fn abs(self) -> Self {
         Self(self.0.abs())
@@ -405,9 +409,31 @@ fn receivers<R: Real>() -> Vec<SurfaceTexel<R>> {
 }
 
 #[test]
+fn integrals_stay_within_their_tolerances() {
+    let mut random = Random::new(21);
+    let mut used: Vec<Use> = Cosine::ALL.iter().map(|_| Use::default()).collect();
+    let mut hemisphere = Use::default();
+    for _ in 0..4000 {
+        let sharpness = 10f64.powf(-6.0 + 18.0 * random.uniform()) as f32;
+        let reach = (6.0 / f64::from(sharpness).sqrt()).min(1.0);
+        let cosine = (reach * (2.0 * random.uniform() - 1.0)) as f32;
+        let exact = [cosine, sharpness].map(Bounded::exact);
+        let inputs = [cosine, sharpness].map(|input| Adversary(f64::from(input)));
+        for (form, used) in Cosine::ALL.into_iter().zip(&mut used) {
+            let found = form.integral(inputs[0], inputs[1]);
+            assert!(found.0 >= 0.0, "{form:?} {inputs:?} {found:?}");
+            used.compare(found, form.integral(exact[0], exact[1]), &format!("{form:?} {inputs:?}"));
+        }
+        let found = hemisphere_integral(inputs[0], inputs[1]);
+        hemisphere.compare(found, hemisphere_integral(exact[0], exact[1]), "hemisphere");
+    }
+    used.iter().chain([&hemisphere]).for_each(|used| used.assert_meaningful(0.05));
+}
+
+#[test]
 fn reflections_stay_within_their_tolerances() {
     let eye = Vector3::new(0.0, 1.0, 6.0);
-    for diffuse in [Diffuse::Constant, Diffuse::Gaussian] {
+    for diffuse in Diffuse::ALL {
         for specular in [Specular::Sg, Specular::Asg] {
             for ndf in [Ndf::Ggx, Ndf::Beckmann] {
                 let lights = some_lights::<Adversary>();

@@ -11,15 +11,20 @@
 //! # Pipeline
 //! [`surface`] and [`light`] make virtual point lights; [`rsm`] makes their moments, density and mips; [`fis`] places
 //! the kernels; [`vsgl`] makes one light per kernel; [`shade`] reflects them; [`direct`] and [`compose`] add the rest.
+//! [`sg`] has the integrals of spherical Gaussians that shading is made of, on the functions of [`math`].
 //! The truths are [`quadrature`] for integrals over the sphere and [`vpl`] for whole pictures.
 //!
 //! # Citations
 //! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
+//! - DLMF: NIST Digital Library of Mathematical Functions, <https://dlmf.nist.gov>.
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
 //! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
+//! - Meder 2018: Screen space approximate Gaussian hulls, EGSR Experimental Ideas and Implementations.
 //! - Schlick 1994: An inexpensive BRDF model for physically-based rendering, Comput. Graph. Forum 13(3).
 //! - Tokuyoshi 2015: Fast indirect illumination using two virtual spherical Gaussian lights, supplement.
 //! - Tokuyoshi 2016: Modified filtered importance sampling for virtual spherical Gaussian lights, CVM 2(4).
+//! - Tokuyoshi 2022: Accurate diffuse lighting from spherical Gaussian lights, SIGGRAPH Posters.
+//! - Tokuyoshi 2024: Hierarchical light sampling with accurate spherical Gaussian lighting, SIGGRAPH Asia.
 //! - Walter 2007: Microfacet models for refraction through rough surfaces, EGSR.
 //! - Xu 2013: Anisotropic spherical Gaussians, ACM Trans. Graph. 32(6).
 

@@ -48,6 +48,8 @@ pub trait Real:
     fn erfc_scaled(self) -> Self;
     /// `exp(x^2)` times the integral of erfc from x on, for x at least 0; a smaller one counts as 0.
     fn erfc_integral_scaled(self) -> Self;
+    /// `x 2^exponent`, which rounds nothing.
+    fn times_power_of_two(self, exponent: i32) -> Self;
     /// The absolute value.
     fn abs(self) -> Self;
     /// The smaller of two.
@@ -125,6 +127,9 @@ impl Real for f64 {
     }
     fn erfc_integral_scaled(self) -> Self {
         math::erfc_integral_scaled(self.max(0.0))
+    }
+    fn times_power_of_two(self, exponent: i32) -> Self {
+        self * 2f64.powi(exponent)
     }
     fn abs(self) -> Self {
         Self::abs(self)

@@ -256,6 +256,10 @@ impl Real for Bounded {
     fn erfc_integral_scaled(self) -> Self {
         self.monotone(|x| x.erfc_integral_scaled(), |_| ERFC_SCALED_ULPS)
     }
+    fn times_power_of_two(self, exponent: i32) -> Self {
+        let scale = 2f64.powi(exponent);
+        Self::rounded(self.value * scale, self.error * scale, 0.0)
+    }
     fn abs(self) -> Self {
         Self { value: self.value.abs(), error: self.error }
     }

@@ -1,10 +1,11 @@
 //! Operations on scalars, and what each gives under an arithmetic.
 
 use sglow_oracle::tolerance::{
-    DIVISION_ULPS, INVERSE_SQRT_ULPS, LOG_NEAR_ONE, LOG_ULPS, SQRT_ULPS, exp_ulps,
+    DIVISION_ULPS, INVERSE_SQRT_ULPS, LOG_NEAR_ONE, LOG_ULPS, ROUNDING_ULPS, SQRT_ULPS, exp_ulps,
 };
 
 use crate::arithmetic::{Arithmetic, chance};
+use crate::error::ulp;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Operation {
@@ -82,7 +83,7 @@ fn flushed(bits: u32) -> u32 {
 fn grant(operation: Operation, a: f64, b: f64) -> (f64, f64) {
     match operation {
         Operation::Add | Operation::Subtract | Operation::Multiply | Operation::MultiplyAdd => {
-            (0.5, 0.0)
+            (ROUNDING_ULPS, 0.0)
         }
         Operation::Divide => (DIVISION_ULPS, 0.0),
         Operation::Exp | Operation::Exp2 => (exp_ulps(a), 0.0),
@@ -115,31 +116,63 @@ pub(super) fn evaluate(
             Kind::Other => exact(operation, a, b, c),
         },
         Arithmetic::Granted(seed) => {
-            let bits = exact(operation, a, b, c);
-            let (ulps, absolute) =
-                grant(operation, f64::from(f32::from_bits(a)), f64::from(f32::from_bits(b)));
-            let value = f32::from_bits(bits);
-            if !value.is_finite() || (ulps == 0.0 && absolute == 0.0) || value == 0.0 {
-                return bits;
-            }
+            let [x, y, z] = [a, b, c].map(|bits| f64::from(f32::from_bits(bits)));
+            let Some(value) = wide(operation, x, y, z) else {
+                return exact(operation, a, b, c);
+            };
             let key = u64::from(a) ^ u64::from(b).rotate_left(21) ^ u64::from(c).rotate_left(42);
             let draw = 2.0 * chance(seed, key ^ ((operation as u64) << 56)) - 1.0;
-            let ulp = f64::from(value.abs().next_up() - value.abs());
-            // Half an ULP is the rounding itself.
-            let off = draw * ((ulps - 0.5).max(0.0) * ulp + absolute);
-            let off = if ulps == 0.5 && absolute == 0.0 { draw.signum() * 0.5 * ulp } else { off };
-            let missed = (f64::from(value) + off) as f32;
-            let limited = match operation {
-                // No driver was seen to leave the range of these.
-                Operation::Sin | Operation::Cos => missed.clamp(-1.0, 1.0),
-                Operation::Exp | Operation::Exp2 | Operation::Sqrt | Operation::InverseSqrt => {
-                    missed.max(0.0)
-                }
-                _ => missed,
-            };
-            limited.to_bits()
+            missed(operation, value, grant(operation, x, y), draw).to_bits()
         }
     }
+}
+
+/// An f32 that is off the value by up to the grant, in the direction of `draw`, -1 to 1.
+#[expect(clippy::cast_possible_truncation, reason = "the rounding is what is wanted")]
+fn missed(operation: Operation, value: f64, (ulps, absolute): (f64, f64), draw: f64) -> f32 {
+    let nearest = value as f32;
+    let exact = f64::from(nearest) == value && ulps <= 1.0 && absolute == 0.0;
+    if !nearest.is_finite() || exact || (value == 0.0 && absolute == 0.0) {
+        return nearest;
+    }
+    // One ULP is kept for the rounding itself, which may go either way.
+    let wished = value + draw * ((ulps - 1.0).max(0.0) * ulp(value) + absolute);
+    let nearest = wished as f32;
+    let rounded = match f64::from(nearest).total_cmp(&wished) {
+        core::cmp::Ordering::Less if draw > 0.0 => nearest.next_up(),
+        core::cmp::Ordering::Greater if draw < 0.0 => nearest.next_down(),
+        _ => nearest,
+    };
+    match operation {
+        // No driver was seen to leave the range of these.
+        Operation::Sin | Operation::Cos => rounded.clamp(-1.0, 1.0),
+        Operation::Exp | Operation::Exp2 | Operation::Sqrt | Operation::InverseSqrt => {
+            rounded.max(0.0)
+        }
+        _ => rounded,
+    }
+}
+
+/// The result of an operation that is granted an error, before any rounding to f32.
+fn wide(operation: Operation, x: f64, y: f64, z: f64) -> Option<f64> {
+    use Operation as O;
+    Some(match operation {
+        O::Add => x + y,
+        O::Subtract => x - y,
+        O::Multiply => x * y,
+        O::MultiplyAdd => x.mul_add(y, z),
+        O::Divide => x / y,
+        O::Exp => x.exp(),
+        O::Exp2 => x.exp2(),
+        O::Log => x.ln(),
+        O::Log2 => x.log2(),
+        O::Pow => x.powf(y),
+        O::Sqrt => x.sqrt(),
+        O::InverseSqrt => 1.0 / x.sqrt(),
+        O::Sin => x.sin(),
+        O::Cos => x.cos(),
+        _ => return None,
+    })
 }
 
 /// What becomes of subnormal numbers in an operation.

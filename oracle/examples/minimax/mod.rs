@@ -1,6 +1,8 @@
 //! Minimax fits: least squares whose weights grow where the error is largest [Lawson 1961], for functions that are
 //! linear in their coefficients, rational, or anything else.
 
+#![allow(dead_code, reason = "each of the programs that include this uses a part")]
+
 /// A dense linear least-squares problem `rows x = right`, solved by Householder reflections with scaled columns.
 fn least_squares(mut rows: Vec<Vec<f64>>, mut right: Vec<f64>, damping: f64) -> Option<Vec<f64>> {
     let count = rows.first()?.len();
@@ -29,9 +31,10 @@ fn least_squares(mut rows: Vec<Vec<f64>>, mut right: Vec<f64>, damping: f64) -> 
         reflector[0] -= alpha;
         let square: f64 = reflector.iter().map(|v| v * v).sum();
         for other in column..count {
-            let dot: f64 = reflector.iter().zip(column..).map(|(v, i)| v * rows[i][other]).sum();
-            for (v, i) in reflector.iter().zip(column..) {
-                rows[i][other] -= 2.0 * dot / square * v;
+            let dot: f64 =
+                reflector.iter().zip(&rows[column..]).map(|(v, row)| v * row[other]).sum();
+            for (v, row) in reflector.iter().zip(&mut rows[column..]) {
+                row[other] -= 2.0 * dot / square * v;
             }
         }
         let dot: f64 = reflector.iter().zip(column..).map(|(v, i)| v * right[i]).sum();
@@ -49,7 +52,6 @@ fn least_squares(mut rows: Vec<Vec<f64>>, mut right: Vec<f64>, damping: f64) -> 
 }
 
 /// The largest magnitude.
-
 pub(crate) fn largest(errors: &[f64]) -> f64 {
     errors.iter().fold(0.0, |most, error| most.max(error.abs()))
 }
@@ -66,7 +68,6 @@ fn reweigh(weights: &mut [f64], errors: &[f64], power: f64) {
 
 /// The rational function `sum n_i x^i / (1 + sum d_i x^i)` of least largest relative error: numerator, denominator
 /// (its 1 included), error.
-
 pub(crate) fn rational(
     points: &[f64],
     target: impl Fn(f64) -> f64,
@@ -110,14 +111,11 @@ pub(crate) fn rational(
 }
 
 /// A polynomial, lowest coefficient first.
-
 pub(crate) fn horner(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
 /// Parameters of least largest residual near a start: Lawson's weights around Levenberg-Marquardt steps.
-
-#[allow(dead_code, reason = "each of the programs uses a part")]
 pub(crate) fn fit(
     residuals: impl Fn(&[f64]) -> Vec<f64>,
     start: &[f64],

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use crate::Real;
 use crate::math::bessel_i_scaled;
 use crate::quadrature::gauss_legendre;
-use crate::sg::{integral, lower_cosine_integral, odd_part_scaled, upper_cosine_integral};
+use crate::sg::{integral, lower_cosine_integral, odd_part_scaled};
 
 static RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(48));
 
@@ -129,8 +129,7 @@ pub(crate) fn slope_of<R: Real>(sharpness: R, numerator: &[f64], denominator: &[
     u * (homogeneous(numerator) / (y * homogeneous(denominator))).sqrt()
 }
 
-// [Tokuyoshi 2024]: c = 1/2 + (z erf(t z) - erf(t))/2 + (exp(-t^2 z^2) - exp(-t^2))/(2 t sqrt(pi)) + z/2; its constants
-// are those of the author's sample code.
+// [Tokuyoshi 2024]: c = 1/2 + (z erf(t z) - erf(t))/2 + (exp(-t^2 z^2) - exp(-t^2))/(2 t sqrt(pi)) + z/2
 fn erf<R: Real>(cosine: R, sharpness: R) -> R {
     let t = slope_of(
         sharpness,
@@ -223,8 +222,122 @@ pub fn dark_side<R: Real>(cosine: R, sharpness: R, constants: DarkSide<'_>) -> R
     R::constant(2.0 * PI) * (y * (odd * cosine.max(R::zero()) + dark))
 }
 
-/// The largest of the integrals, by which errors are measured.
-#[must_use]
-pub fn largest(sharpness: f64) -> f64 {
-    upper_cosine_integral(sharpness)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quadrature::SphereRule;
+    use crate::sg::{evaluate, product_integral, upper_cosine_integral};
+    use crate::{Bounded, Vector3};
+
+    const SHARPNESS: [f64; 12] =
+        [1e-3, 0.03, 0.224, 0.5, 1.0, 2.0, 3.5, 6.0, 20.0, 100.0, 1e4, 1e6];
+
+    /// Cosines over the sphere and, closer, about the horizon.
+    fn cosines(sharpness: f64) -> impl Iterator<Item = f64> {
+        let reach = (8.0 / sharpness.sqrt()).min(0.5 * PI);
+        let uniform = (0..=90).map(|i| PI * f64::from(i) / 90.0);
+        let near = (0..=40).map(move |i| 0.5 * PI + reach * (f64::from(i) / 20.0 - 1.0));
+        uniform.chain(near).map(f64::cos)
+    }
+
+    /// The largest error over all of [`SHARPNESS`] and cosines, over the largest value.
+    fn model_error(form: Cosine) -> f64 {
+        let errors = SHARPNESS.iter().flat_map(|&sharpness| {
+            let upper = upper_cosine_integral(sharpness);
+            cosines(sharpness).map(move |cosine| {
+                (form.integral(cosine, sharpness) - truth(cosine, sharpness)).abs() / upper
+            })
+        });
+        errors.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_truth_equals_the_quadrature_over_the_sphere() {
+        let normal = Vector3::new(0.0, 0.0, 1.0);
+        for (sharpness, angle) in
+            [(1e-3, 1.0), (0.7, 0.2), (5.0, 1.5), (5.0, 2.6), (60.0, 1.7), (400.0, 1.5)]
+        {
+            let axis = Vector3::new(f64::sin(angle), 0.0, f64::cos(angle));
+            let rule = SphereRule { polar_order: 48, ..SphereRule::around(normal, sharpness) }
+                .with_azimuths(512);
+            let expected =
+                rule.integrate(|at| evaluate(at, axis, sharpness) * at.dot(normal).max(0.0));
+            let found = truth(angle.cos(), sharpness);
+            let upper = upper_cosine_integral(sharpness);
+            assert!((found - expected).abs() < 1e-9 * upper, "{sharpness} {angle}");
+            // Negative control: another angle is another integral.
+            let other = truth((angle + 0.01).cos(), sharpness);
+            assert!((other - expected).abs() > 1e-6 * sharpness.min(1.0) * upper);
+        }
+    }
+
+    #[test]
+    fn errors_of_the_forms_are_those_that_are_documented() {
+        let bounds = [
+            (Cosine::Constant, 2.9, 3.0),
+            (Cosine::Gaussian, 0.13, 0.145),
+            (Cosine::Logistic, 8.0e-3, 8.8e-3),
+            (Cosine::Erf, 1.4e-3, 1.6e-3),
+            (Cosine::Fitted, 4e-5, 5.9e-5),
+            (Cosine::FittedFine, 1e-5, 1.6e-5),
+        ];
+        for (form, low, high) in bounds {
+            let error = model_error(form);
+            assert!(error > low && error < high, "{form:?} {error}");
+        }
+        // Negative control: one digit of one constant less, and the promise is broken.
+        let numerator = [1.0, -1.66, 4.425_602_4];
+        let broken = DarkSide { numerator: &numerator, ..FITTED };
+        let error = SHARPNESS.map(|sharpness| {
+            (dark_side(0.0, sharpness, broken) - truth(0.0, sharpness)).abs()
+                / upper_cosine_integral(sharpness)
+        });
+        assert!(error.into_iter().fold(0.0, f64::max) > 1.5e-4);
+    }
+
+    #[test]
+    fn forms_that_promise_it_rise_with_the_cosine_and_are_positive() {
+        for form in [Cosine::Erf, Cosine::Fitted, Cosine::FittedFine] {
+            for step in 0..200 {
+                let sharpness = 1e-3 * 10f64.powf(f64::from(step) * 9.0 / 199.0);
+                let upper = upper_cosine_integral(sharpness);
+                let mut last = -1e-300;
+                for step in 0..=1000 {
+                    let cosine = f64::from(step) / 500.0 - 1.0;
+                    let value = form.integral(cosine, sharpness);
+                    assert!(value >= last - 1e-15 * upper, "{form:?} {sharpness} {cosine}");
+                    assert!(value >= 0.0);
+                    last = value;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_gaussian_form_is_the_product_of_two_lobes() {
+        let normal = Vector3::new(0.0, 0.0, 1.0);
+        for (sharpness, angle) in [(0.1, 0.4), (2.0, 2.0), (2.0, PI), (70.0, 1.2), (1e6, 0.01)] {
+            let axis = Vector3::new(f64::sin(angle), 0.0, f64::cos(angle));
+            let expected = product_integral(axis, sharpness, normal, 2.0) * PI / integral(2.0);
+            let found = Cosine::Gaussian.integral(angle.cos(), sharpness);
+            assert!((found / expected - 1.0).abs() < 1e-8, "{sharpness} {angle}");
+        }
+    }
+
+    #[test]
+    fn tolerances_are_far_below_what_tells_the_forms_apart() {
+        for sharpness in [0.0, 1e-30, 1e-3, 0.7, 1.5, 6.0, 80.0, 1e5, 1e12, 1e30] {
+            for cosine in [-1.0, -0.4, -1e-3, 0.0, 0.3, 1.0] {
+                for form in Cosine::ALL {
+                    let bounded = form.integral(Bounded::exact(cosine), Bounded::exact(sharpness));
+                    let upper = upper_cosine_integral(f64::from(sharpness));
+                    assert!(bounded.promises(), "{form:?} {sharpness} {cosine}");
+                    assert!(
+                        bounded.error < 1.2e-5 * upper.max(integral(f64::from(sharpness))),
+                        "{form:?} {sharpness} {cosine} {bounded:?}"
+                    );
+                }
+            }
+        }
+    }
 }

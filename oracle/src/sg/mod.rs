@@ -4,7 +4,9 @@ pub mod cosine;
 pub mod cosine_bounds;
 pub mod evaluate;
 pub mod hemisphere;
+pub mod identities;
 pub mod integral;
+pub mod literal;
 pub mod product;
 
 pub use cosine::Cosine;

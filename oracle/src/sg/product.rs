@@ -18,6 +18,7 @@ pub struct Product<R = f64> {
 ///
 /// The logarithm `l - la - lb` of the amplitude is the small difference of large numbers; multiplied by
 /// `(l + la + lb)/(l + la + lb)` it becomes `-la lb |xa - xb|^2/(l + la + lb)`, which has no difference but the axes'.
+/// All lengths are in units of a power of two near the larger sharpness, whose square may be out of the range of f32.
 // [Tokuyoshi 2016, Eq. (12)]
 pub fn product<R: Real>(
     axis_a: Vector3<R>,
@@ -25,19 +26,24 @@ pub fn product<R: Real>(
     axis_b: Vector3<R>,
     sharpness_b: R,
 ) -> Product<R> {
-    let (larger, smaller) = (sharpness_a.max(sharpness_b), sharpness_a.min(sharpness_b));
-    if larger.value() <= 0.0 {
-        return Product { axis: axis_a, sharpness: larger, log_amplitude: R::zero() };
-    }
-    // In units of the larger sharpness, so that no sum and no square leaves the range of f32.
-    let (share_a, share_b) = (sharpness_a / larger, sharpness_b / larger);
+    let larger = sharpness_a.value().max(sharpness_b.value());
+    #[expect(clippy::cast_possible_truncation, reason = "the exponent of an f32")]
+    let exponent = if larger > 0.0 { larger.log2().floor().max(-126.0) as i32 } else { 0 };
+    let [share_a, share_b] =
+        [sharpness_a, sharpness_b].map(|sharpness| sharpness.times_power_of_two(-exponent));
     let mean = axis_a * share_a + axis_b * share_b;
     let norm = mean.length();
-    let chord = (axis_a - axis_b).length_squared();
+    let total = norm + share_a + share_b;
+    let log_amplitude = if total.value() > 0.0 {
+        let chord = (axis_a - axis_b).length_squared();
+        -(sharpness_a.min(sharpness_b) * (share_a.max(share_b) * (chord / total)))
+    } else {
+        R::zero()
+    };
     Product {
         axis: mean.normalized_or(axis_a),
-        sharpness: larger * norm,
-        log_amplitude: -(smaller * (chord / (norm + share_a + share_b))),
+        sharpness: norm.times_power_of_two(exponent),
+        log_amplitude,
     }
 }
 
@@ -99,6 +105,35 @@ mod tests {
             assert!(
                 (product_integral(a, la + 0.01 * (1.0 + la), b, lb) / truth - 1.0).abs() > 1e-4
             );
+        }
+    }
+
+    #[test]
+    fn swapping_the_factors_changes_nothing() {
+        for (la, lb, angle) in [(3.0, 5.0, 0.4), (1e-3, 1e6, 2.0), (40.0, 40.0, 3.0)] {
+            let (a, b) = (direction(0.3, 1.0), direction(0.3 + angle, 1.3));
+            let (one, other) = (product(a, la, b, lb), product(b, lb, a, la));
+            assert!((one.axis - other.axis).length() < 1e-12);
+            assert!((one.sharpness / other.sharpness - 1.0).abs() < 1e-12);
+            assert!((one.log_amplitude / other.log_amplitude - 1.0).abs() < 1e-13);
+            // Negative control: swapping one thing only is another product.
+            let mixed = product(a, lb, b, la);
+            assert!(la == lb || (mixed.axis - one.axis).length() > 1e-3);
+        }
+    }
+
+    #[test]
+    fn is_promised_for_every_sharpness() {
+        let (a, b) = (direction(0.3, 1.0), direction(0.5, 1.0));
+        let vector = |v| Vector3::<Bounded>::constant(v);
+        for la in [1e-37, 1e-30, 1.0, 1e20, 2e37] {
+            for lb in [0.0, 1e-37, 1.0, 1e20, 2e37] {
+                let lobe = product(vector(a), Bounded::exact(la), vector(b), Bounded::exact(lb));
+                assert!(lobe.sharpness.promises(), "{la} {lb} {lobe:?}");
+                assert!(lobe.sharpness.error < 1e-5 * lobe.sharpness.value + 1e-36);
+                assert!(lobe.log_amplitude.promises(), "{la} {lb} {lobe:?}");
+                assert!((lobe.axis.length_squared().value - 1.0).abs() < 1e-12);
+            }
         }
     }
 

@@ -26,21 +26,25 @@ struct SglowLobe {
 ///
 /// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
 /// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
-/// Contract: sharpness above 4e37 is taken as 4e37; axes that are not unit give a finite lobe as long as the squares of
+/// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
 /// their lengths are; NaN gives any number or NaN.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the larger sharpness: the weighted sum of sharp axes would overflow, that of dull ones vanish.
-    let larger = clamp(max(sharpness_a, sharpness_b), 1e-37, 4e37);
-    let share_a = min(sharpness_a, 4e37) / larger;
-    let share_b = min(sharpness_b, 4e37) / larger;
+    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
+    // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
+    let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 2139095040u;
+    let unit = bitcast<f32>(bits);
+    let per_unit = bitcast<f32>(2130706432u - bits);
+    let share_a = min(sharpness_a, 2e37) * per_unit;
+    let share_b = min(sharpness_b, 2e37) * per_unit;
     let mean = share_a * axis_a + share_b * axis_b;
     let norm = length(mean);
     // Lobes that cancel to the last digit have no direction left.
     let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
     // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
     let chord = axis_a - axis_b;
-    let both = share_a * share_b / max(norm + share_a + share_b, 1e-12);
-    return SglowLobe(axis, larger * norm, -larger * (both * dot(chord, chord)));
+    // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
+    let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
+    return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
 }
 
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
