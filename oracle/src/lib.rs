@@ -24,10 +24,13 @@
 //! - Schlick 1994: An inexpensive BRDF model for physically-based rendering, Comput. Graph. Forum 13(3).
 //! - Tokuyoshi 2015: Fast indirect illumination using two virtual spherical Gaussian lights, supplement.
 //! - Tokuyoshi 2016: Modified filtered importance sampling for virtual spherical Gaussian lights, CVM 2(4).
+//! - Tokuyoshi 2024: Hierarchical light sampling with accurate spherical Gaussian lighting, SIGGRAPH Asia.
 //! - Toksvig 2005: Mipmapping normal maps, J. Graph. Tools 10(3).
 //! - Walter 2007: Microfacet models for refraction through rough surfaces, EGSR.
+//! - Wang 2009: All-frequency rendering of dynamic, spatially-varying reflectance, ACM Trans. Graph. 28(5).
 //! - Xu 2013: Anisotropic spherical Gaussians, ACM Trans. Graph. 32(6).
 
+pub mod asg;
 pub mod brdf;
 pub mod compose;
 pub mod direct;

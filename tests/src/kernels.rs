@@ -177,8 +177,8 @@ fn a_broken_light_is_noticed() {
         ),
         ("- dot(mean, mean)", "- 0.999 * dot(mean, mean)", "a mean that is not quite subtracted"),
         (
-            "mean_length / (1.0 - mean_length)",
-            "mean_length / (1.001 - mean_length)",
+            "mean_length, 1.0 - mean_length",
+            "mean_length, 1.001 - mean_length",
             "another sharpness",
         ),
         ("min(lower_level + 1, top)", "min(lower_level + 2, top)", "a mip level off by one"),

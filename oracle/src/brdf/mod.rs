@@ -4,5 +4,7 @@ pub mod beckmann;
 pub mod fresnel;
 pub mod ggx;
 pub mod material;
+pub mod reflection;
 
 pub use material::{Directions, Material, Ndf};
+pub use reflection::Reflection;
