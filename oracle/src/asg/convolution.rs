@@ -68,8 +68,7 @@ mod tests {
             // Negative control: the bandwidths exchanged.
             let axis = (z + x * 0.2).normalized();
             let other = Asg { bandwidths: [bandwidths[1], bandwidths[0]], ..asg };
-            let error =
-                convolution(&other, axis, sharpness) / self::truth(&asg, axis, sharpness) - 1.0;
+            let error = convolution(&other, axis, sharpness) / truth(&asg, axis, sharpness) - 1.0;
             assert!(error.abs() > bound || bandwidths[0] < 2.0 * bandwidths[1], "{error}");
         }
     }

@@ -1,6 +1,7 @@
 //! The reflection lobe of a rough surface as an anisotropic spherical Gaussian.
 
 use crate::asg::Asg;
+use crate::brdf::incidence::across;
 use crate::brdf::material::MINIMUM_WIDTH;
 use crate::{Real, Vector3};
 
@@ -16,8 +17,7 @@ pub const MINIMUM_COSINE: f64 = 1e-2;
 // [Xu 2013, Section 4.1], [Tokuyoshi 2016, Appendix C.2, Specular reflection]
 pub fn reflection<R: Real>(view: Vector3<R>, normal: Vector3<R>, alpha: R) -> Asg<R> {
     let z = view.mirrored(normal);
-    let (any, _) = z.value().basis();
-    let x = normal.cross(z).normalized_or(Vector3::constant(any));
+    let x = across(z, normal);
     let quarter = R::constant(0.25) / alpha.squared().max(R::constant(MINIMUM_WIDTH));
     let cosine = normal.dot(view).max(R::constant(MINIMUM_COSINE));
     Asg { axes: [x, z.cross(x), z], bandwidths: [quarter / cosine.squared(), quarter] }

@@ -3,7 +3,9 @@
 pub mod beckmann;
 pub mod fresnel;
 pub mod ggx;
+pub mod incidence;
 pub mod material;
+pub mod ndf_filtered;
 pub mod reflection;
 
 pub use material::{Directions, Material, Ndf};

@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use crate::asg;
-use crate::brdf::{Directions, Material, Ndf, reflection};
+use crate::brdf::{Directions, Material, Ndf, fresnel, ndf_filtered, reflection};
 use crate::quadrature::SphereRule;
 use crate::sg::product_integral;
 use crate::shade::Incoming;
@@ -16,6 +16,8 @@ pub enum Specular {
     Sg,
     /// By an anisotropic spherical Gaussian.
     Asg,
+    /// By a distribution of facets that is filtered by the light's lobe; GGX, whatever the distribution asked for.
+    NdfFiltered,
 }
 
 /// The factor `C = D_peak F V cos` of the lobe at the axis of the incoming radiance; 0 from below the horizon.
@@ -36,8 +38,6 @@ impl Specular {
         view: Vector3<R>,
         normal: Vector3<R>,
     ) -> Vector3<R> {
-        let directions = Directions { normal, view, light: arriving.axis };
-        let amplitude = amplitude(material, ndf, &directions);
         let integral = match self {
             Self::Sg => {
                 let lobe = reflection::mirror(view, normal, material.alpha);
@@ -47,7 +47,15 @@ impl Specular {
                 let lobe = asg::reflection(view, normal, material.alpha);
                 asg::convolution(&lobe, arriving.axis, arriving.sharpness)
             }
+            Self::NdfFiltered => {
+                let (axis, sharpness) = (arriving.axis, arriving.sharpness);
+                let found = ndf_filtered::reflection(view, normal, material.alpha, axis, sharpness);
+                let fresnel = fresnel::schlick(material.specular, found.cosine);
+                return arriving.coefficient.times(fresnel) * found.radiance;
+            }
         };
+        let directions = Directions { normal, view, light: arriving.axis };
+        let amplitude = amplitude(material, ndf, &directions);
         arriving.coefficient.times(amplitude) * integral
     }
 }
@@ -134,6 +142,47 @@ mod tests {
                     other.z / truth.z
                 );
             }
+        }
+    }
+
+    #[test]
+    fn the_filtered_distribution_holds_for_rough_surfaces_and_grazing_views() {
+        // The largest error over lobes at and beside the mirror direction, of the brightest of their reflections.
+        let error = |specular: Specular, alpha: f64, angle: f64, sharpness: f64| {
+            let (view, material) = (at(angle), material(alpha));
+            let mirror = view.mirrored(NORMAL);
+            let (x, y) = mirror.basis();
+            let step = alpha + 1.0 / sharpness.sqrt();
+            let pairs = [Vector3::zero(), x, y, -y, y * 2.0].map(|aside| {
+                let arriving = arriving((mirror + aside * step).normalized(), sharpness);
+                let truth = truth(&arriving, &material, Ndf::Ggx, view, NORMAL);
+                let found = specular.reflect(&arriving, &material, Ndf::Ggx, view, NORMAL);
+                [found.z, truth.z, found.x, truth.x]
+            });
+            [0, 2].map(|part| {
+                let brightest = pairs.iter().map(|pair| pair[part + 1]).fold(0.0, f64::max);
+                let errors = pairs.iter().map(|pair| (pair[part] - pair[part + 1]).abs());
+                errors.fold(0.0, f64::max) / brightest
+            })
+        };
+        for (alpha, angle, sharpness, bound) in [
+            (0.05, 0.8, 1000.0, 0.06),
+            (0.2, 0.8, 100.0, 0.04),
+            (0.2, 1.3, 1000.0, 0.03),
+            (0.5, 0.2, 100.0, 0.02),
+            (0.5, 1.3, 100.0, 0.09),
+            (1.0, 0.2, 5.0, 0.07),
+            (1.0, 1.5, 1.0, 0.06),
+        ] {
+            let [white, dielectric] = error(Specular::NdfFiltered, alpha, angle, sharpness);
+            let others =
+                [Specular::Sg, Specular::Asg].map(|other| error(other, alpha, angle, sharpness)[0]);
+            println!("{alpha} {angle} {sharpness}: {white:.4} {dielectric:.4}, {others:.4?}");
+            assert!(white < bound, "{alpha} {angle} {sharpness} {white}");
+            // Fresnel's term is taken once for the whole lobe.
+            assert!(dielectric < 0.5, "{alpha} {angle} {sharpness} {dielectric}");
+            // Negative control: the other models leave the bound.
+            assert!(others[0].min(others[1]) > bound, "{alpha} {angle} {sharpness} {others:?}");
         }
     }
 
