@@ -8,10 +8,12 @@
 //! reflection lobe of roughness R in a direction has `R = P/(1 + P)`. A light direction that turns by an angle turns the
 //! half vector by half of it in the plane of incidence and by 1/(2 v.h) of it across.
 //!
-//! Three things differ from the publication, each because it was measured to be closer to the truth:
+//! Some things differ from the publication, each because it was measured to be closer to the truth:
 //! - The width of the light's lobe is not 2/l but what gives the filtered reflection of a perfect mirror the peak of the
 //!   lobe itself, exactly: `P = 1/(l (1 + L(l)))`, L being the mean length of a von Mises-Fisher lobe.
 //! - Widths do not simply add: GGX has tails, which the convolution takes from the peak.
+//! - The convolution has no more tails than the facets have: of a width that comes from the light, the shape is that of
+//!   the light's lobe about the reflection lobe's axis.
 //! - The result goes over from the projected area of the upper hemisphere's facets, exact for one direction, to that of
 //!   facets all around, exact for light from everywhere.
 
@@ -61,14 +63,27 @@ pub fn visibility<R: Real>(cosine: R, sharpness: R) -> R {
     (opposite + share * (one - opposite)) / (one + opposite)
 }
 
-/// Roughness along one axis of the projected space, squared, and what the filter has added to it.
-fn filtered<R: Real>(width: R, smoothness: R, sharpness: R) -> [R; 2] {
-    // (P + 1/l + k P log2(1 + 1/(P l)))/(1 + the same), times l (1 - alpha^2) above and below.
-    let own = width * sharpness;
+/// The filtered distribution along one axis of the projected space.
+struct Filter<R> {
+    /// What the light has added to the squared roughness.
+    extra: R,
+    /// The facets' share of the width, 0 to 1: that of the tails.
+    tails: R,
+    /// The light's width over the whole, 0 to 1.
+    narrowing: R,
+}
+
+/// Of squared roughness, one minus that, and the inverse width of the light.
+fn filter<R: Real>(width: R, smoothness: R, spread: R) -> Filter<R> {
+    // P + 1/s + k P log2(1 + 1/(P s)), multiplied by s (1 - alpha^2): neither alpha 1 nor s = 0 divides by zero.
+    let own = width * spread;
     let tails = R::constant(WIDENING) * own * (R::one() + smoothness / own).log2();
     let added = smoothness + tails;
-    let extra = smoothness * added / (sharpness + added);
-    [width + extra, extra]
+    Filter {
+        extra: smoothness * (added / (spread + added)),
+        tails: own / (own + added),
+        narrowing: smoothness / (own + added),
+    }
 }
 
 /// The mean cosine of the part of a lobe above the horizon, roughly: from that of the whole lobe to 1/sqrt(l).
@@ -101,8 +116,14 @@ pub fn reflection<R: Real>(
     let squared_length = half.length_squared();
     let turned = (quarter * squared_length).max(R::constant(MINIMUM_COSINE * MINIMUM_COSINE));
     let spread = narrowed * (one + mean_length(narrowed));
-    let [roughness_x, extra] = filtered(width, smoothness, spread);
-    let [roughness_y, _] = filtered(width, smoothness, spread * turned);
+    let height = view.dot(normal).clamp(MINIMUM_COSINE, 1.0);
+    let height_squared = height.squared();
+    let filter_x = filter(width, smoothness, spread);
+    let filter_y = filter(width, smoothness, spread * turned);
+    let filter_mirror = filter(width, smoothness, spread * height_squared);
+    let roughness_x = width + filter_x.extra;
+    let roughness_y = width + filter_y.extra;
+    let roughness_mirror = width + filter_mirror.extra;
 
     // The density of facets at the half vector, [Walter 2007, Eq. (33)] with two roughnesses.
     let across = across(view, normal);
@@ -111,17 +132,27 @@ pub fn reflection<R: Real>(
         + half.dot(across).squared() / roughness_y
         + half.dot(normal).squared();
     let quotient = squared_length / stretched.max(R::constant(1e-12));
-    let density = quotient.squared() / (R::constant(PI) * roughness_x.sqrt() * roughness_y.sqrt());
+    let facets = quotient.squared() / roughness_y.sqrt();
+
+    // The light's lobe about the axis of the surface's.
+    let own = reflection::dominant(view, normal, alpha);
+    let chord = axis - own.axis;
+    let chord_y = chord.dot(across);
+    let chord_x = chord - across * chord_y;
+    let exponent =
+        filter_x.narrowing * chord_x.length_squared() + filter_mirror.narrowing * chord_y.squared();
+    let gaussian = (exponent * narrowed * R::constant(-0.5)).exp() / roughness_mirror.sqrt();
+
+    let tails = (filter_x.tails * filter_y.tails).sqrt().min(one);
+    let density =
+        (tails * facets + (one - tails) * gaussian) / (R::constant(PI) * roughness_x.sqrt());
 
     // Four times the facets' projected area towards the view: only the light's part of the filter reaches below.
-    let height = view.dot(normal).clamp(MINIMUM_COSINE, 1.0);
-    let height_squared = height.squared();
     let rest = (one - height_squared).max(R::zero());
     let masked = |roughness: R| (height_squared + rest * roughness).sqrt();
-    let area = R::constant(2.0) * (masked(extra) + masked(roughness_x));
+    let area = R::constant(2.0) * (masked(filter_x.extra) + masked(roughness_x));
 
     // The share above the horizon is that of what the light and the surface agree on: their product.
-    let own = reflection::dominant(view, normal, alpha);
     let lobe = product(axis, narrowed, own.axis, own.sharpness);
     let cosine = lobe.axis.dot(normal);
     let light = cosine_above(axis.dot(normal), narrowed);
