@@ -1,5 +1,7 @@
-//! Prints the error of each specular model against quadrature, relative to the reflection of the same lobe from the
-//! mirror direction: per roughness alpha and angle of the view, for incoming lobes of sharpness 5 and 100.
+//! Prints the error of each specular model against quadrature, relative to the brightest of the reflections compared:
+//! the largest over incoming lobes at and around the mirror direction, per roughness alpha and angle of the view, for
+//! incoming lobes of sharpness 1, 5, 100 and 1000. Last, each model's root mean square over everything, for a white
+//! metal and, with Fresnel's term, for a dielectric.
 //!
 //! `cargo run --release -p sglow-oracle --example specular_model_error`
 
@@ -9,39 +11,61 @@ use sglow_oracle::shade::specular::truth;
 use sglow_oracle::shade::{Incoming, Specular};
 
 const NORMAL: Vector3 = Vector3::new(0.0, 0.0, 1.0);
+const SHARPNESSES: [f64; 4] = [1.0, 5.0, 100.0, 1000.0];
 
-fn error(model: Specular, ndf: Ndf, alpha: f64, angle: f64, sharpness: f64) -> f64 {
+/// Errors of a model: of the blue channel, which reflects everything, and of the red, a dielectric's.
+fn errors(model: Specular, ndf: Ndf, alpha: f64, angle: f64, sharpness: f64) -> Vec<[f64; 2]> {
     let view = Vector3::new(angle.sin(), 0.0, angle.cos());
     let material =
         Material { diffuse: Vector3::zero(), specular: Vector3::new(0.04, 0.5, 1.0), alpha };
-    let arriving = |axis: Vector3| Incoming { axis, sharpness, coefficient: Vector3::splat(1.0) };
     let mirror = view.mirrored(NORMAL);
-    let peak = truth(&arriving(mirror), &material, ndf, view, NORMAL).z;
     let (x, y) = mirror.basis();
-    let offsets = (0..6).flat_map(|step| {
-        let offset = f64::from(step) * 0.5 * (alpha + 1.0 / sharpness.sqrt());
-        [x * offset, y * offset, y * -offset]
-    });
-    offsets
-        .map(|offset| {
-            let arriving = arriving((mirror + offset).normalized());
-            let expected = truth(&arriving, &material, ndf, view, NORMAL).z;
-            let found = model.reflect(&arriving, &material, ndf, view, NORMAL).z;
-            (found - expected).abs() / peak
+    let step = 0.5 * (alpha + 1.0 / sharpness.sqrt());
+    let pairs: Vec<_> = (0..16)
+        .map(|index| {
+            let offset = f64::from((index + 2) / 3) * step;
+            let axis = mirror + [x, y, -y][index as usize % 3] * offset;
+            let coefficient = Vector3::splat(1.0);
+            let arriving = Incoming { axis: axis.normalized(), sharpness, coefficient };
+            let found = model.reflect(&arriving, &material, ndf, view, NORMAL);
+            (found, truth(&arriving, &material, ndf, view, NORMAL))
         })
-        .fold(0.0, f64::max)
+        .collect();
+    let brightest =
+        |part: fn(Vector3) -> f64| pairs.iter().map(|&(_, truth)| part(truth)).fold(0.0, f64::max);
+    let [white, dielectric] = [brightest(|color| color.z), brightest(|color| color.x)];
+    pairs
+        .iter()
+        .map(|(found, truth)| {
+            [(found.z - truth.z).abs() / white, (found.x - truth.x).abs() / dielectric]
+        })
+        .collect()
 }
 
 fn main() {
+    println!("{:41} sharpness {SHARPNESSES:?}", "");
     for ndf in [Ndf::Ggx, Ndf::Beckmann] {
-        for model in [Specular::Sg, Specular::Asg] {
-            for alpha in [0.05, 0.2, 0.5] {
-                for angle in [0.2, 0.8, 1.3] {
-                    let errors =
-                        [5.0, 100.0].map(|sharpness| error(model, ndf, alpha, angle, sharpness));
-                    println!("{ndf:?} {model:?} alpha {alpha} angle {angle}: {errors:.3?}");
+        for model in [Specular::Sg, Specular::Asg, Specular::NdfFiltered] {
+            if (model, ndf) == (Specular::NdfFiltered, Ndf::Beckmann) {
+                continue;
+            }
+            let mut all = Vec::new();
+            for alpha in [0.05, 0.2, 0.5, 1.0] {
+                for angle in [0.2, 0.8, 1.3, 1.5] {
+                    let each = SHARPNESSES.map(|sharpness| {
+                        let errors = errors(model, ndf, alpha, angle, sharpness);
+                        all.extend_from_slice(&errors);
+                        errors.iter().map(|error| error[0]).fold(0.0, f64::max)
+                    });
+                    let name = format!("{ndf:?} {model:?} alpha {alpha} angle {angle}");
+                    println!("{name:41} {each:.3?}");
                 }
             }
+            let mean = |part: usize| {
+                let sum: f64 = all.iter().map(|error| error[part].powi(2)).sum();
+                (sum / all.len() as f64).sqrt()
+            };
+            println!("{ndf:?} {model:?}: white {:.3}, dielectric {:.3}", mean(0), mean(1));
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::brdf::Ndf;
+use crate::brdf::{Ndf, ndf_filtered, reflection};
 use crate::direct::direct;
 use crate::fis::stress::{Random, Stress};
 use crate::fis::{Warped, modified_level, previous_level};
@@ -20,7 +20,7 @@ use crate::tolerance::{
 };
 use crate::vsgl::sample::light_of_kernel;
 use crate::vsgl::{Kernel, Settings, Vsgl, sample};
-use crate::{Bounded, Linear, Real, Vector3};
+use crate::{Bounded, Linear, Real, Vector3, asg, vmf};
 
 /// A number between -1 and 1, mostly one of both, that only depends on a value and on what is asked about it.
 fn malice(value: f64, question: u64) -> f64 {
@@ -434,7 +434,7 @@ fn integrals_stay_within_their_tolerances() {
 fn reflections_stay_within_their_tolerances() {
     let eye = Vector3::new(0.0, 1.0, 6.0);
     for diffuse in Diffuse::ALL {
-        for specular in [Specular::Sg, Specular::Asg] {
+        for specular in [Specular::Sg, Specular::Asg, Specular::NdfFiltered] {
             for ndf in [Ndf::Ggx, Ndf::Beckmann] {
                 let lights = some_lights::<Adversary>();
                 let bounds = some_lights::<Bounded>();
@@ -499,8 +499,72 @@ fn the_tolerances_tell_the_models_apart() {
         outside(&model(Diffuse::Gaussian, Specular::Sg, Ndf::Ggx)),
         outside(&model(Diffuse::Constant, Specular::Asg, Ndf::Ggx)),
         outside(&model(Diffuse::Constant, Specular::Sg, Ndf::Beckmann)),
+        outside(&model(Diffuse::Constant, Specular::NdfFiltered, Ndf::Ggx)),
     ];
     println!("{counts:?}");
     assert_eq!(counts[0], [0, 0]);
-    assert!(counts[1][0] > 20 && counts[2][1] > 10 && counts[3][1] > 10, "{counts:?}");
+    assert!(counts[1][0] > 20 && counts[2..].iter().all(|count| count[1] > 10), "{counts:?}");
+}
+
+const EXTREMES: [f32; 11] = [0.0, 1e-38, 1e-30, 6e-8, 1e-3, 1.0, 1e2, 1e5, 2.2e12, 1e30, f32::MAX];
+
+/// Mean lengths of a sharpness, and sharpnesses of its mean length.
+fn von_mises_fisher<R: Real>(sharpness: f64) -> [R; 7] {
+    let (length, rest) = (vmf::mean_length(sharpness), vmf::mean_length_complement(sharpness));
+    let (length, rest, sharpness) =
+        (R::constant(length), R::constant(rest), R::constant(sharpness));
+    [
+        vmf::mean_length_toksvig(sharpness),
+        vmf::mean_length(sharpness),
+        vmf::mean_length_complement(sharpness),
+        vmf::toksvig(length, rest),
+        vmf::banerjee(length, rest),
+        vmf::kroeger(length, rest),
+        vmf::exact(length, rest),
+    ]
+}
+
+/// Reflection lobes, and what they reflect of a lobe; polar angles from the normal.
+fn reflections<R: Real>(alpha: f64, view: f64, light: f64, sharpness: f64) -> [R; 5] {
+    let at = |angle: f64| {
+        Vector3::<R>::constant(Vector3::new(0.8 * angle.sin(), 0.6 * angle.sin(), angle.cos()))
+    };
+    let (view, normal, axis) = (at(view), at(0.0), at(light));
+    let (alpha, sharpness) = (R::constant(alpha), R::constant(sharpness));
+    let filtered = ndf_filtered::reflection(view, normal, alpha, axis, sharpness);
+    [
+        reflection::mirror(view, normal, alpha).sharpness,
+        reflection::dominant(view, normal, alpha).sharpness,
+        asg::convolution(&asg::reflection(view, normal, alpha), axis, sharpness),
+        filtered.radiance,
+        filtered.cosine,
+    ]
+}
+
+#[test]
+fn lobes_stay_finite_and_within_their_tolerances() {
+    let mut used = [Use::default(), Use::default()];
+    let mut compare = |which: usize, found: &[Adversary], bounded: &[Bounded], what: &str| {
+        for (index, (found, bounded)) in found.iter().zip(bounded).enumerate() {
+            assert!(found.0.is_finite() && found.0 >= 0.0, "{what}, {index}: {found:?}");
+            used[which].compare(*found, *bounded, &format!("{what}, {index}"));
+        }
+    };
+    for sharpness in EXTREMES.map(f64::from) {
+        let (found, bounded) = (von_mises_fisher(sharpness), von_mises_fisher(sharpness));
+        compare(0, &found, &bounded, &format!("sharpness {sharpness}"));
+        for alpha in [0.0, 1e-4, 0.01, 0.3, 1.0] {
+            for view in [0.0, 1e-7, 0.5, 1.4, 1.57, 1.58, 3.0] {
+                for light in [0.0, 0.5, -0.5, -1.57, 3.0, view + core::f64::consts::PI] {
+                    let found = reflections(alpha, view, light, sharpness);
+                    let bounded = reflections(alpha, view, light, sharpness);
+                    let what = format!("alpha {alpha} {view} {light} sharpness {sharpness}");
+                    compare(1, &found, &bounded, &what);
+                }
+            }
+        }
+    }
+    println!("{used:?}");
+    used[0].assert_meaningful(0.05);
+    assert!(used[1].largest > 0.05 && used[1].vacuous * 2 < used[1].compared, "{used:?}");
 }

@@ -15,19 +15,25 @@
 //! The truths are [`quadrature`] for integrals over the sphere and [`vpl`] for whole pictures.
 //!
 //! # Citations
+//! - Banerjee 2005: Clustering on the unit hypersphere using von Mises-Fisher distributions, JMLR 6.
 //! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
 //! - DLMF: NIST Digital Library of Mathematical Functions, <https://dlmf.nist.gov>.
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
 //! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
+//! - Kroeger 2015: Simple, admissible, and accurate approximants of the inverse Langevin and Brillouin functions,
+//!   relevant for strong polymer deformations and flows, J. Non-Newton. Fluid Mech. 223.
 //! - Meder 2018: Screen space approximate Gaussian hulls, EGSR Experimental Ideas and Implementations.
 //! - Schlick 1994: An inexpensive BRDF model for physically-based rendering, Comput. Graph. Forum 13(3).
 //! - Tokuyoshi 2015: Fast indirect illumination using two virtual spherical Gaussian lights, supplement.
 //! - Tokuyoshi 2016: Modified filtered importance sampling for virtual spherical Gaussian lights, CVM 2(4).
 //! - Tokuyoshi 2022: Accurate diffuse lighting from spherical Gaussian lights, SIGGRAPH Posters.
 //! - Tokuyoshi 2024: Hierarchical light sampling with accurate spherical Gaussian lighting, SIGGRAPH Asia.
+//! - Toksvig 2005: Mipmapping normal maps, J. Graph. Tools 10(3).
 //! - Walter 2007: Microfacet models for refraction through rough surfaces, EGSR.
+//! - Wang 2009: All-frequency rendering of dynamic, spatially-varying reflectance, ACM Trans. Graph. 28(5).
 //! - Xu 2013: Anisotropic spherical Gaussians, ACM Trans. Graph. 32(6).
 
+pub mod asg;
 pub mod brdf;
 pub mod compose;
 pub mod direct;
@@ -43,6 +49,7 @@ pub mod shade;
 pub mod surface;
 pub mod tolerance;
 pub mod vector;
+pub mod vmf;
 pub mod vpl;
 pub mod vsgl;
 

@@ -98,6 +98,7 @@ pub fn model(settings: &Settings) -> Model {
             Specular::None => None,
             Specular::Sg => Some(shade::Specular::Sg),
             Specular::Asg => Some(shade::Specular::Asg),
+            Specular::NdfFiltered => Some(shade::Specular::NdfFiltered),
         },
         ndf: ndf(settings.ndf),
     }

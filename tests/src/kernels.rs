@@ -176,11 +176,7 @@ fn a_broken_light_is_noticed() {
             "a dropped number of texels",
         ),
         ("- dot(mean, mean)", "- 0.999 * dot(mean, mean)", "a mean that is not quite subtracted"),
-        (
-            "mean_length / (1.0 - mean_length)",
-            "mean_length / (1.001 - mean_length)",
-            "another sharpness",
-        ),
+        ("mean_length, 1.0 - mean_length", "mean_length, 1.001 - mean_length", "another sharpness"),
         ("min(lower_level + 1, top)", "min(lower_level + 2, top)", "a mip level off by one"),
     ];
     for (from, to, what) in breaks {

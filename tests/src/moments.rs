@@ -66,11 +66,7 @@ fn a_broken_shader_is_noticed() {
             "vec4<f32>(position, dot(position, position))",
             "a dropped weight",
         ),
-        (
-            "2.0 * cosine * normal - incoming",
-            "2.0 * cosine * normal + incoming",
-            "a mirrored direction",
-        ),
+        ("2.0 * cosine * normal - view", "2.0 * cosine * normal + view", "a mirrored direction"),
         ("attenuation * attenuation", "attenuation", "an attenuation that is not squared"),
         ("0.6666667", "0.66666", "a constant that is off by one part in a hundred thousand"),
     ];

@@ -7,6 +7,8 @@ use crate::{Real, Vector3};
 
 /// The least cosine of the view direction in the visibility term and of the mirror direction in a lobe's sharpness.
 pub const MINIMUM_COSINE: f64 = 1e-3;
+/// The least squared roughness alpha of a reflection lobe, for use without a material: that of alpha 1e-6.
+pub const MINIMUM_WIDTH: f64 = 1e-12;
 /// The least roughness alpha.
 pub const MINIMUM_ALPHA: f64 = 0.01;
 

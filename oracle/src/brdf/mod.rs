@@ -3,6 +3,10 @@
 pub mod beckmann;
 pub mod fresnel;
 pub mod ggx;
+pub mod incidence;
 pub mod material;
+pub mod ndf_filtered;
+pub mod reflection;
 
 pub use material::{Directions, Material, Ndf};
+pub use reflection::Reflection;

@@ -1,7 +1,6 @@
 //! What a texel adds to the virtual spherical Gaussian light of its kernel.
 
-use crate::brdf::Material;
-use crate::brdf::material::MINIMUM_COSINE;
+use crate::brdf::{Material, reflection};
 use crate::surface::SurfaceTexel;
 use crate::{Linear, Real, Vector3};
 
@@ -90,13 +89,6 @@ impl<R: Real> Moments<R> {
     }
 }
 
-/// Sharpness of the specular lobe at a surface, from the mirror direction's cosine with the normal.
-// [Tokuyoshi 2016, Appendix A.1]
-pub fn specular_sharpness<R: Real>(alpha: R, cosine: R) -> R {
-    let facets = R::constant(2.0) / alpha.squared();
-    facets / (R::constant(4.0) * cosine.abs().max(R::constant(MINIMUM_COSINE)))
-}
-
 /// The moments of a texel: of a surface, the power of its photon, the unit direction towards the light, and the
 /// position that positions are relative to. Zero where there is no surface.
 // [Tokuyoshi 2016, Appendix B]
@@ -129,12 +121,11 @@ pub fn moments<R: Real>(
 
     if lobes == Lobes::Both {
         let specular_power = power.times(specular);
-        let mirror = towards_light.mirrored(surface.normal);
-        let sharpness = specular_sharpness(alpha, mirror.dot(surface.normal));
+        let lobe = reflection::mirror(towards_light, surface.normal, alpha);
         // l/(l + 1) in the form that shows how little the sharpness's own error matters.
-        let length = R::one() / (R::one() + R::one() / sharpness);
+        let length = R::one() / (R::one() + R::one() / lobe.sharpness);
         moments.layers[3] = texel(specular_power, R::zero());
-        moments.layers[4] = texel(mirror * (specular_power.luminance() * length), R::zero());
+        moments.layers[4] = texel(lobe.axis * (specular_power.luminance() * length), R::zero());
     }
     moments
 }

@@ -111,7 +111,7 @@ mod tests {
     fn tolerances_are_useful() {
         let (surface, eye, light) = scene::<Bounded>();
         for diffuse in [Diffuse::Constant, Diffuse::Gaussian] {
-            for specular in [Specular::Sg, Specular::Asg] {
+            for specular in [Specular::Sg, Specular::Asg, Specular::NdfFiltered] {
                 for ndf in [Ndf::Ggx, Ndf::Beckmann] {
                     let model = Model { diffuse: Some(diffuse), specular: Some(specular), ndf };
                     let bounded = shade(&surface, eye, [light; 8], &model);
@@ -146,7 +146,7 @@ mod tests {
                         let (mut surface, _, _) = scene::<f64>();
                         surface.material.alpha = alpha;
                         for eye in [axes[0], axes[2], Vector3::new(1.0, 1e-4, 0.0)] {
-                            for specular in [Specular::Sg, Specular::Asg] {
+                            for specular in [Specular::Sg, Specular::Asg, Specular::NdfFiltered] {
                                 for ndf in [Ndf::Ggx, Ndf::Beckmann] {
                                     let model = Model {
                                         diffuse: Some(Diffuse::Gaussian),

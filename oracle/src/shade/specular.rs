@@ -2,15 +2,12 @@
 
 use core::f64::consts::PI;
 
-use crate::brdf::{Directions, Material, Ndf};
+use crate::asg;
+use crate::brdf::{Directions, Material, Ndf, fresnel, ndf_filtered, reflection};
 use crate::quadrature::SphereRule;
-use crate::rsm::moments::specular_sharpness;
 use crate::sg::product_integral;
 use crate::shade::Incoming;
 use crate::{Real, Vector3};
-
-/// The least cosine of the view in the anisotropic lobe.
-pub const MINIMUM_ANISOTROPIC_COSINE: f64 = 1e-2;
 
 /// How the reflection lobe is approximated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -19,6 +16,8 @@ pub enum Specular {
     Sg,
     /// By an anisotropic spherical Gaussian.
     Asg,
+    /// By a distribution of facets that is filtered by the light's lobe; GGX, whatever the distribution asked for.
+    NdfFiltered,
 }
 
 /// The factor `C = D_peak F V cos` of the lobe at the axis of the incoming radiance; 0 from below the horizon.
@@ -27,42 +26,6 @@ fn amplitude<R: Real>(material: &Material<R>, ndf: Ndf, directions: &Directions<
     let cosine = directions.normal.dot(directions.light).max(R::zero());
     let peak = R::one() / (R::constant(PI) * material.alpha.squared());
     material.visible_fresnel(ndf, directions) * (peak * cosine)
-}
-
-/// The unit axes `(x, y, z)` of the anisotropic lobe: z the mirror direction of the view, x out of the plane of
-/// reflection, y within it. Where the view is along the normal, any x across z.
-fn axes<R: Real>(view: Vector3<R>, normal: Vector3<R>) -> [Vector3<R>; 3] {
-    let z = view.mirrored(normal);
-    let (any, _) = z.value().basis();
-    let x = normal.cross(z).normalized_or(Vector3::constant(any));
-    [x, z.cross(x), z]
-}
-
-/// The integral of the product of a spherical and an anisotropic spherical Gaussian.
-// [Xu 2013, Eq. (13)], [Tokuyoshi 2016, Appendix C.2, Specular reflection]
-fn anisotropic_integral<R: Real>(
-    arriving: &Incoming<R>,
-    view: Vector3<R>,
-    normal: Vector3<R>,
-    alpha: R,
-) -> R {
-    let [x, y, z] = axes(view, normal);
-    let bandwidth = R::one() / alpha.squared();
-    let cosine = normal.dot(view).max(R::constant(MINIMUM_ANISOTROPIC_COSINE));
-    // A half vector that leaves the normal by a small angle turns the mirror direction by twice that angle within the
-    // plane of reflection, by twice the cosine of it across. [Xu 2013, Section 4.1]
-    let quarter = bandwidth * R::constant(0.25);
-    let bandwidths = [quarter / cosine.squared(), quarter];
-    let half = arriving.sharpness * R::constant(0.5);
-    let mut exponent = R::zero();
-    let mut area = R::one();
-    for (axis, own) in [x, y].into_iter().zip(bandwidths) {
-        let sum = own + half;
-        exponent = exponent + own * (half / sum) * arriving.axis.dot(axis).squared();
-        area = area * sum;
-    }
-    let smooth = arriving.axis.dot(z).max(R::zero());
-    R::constant(PI) * smooth * (-exponent).exp() / area.sqrt()
 }
 
 impl Specular {
@@ -75,16 +38,24 @@ impl Specular {
         view: Vector3<R>,
         normal: Vector3<R>,
     ) -> Vector3<R> {
-        let directions = Directions { normal, view, light: arriving.axis };
-        let amplitude = amplitude(material, ndf, &directions);
         let integral = match self {
             Self::Sg => {
-                let mirror = view.mirrored(normal);
-                let sharpness = specular_sharpness(material.alpha, mirror.dot(normal));
-                product_integral(arriving.axis, arriving.sharpness, mirror, sharpness)
+                let lobe = reflection::mirror(view, normal, material.alpha);
+                product_integral(arriving.axis, arriving.sharpness, lobe.axis, lobe.sharpness)
             }
-            Self::Asg => anisotropic_integral(arriving, view, normal, material.alpha),
+            Self::Asg => {
+                let lobe = asg::reflection(view, normal, material.alpha);
+                asg::convolution(&lobe, arriving.axis, arriving.sharpness)
+            }
+            Self::NdfFiltered => {
+                let (axis, sharpness) = (arriving.axis, arriving.sharpness);
+                let found = ndf_filtered::reflection(view, normal, material.alpha, axis, sharpness);
+                let fresnel = fresnel::schlick(material.specular, found.cosine);
+                return arriving.coefficient.times(fresnel) * found.radiance;
+            }
         };
+        let directions = Directions { normal, view, light: arriving.axis };
+        let amplitude = amplitude(material, ndf, &directions);
         arriving.coefficient.times(amplitude) * integral
     }
 }
@@ -99,7 +70,7 @@ pub fn truth(
     normal: Vector3,
 ) -> Vector3 {
     let mirror = view.mirrored(normal);
-    let own = specular_sharpness(material.alpha, mirror.dot(normal));
+    let own = reflection::mirror_sharpness(material.alpha, mirror.dot(normal));
     // Finest where the sharper of the two factors is; enough azimuths to see the other one.
     let rule = if arriving.sharpness > own {
         SphereRule::around(arriving.axis, arriving.sharpness)
@@ -120,7 +91,6 @@ pub fn truth(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sg::evaluate;
 
     const NORMAL: Vector3 = Vector3::new(0.0, 0.0, 1.0);
 
@@ -134,47 +104,6 @@ mod tests {
 
     fn arriving(axis: Vector3, sharpness: f64) -> Incoming {
         Incoming { axis, sharpness, coefficient: Vector3::splat(1.0) }
-    }
-
-    #[test]
-    fn the_anisotropic_lobe_follows_the_facets() {
-        // Close to the mirror direction the warped lobe has the value of the facets' Gaussian at the half vector.
-        let (view, alpha) = (at(0.9), 0.05_f64);
-        let [x, y, z] = axes(view, NORMAL);
-        let cosine = NORMAL.dot(view);
-        for offset in [x * 0.02, y * 0.02, x * 0.01 - y * 0.025] {
-            let light = (z + offset).normalized();
-            let half = (light + view).normalized();
-            let facets = evaluate(half, NORMAL, 2.0 / (alpha * alpha));
-            let eta = 0.25 / (alpha * alpha);
-            let lobe = (-eta / (cosine * cosine) * light.dot(x).powi(2)
-                - eta * light.dot(y).powi(2))
-            .exp();
-            assert!((lobe / facets - 1.0).abs() < 0.02, "{lobe} {facets}");
-            // Negative control: the axes exchanged, where the offset tells them apart.
-            let other = (-eta / (cosine * cosine) * light.dot(y).powi(2)
-                - eta * light.dot(x).powi(2))
-            .exp();
-            assert!((other / facets - 1.0).abs() > 0.02);
-        }
-    }
-
-    #[test]
-    fn the_convolution_equals_its_quadrature_for_sharp_lobes() {
-        let (view, alpha) = (at(0.7), 0.1_f64);
-        let [x, y, z] = axes(view, NORMAL);
-        let cosine = NORMAL.dot(view);
-        for sharpness in [50.0, 1e3] {
-            let arriving = arriving((z + x * 0.1 + y * 0.1).normalized(), sharpness);
-            let eta = 0.25 / (alpha * alpha);
-            let truth = SphereRule::around(z, 4.0 * eta).with_azimuths(512).integrate(|at| {
-                let lobe =
-                    (-eta / (cosine * cosine) * at.dot(x).powi(2) - eta * at.dot(y).powi(2)).exp();
-                at.dot(z).max(0.0) * lobe * evaluate(at, arriving.axis, sharpness)
-            });
-            let found = anisotropic_integral(&arriving, view, NORMAL, alpha);
-            assert!((found / truth - 1.0).abs() < 0.05, "{sharpness} {}", found / truth);
-        }
     }
 
     #[test]
@@ -213,6 +142,48 @@ mod tests {
                     other.z / truth.z
                 );
             }
+        }
+    }
+
+    #[test]
+    fn the_filtered_distribution_holds_for_rough_surfaces_and_grazing_views() {
+        // The largest error over lobes at and beside the mirror direction, of the brightest of their reflections.
+        let error = |specular: Specular, alpha: f64, angle: f64, sharpness: f64| {
+            let (view, material) = (at(angle), material(alpha));
+            let mirror = view.mirrored(NORMAL);
+            let (x, y) = mirror.basis();
+            let step = alpha + 1.0 / sharpness.sqrt();
+            let pairs = [Vector3::zero(), x, y, -y, y * 2.0].map(|aside| {
+                let arriving = arriving((mirror + aside * step).normalized(), sharpness);
+                let truth = truth(&arriving, &material, Ndf::Ggx, view, NORMAL);
+                let found = specular.reflect(&arriving, &material, Ndf::Ggx, view, NORMAL);
+                [found.z, truth.z, found.x, truth.x]
+            });
+            [0, 2].map(|part| {
+                let brightest = pairs.iter().map(|pair| pair[part + 1]).fold(0.0, f64::max);
+                let errors = pairs.iter().map(|pair| (pair[part] - pair[part + 1]).abs());
+                errors.fold(0.0, f64::max) / brightest
+            })
+        };
+        for (alpha, angle, sharpness, bound) in [
+            (0.05, 0.8, 5.0, 0.02),
+            (0.05, 0.8, 1000.0, 0.03),
+            (0.2, 0.8, 100.0, 0.04),
+            (0.2, 1.3, 1000.0, 0.03),
+            (0.5, 0.2, 100.0, 0.02),
+            (0.5, 1.3, 100.0, 0.06),
+            (1.0, 0.2, 5.0, 0.07),
+            (1.0, 1.5, 1.0, 0.06),
+        ] {
+            let [white, dielectric] = error(Specular::NdfFiltered, alpha, angle, sharpness);
+            let others =
+                [Specular::Sg, Specular::Asg].map(|other| error(other, alpha, angle, sharpness)[0]);
+            println!("{alpha} {angle} {sharpness}: {white:.4} {dielectric:.4}, {others:.4?}");
+            assert!(white < bound, "{alpha} {angle} {sharpness} {white}");
+            // Fresnel's term is taken once for the whole lobe.
+            assert!(dielectric < 0.5, "{alpha} {angle} {sharpness} {dielectric}");
+            // Negative control: the other models leave the bound.
+            assert!(others[0].min(others[1]) > bound, "{alpha} {angle} {sharpness} {others:?}");
         }
     }
 

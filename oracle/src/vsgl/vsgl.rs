@@ -2,10 +2,15 @@
 
 use crate::rsm::{Lobes, Moments};
 use crate::sg::integral;
-use crate::{Real, Vector3};
+use crate::{Real, Vector3, vmf};
 
 /// The greatest mean length of directions: 1 - 2^-20.
 pub const MAXIMUM_MEAN_LENGTH: f64 = 1.0 - 1.0 / 1_048_576.0;
+
+/// The luminance of the power below which a cluster has no direction.
+pub const LEAST_WEIGHT: f64 = 1e-37;
+/// The mean length below which directions cancel.
+pub const LEAST_MEAN_LENGTH: f64 = 1e-18;
 
 /// Radiant intensity of one reflection lobe: `coefficient G(w, axis, sharpness)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,15 +42,18 @@ impl<R: Real> Lobe<R> {
     #[must_use]
     pub fn of_moments(power: Vector3<R>, direction: Vector3<R>) -> Self {
         let weight = power.luminance();
-        let length = if weight.value() > 0.0 { direction.length() / weight } else { R::zero() };
-        let length = length.min(R::constant(MAXIMUM_MEAN_LENGTH));
-        let sharpness = length / (R::one() - length);
-        let total = integral(sharpness);
-        Self {
-            axis: direction.normalized(),
-            sharpness,
-            coefficient: power.map(|part| part / total),
+        // Before the length is taken, whose square would leave the range of f32 for weak and strong lights.
+        let mut mean = Vector3::zero();
+        if weight.value() > LEAST_WEIGHT {
+            mean = direction.map(|part| part / weight);
         }
+        if mean.length().value() <= LEAST_MEAN_LENGTH {
+            mean = Vector3::zero();
+        }
+        let length = mean.length().min(R::constant(MAXIMUM_MEAN_LENGTH));
+        let sharpness = vmf::toksvig(length, R::one() - length);
+        let total = integral(sharpness);
+        Self { axis: mean.normalized(), sharpness, coefficient: power.map(|part| part / total) }
     }
 
     /// The power that the lobe emits: `c A(l)`.
@@ -128,6 +136,24 @@ mod tests {
         // c A = Phi R, for each channel.
         let power = Vector3::new(0.5 + 0.04, 2.0 * 0.44, 3.0 * 0.34);
         assert!((light.power() - power).length() < 1e-13);
+    }
+
+    #[test]
+    fn a_lobe_does_not_depend_on_the_unit_of_power() {
+        let power = Vector3::new(1.0, 2.0, 3.0);
+        let direction = Vector3::new(0.3, -0.6, 0.9);
+        let expected = Lobe::of_moments(power, direction);
+        for scale in [1e-30, 1e-20, 1e20, 1e35] {
+            let bounded = |vector: Vector3| Vector3::constant(vector * scale);
+            let lobe = Lobe::<Bounded>::of_moments(bounded(power), bounded(direction));
+            assert!((lobe.sharpness.value / expected.sharpness - 1.0).abs() < 1e-12);
+            // The promise is that of f32: finite and as narrow as at the scale 1.
+            assert!(lobe.sharpness.error < 1e-5 * lobe.sharpness.value, "{scale} {lobe:?}");
+            assert!(lobe.axis.y.error < 1e-5 && lobe.coefficient.x.promises());
+        }
+        // Negative control: the length of the sum itself leaves f32.
+        assert!(Vector3::<Bounded>::constant(direction * 1e-20).length().error > 1e-21);
+        assert!(!Vector3::<Bounded>::constant(direction * 1e20).length().promises());
     }
 
     #[test]
