@@ -278,7 +278,7 @@ mod tests {
             (Cosine::Gaussian, 0.13, 0.145),
             (Cosine::Logistic, 8.0e-3, 8.8e-3),
             (Cosine::Erf, 1.4e-3, 1.6e-3),
-            (Cosine::Fitted, 4e-5, 5.9e-5),
+            (Cosine::Fitted, 4e-5, 6.0e-5),
             (Cosine::FittedFine, 1e-5, 1.6e-5),
         ];
         for (form, low, high) in bounds {
