@@ -1,7 +1,11 @@
 //! The table of functions: what each takes, its oracle and its truth. One file per folder of `shaders/src`.
 
+mod asg;
+mod brdf;
 mod math;
 mod sg;
+mod vmf;
+mod vsgl;
 
 use crate::function::Function;
 
@@ -45,5 +49,13 @@ pub(crate) const fn plain(name: &'static str) -> Function {
 /// Every function of the library.
 #[must_use]
 pub fn all() -> Vec<Function> {
-    [math::FUNCTIONS, sg::FUNCTIONS].concat()
+    [
+        math::FUNCTIONS,
+        sg::FUNCTIONS,
+        vmf::FUNCTIONS,
+        asg::FUNCTIONS,
+        brdf::FUNCTIONS,
+        vsgl::FUNCTIONS,
+    ]
+    .concat()
 }

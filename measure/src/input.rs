@@ -10,6 +10,10 @@ pub enum Kind {
     Sharpness,
     /// A sharpness of any magnitude, so that ratios reach 1e+-12 and beyond.
     OtherSharpness,
+    /// A power or a distance in a scene's units, of the regime's magnitude as far as that is 0 or 1e-20 to 1e15.
+    Magnitude,
+    /// A positional variance, 1e-12 to 1e30, of any magnitude.
+    Variance,
     /// Three components: a unit vector.
     Axis,
     /// Three components: a unit vector, often close to the first axis, or opposite, or across.
@@ -153,6 +157,14 @@ impl<'a> Inputs<'a> {
                 Kind::Number => {
                     let sign = if self.random.uniform() < 0.5 { -1.0 } else { 1.0 };
                     place[0] = sign * self.magnitude(regime);
+                }
+                Kind::Magnitude => {
+                    let magnitude = self.magnitude(regime).min(1e15);
+                    place[0] = if magnitude < 1e-20 { 0.0 } else { magnitude };
+                }
+                Kind::Variance => {
+                    let (low, high) = (1e-12_f64.ln(), 1e30_f64.ln());
+                    place[0] = rounded((low + (high - low) * self.random.uniform()).exp());
                 }
                 Kind::Exponent => {
                     let magnitude = self.magnitude(regime);

@@ -98,7 +98,6 @@ fn grant(operation: Operation, a: f64, b: f64) -> (f64, f64) {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "the rounding is what is wanted")]
 pub(super) fn evaluate(
     operation: Operation,
     a: u32,

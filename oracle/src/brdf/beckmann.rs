@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use crate::Real;
+use crate::{Real, Vector3};
 
 /// The density of facets, per steradian, at the cosine between normal and half vector; 0 at or below the horizon.
 // [Walter 2007, Eq. (25)]
@@ -14,6 +14,25 @@ pub fn distribution<R: Real>(cosine: R, alpha: R) -> R {
     let square = cosine.squared();
     let exponent = (square - R::one()).min(R::zero()) / (square * width);
     exponent.exp() / (R::constant(PI) * width * square.squared())
+}
+
+/// The density of facets from unit vectors, which keeps the digits of a small sine; 0 at or below the horizon.
+// [Walter 2007, Eq. (25)]
+pub fn distribution_about<R: Real>(normal: Vector3<R>, half: Vector3<R>, alpha: R) -> R {
+    let cosine = normal.dot(half);
+    // The tangent is above 1e4 below this, and nothing is left for any alpha up to 1.
+    if cosine.value() <= 1e-4 {
+        return R::zero();
+    }
+    let (width, square) = (alpha.squared(), cosine.squared());
+    let exponent = -(normal.cross(half).length_squared() / (square * width));
+    exponent.exp() / (R::constant(PI) * width * square.squared())
+}
+
+/// Masking of one direction, 0 to 1.
+// [Walter 2007, Eq. (27)]
+pub fn masking<R: Real>(cosine: R, alpha: R) -> R {
+    (cosine * masking_over_cosine(cosine, alpha)).min(R::one())
 }
 
 /// Masking over the cosine: `G1(c)/c`, finite at the horizon.

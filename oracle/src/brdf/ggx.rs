@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use crate::Real;
+use crate::{Real, Vector3};
 
 /// The density of facets, per steradian, at the cosine between normal and half vector.
 ///
@@ -11,6 +11,19 @@ use crate::Real;
 pub fn distribution<R: Real>(cosine: R, alpha: R) -> R {
     let width = alpha.squared();
     let denominator = cosine.squared() * (width - R::one()) + R::one();
+    width / (R::constant(PI) * denominator.squared())
+}
+
+/// The density of facets from unit vectors, which keeps the digits of a small sine: `|n x h|^2 + alpha^2 (n.h)^2` for
+/// the denominator. 0 below the horizon.
+// [Walter 2007, Eq. (33)]
+pub fn distribution_about<R: Real>(normal: Vector3<R>, half: Vector3<R>, alpha: R) -> R {
+    let cosine = normal.dot(half);
+    if cosine.value() <= 0.0 {
+        return R::zero();
+    }
+    let width = alpha.squared();
+    let denominator = normal.cross(half).length_squared() + cosine.squared() * width;
     width / (R::constant(PI) * denominator.squared())
 }
 

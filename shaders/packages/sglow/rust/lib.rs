@@ -281,6 +281,20 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_1,
     },
     Variant {
+        id: "shade-constant-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_0,
+        binding_names: shade::NAMES_0,
+    },
+    Variant {
+        id: "shade-constant-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
         id: "shade-constant-none-none-both",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
@@ -345,6 +359,20 @@ pub static VARIANTS: &[Variant] = &[
     },
     Variant {
         id: "shade-erf-asg-ggx-diffuse",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
+        id: "shade-erf-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_0,
+        binding_names: shade::NAMES_0,
+    },
+    Variant {
+        id: "shade-erf-ndf_filtered-ggx-diffuse",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
@@ -421,6 +449,20 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_1,
     },
     Variant {
+        id: "shade-fitted-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_0,
+        binding_names: shade::NAMES_0,
+    },
+    Variant {
+        id: "shade-fitted-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
         id: "shade-fitted-none-none-both",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
@@ -485,6 +527,20 @@ pub static VARIANTS: &[Variant] = &[
     },
     Variant {
         id: "shade-fitted_fine-asg-ggx-diffuse",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
+        id: "shade-fitted_fine-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_0,
+        binding_names: shade::NAMES_0,
+    },
+    Variant {
+        id: "shade-fitted_fine-ndf_filtered-ggx-diffuse",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
@@ -561,6 +617,20 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_1,
     },
     Variant {
+        id: "shade-gaussian-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_0,
+        binding_names: shade::NAMES_0,
+    },
+    Variant {
+        id: "shade-gaussian-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
         id: "shade-gaussian-none-none-both",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
@@ -631,6 +701,20 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_1,
     },
     Variant {
+        id: "shade-logistic-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_0,
+        binding_names: shade::NAMES_0,
+    },
+    Variant {
+        id: "shade-logistic-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
         id: "shade-logistic-none-none-both",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
@@ -695,6 +779,20 @@ pub static VARIANTS: &[Variant] = &[
     },
     Variant {
         id: "shade-none-asg-ggx-diffuse",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-none-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_4,
+        binding_names: shade::NAMES_4,
+    },
+    Variant {
+        id: "shade-none-ndf_filtered-ggx-diffuse",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_5,
@@ -819,13 +917,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-directional-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-directional-beckmann.wgsl"),
-        sha256: "0e9ffc0b27bf9a88634cf9bac0ddc2260af58b6411df4945182b455475198ead",
+        sha256: "97b07bc96ff0de2e1d51357d1312273f676f393cdddf526f81d0dfdc83f0ebfe",
     },
     Embedded {
         id: "direct-directional-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-directional-ggx.wgsl"),
-        sha256: "f728682de41e258294c2f1ce7959d34436d4f0781f16ee7655d9a193bf3768d6",
+        sha256: "bf52b3631ce3743cb7864026cd5ce4988fd06861030c65745a161e185e09bad4",
     },
     Embedded {
         id: "direct-directional-none",
@@ -837,13 +935,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-point-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-point-beckmann.wgsl"),
-        sha256: "59d466acffcfef2a807254a94e06eebde74047743fe96f507dbc9c68ff393439",
+        sha256: "1a6b24fa328f949ac6dbe4dd050f4a4b5eff7686f7baa6bcf0484d4480c66fb6",
     },
     Embedded {
         id: "direct-point-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-point-ggx.wgsl"),
-        sha256: "1afff2d699408cc922e9dfa328188c440ef10c04f7c274b52454c8d12a90b069",
+        sha256: "846ea2565ac599cf0da3396ad284d37fd0060771a0e9dfcb68b9cec6aa356e19",
     },
     Embedded {
         id: "direct-point-none",
@@ -855,13 +953,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-spot-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-spot-beckmann.wgsl"),
-        sha256: "52e05dbb6664bb476a964cfdba48a3896ccc20f48fcd886299274d27e3c4d975",
+        sha256: "e290b1f78aa1bfd9e381d2f5df1d38a7c91d44cff67a8cb99c52b87ed28ee51e",
     },
     Embedded {
         id: "direct-spot-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-spot-ggx.wgsl"),
-        sha256: "d44aa1b53df1e0160de7a2a4596b9107edf3338c8d17270fbe1ce8204d9ec12d",
+        sha256: "7a3ae922f306addd60522bc7edaaf2ec94c9770d7f57c7efea7f1d8545bb5028",
     },
     Embedded {
         id: "direct-spot-none",
@@ -903,7 +1001,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-directional-both",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-directional-both.wgsl"),
-        sha256: "f44b83f153eee9d784be45211db229e5192e66cb2353fa54bbeba58af61d524e",
+        sha256: "8f3d9d020361ebf6bdea46db910615e529a6fed0f7c745609f3249d468f71093",
     },
     Embedded {
         id: "moments-directional-diffuse",
@@ -915,7 +1013,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-point-both",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-point-both.wgsl"),
-        sha256: "bcc47aa9ddc91257d341ea5f1346ed54515280d784d0f02c92543517e75d04a4",
+        sha256: "17d88b759a85ae7b04c3b6ad028d0dd9c4590e0f474af7c59777975e0cd1c65a",
     },
     Embedded {
         id: "moments-point-diffuse",
@@ -927,7 +1025,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-spot-both",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-spot-both.wgsl"),
-        sha256: "6b9d64546acbc9c36c5c1e426b694f576025d4c20ef324f5d147a59ed8cf28d5",
+        sha256: "f811da186f79ff411549cc9f13c88f9faae6143118a714f9e6bb394d37a73bd2",
     },
     Embedded {
         id: "moments-spot-diffuse",
@@ -939,73 +1037,85 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "sample-modified-exact-both",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-modified-exact-both.wgsl"),
-        sha256: "b5fe3074eb915ecb36a87adad1054a1da649bc46ed1307d08b351c887c5181e9",
+        sha256: "93c57c696185675ced78e8cab826f50e0bd0cff2ce666dd22aec80c965589e68",
     },
     Embedded {
         id: "sample-modified-exact-diffuse",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-modified-exact-diffuse.wgsl"),
-        sha256: "9d79a11a7ea8b6be5e5cf9bf4f3e62a5a083b0816408f39da73a5100aa42261e",
+        sha256: "285c777797af6ed0bc79ade302f9f938cd54320fb9570d7d25722c46a56c5bee",
     },
     Embedded {
         id: "sample-modified-hardware-both",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-modified-hardware-both.wgsl"),
-        sha256: "771327944168fd6047b57fb3579eb7a950ded000236a84c45034b92e895244fa",
+        sha256: "44dba3d252fdc45fec32c56ad34e552f7f861a286ae156c50ae37170cb9e4187",
     },
     Embedded {
         id: "sample-modified-hardware-diffuse",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-modified-hardware-diffuse.wgsl"),
-        sha256: "b736034c47a28bfcf773478a99ca88ee23b89a61aba62558129d4769fa4fbf34",
+        sha256: "50e8e6d2f95968260228c0da942b5219c3d95165aadceaf5217b7c5a4f0ebfe9",
     },
     Embedded {
         id: "sample-previous-exact-both",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-previous-exact-both.wgsl"),
-        sha256: "2ffbd6853bb5530839028c28872b4c79f568745098f4b55bbbe46193a5f8f8b8",
+        sha256: "a8a9ca0d60fe68918400fdc75ae1d1ad56a41e3176b223bb29277abadfde7314",
     },
     Embedded {
         id: "sample-previous-exact-diffuse",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-previous-exact-diffuse.wgsl"),
-        sha256: "8c5ed3f5fa9eb784bf1a8e723dfafa40124b6cc987c6eb0aebd9341997b9dec1",
+        sha256: "de0243ebeec322edc3bdd537acb24a6d918c71216b348e1288d3e8f5f3a95c13",
     },
     Embedded {
         id: "sample-previous-hardware-both",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-previous-hardware-both.wgsl"),
-        sha256: "1be76456b1444c1d7d910208b458d9ed0bdce6885114d12d4275fe1d94dc8a39",
+        sha256: "71e663e7342a77fdad8c4a9235e31a3beda2fc6d5cfa6d1cca91a3a4b712071f",
     },
     Embedded {
         id: "sample-previous-hardware-diffuse",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-previous-hardware-diffuse.wgsl"),
-        sha256: "a3a07875284bda2c73010eb7b67d1156b0e0c54a41c08e2a322fb2a57a8782d3",
+        sha256: "a17a19f2ea30a7a0de2e37c168ffa26805dc4c0c3e389cb7d2da97dbe7bf1a88",
     },
     Embedded {
         id: "shade-constant-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-beckmann-both.wgsl"),
-        sha256: "3811d12a70e8c13f0490bef293647ec80567bb83499767287dbbd0ac8345bb00",
+        sha256: "57cb8f4923d0448f05d56c9855a37d8ea9ef332720064397a29f6dc3f8ab1611",
     },
     Embedded {
         id: "shade-constant-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-beckmann-diffuse.wgsl"),
-        sha256: "95d794349d71dfc458cba611c856dba64450aa242f1b5d0213a152df142afaa2",
+        sha256: "d7f302b03cabc04b22d3955e116babefac6f2a29588e35ec3d53bf9704f14904",
     },
     Embedded {
         id: "shade-constant-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-ggx-both.wgsl"),
-        sha256: "b77b6536493582470fecd9a0056aabfcd12e57d7c1725e2f76615607fcea886c",
+        sha256: "425e52f9da44782fcd103397b110c3b340dd6e6ec57ddde2815a7bf7816b7254",
     },
     Embedded {
         id: "shade-constant-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse.wgsl"),
-        sha256: "1a1d4676237ccc1add5825eefe9b61a5293c3a8994beab773bcf0b6be25492ef",
+        sha256: "4492a4ff08da9a3b339aab7da7d0c4bccbab8d849a838e2d254f97f194526615",
+    },
+    Embedded {
+        id: "shade-constant-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-both.wgsl"),
+        sha256: "126ea00fd8b6567216f6899405349bc4dabb4fe947396cf97022b13711f9d778",
+    },
+    Embedded {
+        id: "shade-constant-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-diffuse.wgsl"),
+        sha256: "271ab06bc9baccb3854bc253d498a1861d7e664764d573048bf4e267a3d97a3c",
     },
     Embedded {
         id: "shade-constant-none-none-both",
@@ -1023,49 +1133,61 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-constant-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-beckmann-both.wgsl"),
-        sha256: "b1f5347e07923189cdffc5634df45568159ce9a441bea5f142d1445038951374",
+        sha256: "f848713720e346c4ebb3396dfcdd99fce6e0df157ae7ac8c8fa9da9ef796ef72",
     },
     Embedded {
         id: "shade-constant-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-beckmann-diffuse.wgsl"),
-        sha256: "2d5b069654913dcf56fc33f5f74f48e385497baef17e3c7e1048460a18cf1b6f",
+        sha256: "50c0f9e32da1a018a2bc6b9d0a007f9024c26d81709e2fb6b23c2e1ea2de5d3b",
     },
     Embedded {
         id: "shade-constant-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-ggx-both.wgsl"),
-        sha256: "458cf7ae4a91d55e18cdf0563c6f1799f2077f65ff077f00740139dd4d7c12c3",
+        sha256: "4e24d1e926d732a0c2edc5c5f1ca55b37b6187090b3a3ad2f0270ffb6cb94eb1",
     },
     Embedded {
         id: "shade-constant-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-ggx-diffuse.wgsl"),
-        sha256: "8c3a5cef4a63f10ea555f28bfe6c664d9262727c5c981e3c27cda3342ce2cebf",
+        sha256: "26c439adacf14f2c36a4ad9bea047360fb9a5a3f7b8d0c0398b291def6f160f0",
     },
     Embedded {
         id: "shade-erf-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-erf-asg-beckmann-both.wgsl"),
-        sha256: "c78d7912befb70ceafd7743343fd7ef7bfc3e663ab82cbbc7b47e13d238ee1e7",
+        sha256: "24211afbcd6685a7df203ae80bcede44675a623e1233dc25cd6979e8fc68ff9c",
     },
     Embedded {
         id: "shade-erf-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-erf-asg-beckmann-diffuse.wgsl"),
-        sha256: "43d456e1e59bc2ab16ed9b5512a48e1cfa1457dab971a0fff770bacdba3ef2c8",
+        sha256: "02aae9579cdd0574dfe7eb25f681586e8b87bdb107580cdb92b2060ab527eb9a",
     },
     Embedded {
         id: "shade-erf-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-erf-asg-ggx-both.wgsl"),
-        sha256: "089b68264ede2c0362f80df0a4eca05b15759f12f07562bbdde61902e57faff2",
+        sha256: "a74eb2a64cb9274546ec0b27f0960a528ddc0216ff7f3b109ab1989c73facd8d",
     },
     Embedded {
         id: "shade-erf-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-erf-asg-ggx-diffuse.wgsl"),
-        sha256: "152d929c39cb9a872d8e74c298350d98543d231771424bae46c015083abce357",
+        sha256: "0cf5a025b1c00d5c560eb9d8450d6f3b784fcc6cd7d0f4f31190428d1fcf826e",
+    },
+    Embedded {
+        id: "shade-erf-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-erf-ndf_filtered-ggx-both.wgsl"),
+        sha256: "450b3c4f5651b733fc5387439f76911a46c9b2509e7f9888426a94467e56f9ff",
+    },
+    Embedded {
+        id: "shade-erf-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-erf-ndf_filtered-ggx-diffuse.wgsl"),
+        sha256: "1b4029b46458d407a4eb672d1286cba62c05a5efe8f337227e28a3ae10d270a5",
     },
     Embedded {
         id: "shade-erf-none-none-both",
@@ -1083,109 +1205,133 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-erf-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-erf-sg-beckmann-both.wgsl"),
-        sha256: "90b91c29df18644d3e6c780b20de5e17009c8129c4a049b28c4d8c952429dbfa",
+        sha256: "765c877884bfa6706c4dba20366c7a39bdfd0b6f0bb35178e767eb335b0a7f55",
     },
     Embedded {
         id: "shade-erf-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-erf-sg-beckmann-diffuse.wgsl"),
-        sha256: "a1b7cdc9b9623c962f2ee3b75251a9ead63f893fbffb90efea7820a7570f225c",
+        sha256: "0f77f86f1fdac8358e1ce452399069b57bc5d2df0e64a6ad6a1cd5de1de653e5",
     },
     Embedded {
         id: "shade-erf-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-erf-sg-ggx-both.wgsl"),
-        sha256: "b6c8f9a2d137b9f987d59642449e38f9a16469ea2cb59ab8f69a08f2db98606a",
+        sha256: "3d7d1a3ceb214e5e9bb05af5fca6710bbc4ae60231a4d87df3c11cd9fe18289a",
     },
     Embedded {
         id: "shade-erf-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-erf-sg-ggx-diffuse.wgsl"),
-        sha256: "62a25123794f65ac3600bfabe6576702e2f695badd191fb49f63a2aaaa261b5b",
+        sha256: "1a2ececc42d2d991760d14313d0c520aebd84954a9084dfeb0b39e6a0ba4459b",
     },
     Embedded {
         id: "shade-fitted-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-beckmann-both.wgsl"),
-        sha256: "fb3ccce9386da8d5d935ab7dd0ec9e93e9a4faa08134c722c301dbee9628e162",
+        sha256: "cf5c0c8be3e7b6711dbddfd6a299faada836e015326fe11d49b8d4aee2e0fe68",
     },
     Embedded {
         id: "shade-fitted-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-beckmann-diffuse.wgsl"),
-        sha256: "f249500f7ca88f3378f8ba3760aad95acab27f0ba6d83ec96a36c94036fc3d2c",
+        sha256: "4ac9eff66264a310325f68d501953104f3dc5a073a5bf9e6c453d9da9b20fcd7",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-both.wgsl"),
-        sha256: "f1015863a429e7b97b9a8fdd236073bff92e86e3dedc66144075218af9e2d4eb",
+        sha256: "caed592d060c88d7d389e341b8c3b625036d310bd6b5f25702ed9af64ffc047e",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse.wgsl"),
-        sha256: "5cb2e3ca075d75e4d51db3ea47756cd707a3c7ff45f0889ffb0c331c58963c28",
+        sha256: "8dbaa1ea91f3379902b101f0b0c7224e554a03dae62298c735d8306cea344f5a",
+    },
+    Embedded {
+        id: "shade-fitted-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-both.wgsl"),
+        sha256: "c5d32f0f5e472ae76c33e473cc9a118fca57ccf0bce3cb4548eb076f2bc35b05",
+    },
+    Embedded {
+        id: "shade-fitted-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-diffuse.wgsl"),
+        sha256: "3145b7ad675ca0bbc9fcb6d18203ea430f5c3ec8343223f6c3ee808cabdee7b7",
     },
     Embedded {
         id: "shade-fitted-none-none-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-none-none-both.wgsl"),
-        sha256: "8963ff011826b8e874c0c0d80b83ae6b4ef65b3bee01f3b55366453f33b8c048",
+        sha256: "186cb01f409cd06803cbea42bc6b6cc7b17fffa501c622fa73feb1695ee0ce1e",
     },
     Embedded {
         id: "shade-fitted-none-none-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-none-none-diffuse.wgsl"),
-        sha256: "ec480a8415eaa7cb2874694b0c52c74804cdc90e76a90cd1acb28d08631c961e",
+        sha256: "da3d4e98490d4979b00097192fb21a5c21fb4072fecf7364bcdc43cd0aa7f6c3",
     },
     Embedded {
         id: "shade-fitted-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-sg-beckmann-both.wgsl"),
-        sha256: "ffd2985a20d7c108841994e0854511db4d521f047b4659ee03964870c818f6da",
+        sha256: "0c6b192c5337d3f0f9cc4d292e5bd5d36e9065fed6a5a2c18dade34b91c72e4a",
     },
     Embedded {
         id: "shade-fitted-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-sg-beckmann-diffuse.wgsl"),
-        sha256: "4c99fe4074999446795eefa326b201701c27ce865217168225f4dfaeaee240d3",
+        sha256: "35f6d6cab47bd10efec97ab871733ef8dec4150057401d88f926cbbef9c2ddbf",
     },
     Embedded {
         id: "shade-fitted-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-sg-ggx-both.wgsl"),
-        sha256: "32a7cbf3caeaf1797cc8f002ae6d3ac6553f265833920551e4173bbc048aba59",
+        sha256: "df55f2a73b7ef5257fc7daf7867f0ed8e1db3e9e686004bc0f69d91ec967f613",
     },
     Embedded {
         id: "shade-fitted-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-sg-ggx-diffuse.wgsl"),
-        sha256: "41d26d494c31aa72b216da947282719440f9ab7b47eec13d3a1bdf5c5fd39275",
+        sha256: "08143ec507c845ceafb9b873d08b0cd7db773a68d8d2ff7e261bf201aa7888e3",
     },
     Embedded {
         id: "shade-fitted_fine-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted_fine-asg-beckmann-both.wgsl"),
-        sha256: "203c719e11df31fdd242b136b8e024391ca94dabe54914f1294bd968935c7a8d",
+        sha256: "ca49ce4eaba775ed9dc8adc5af27ffdc65b63f43725a7c95437dae616f7ca116",
     },
     Embedded {
         id: "shade-fitted_fine-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted_fine-asg-beckmann-diffuse.wgsl"),
-        sha256: "ff23440c27da9d96b605956ef867bed2afb5ce0f801e4eeb99eedbb2f32b06d9",
+        sha256: "68a34efd4a16e818d8035d5342406918357877970db32700dd7d6b3f04f1f31e",
     },
     Embedded {
         id: "shade-fitted_fine-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted_fine-asg-ggx-both.wgsl"),
-        sha256: "83dbfb4a00efffa1b0ab3422206a038a9d8113473faf5c21accadf222c4d400c",
+        sha256: "31fbfa7bbbc25f906398cf7bcfecb7f93baaa2a1289676a582aa705b955c44ad",
     },
     Embedded {
         id: "shade-fitted_fine-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted_fine-asg-ggx-diffuse.wgsl"),
-        sha256: "754082a7905db7134ddde3e21d7d67c7aa875f680ce6f11d15f6d8de1dc5214c",
+        sha256: "f0a4a9b6bc5fc87d13804a131aa03dc3115835bf0cb2c93ddf998914db48003c",
+    },
+    Embedded {
+        id: "shade-fitted_fine-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-fitted_fine-ndf_filtered-ggx-both.wgsl"),
+        sha256: "5348f37a277ab54874715d17024e5076ffdfb9f721acfae003efd9491f6df606",
+    },
+    Embedded {
+        id: "shade-fitted_fine-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-fitted_fine-ndf_filtered-ggx-diffuse.wgsl"),
+        sha256: "631ad9f285d6a8e5a51386519add78801a4f42c1660f0df56de9d2371767519b",
     },
     Embedded {
         id: "shade-fitted_fine-none-none-both",
@@ -1203,49 +1349,61 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-fitted_fine-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted_fine-sg-beckmann-both.wgsl"),
-        sha256: "1c0d73d6ce20dcf2ae660c01e650c67d24506b08125926d6a20600d661169426",
+        sha256: "2fbdb8b11816c0ed999679266eb9dea9e651ccf7f43450529e55017946fd8516",
     },
     Embedded {
         id: "shade-fitted_fine-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted_fine-sg-beckmann-diffuse.wgsl"),
-        sha256: "d91879b8ef15b259503b704c0d5781cb2c0650f9009ee1750eb1dda6a08bde38",
+        sha256: "05a1e41cb8ddf5dddcb13fc9b76cc0f149fd555ab7c4149b62f6937e4dee6a28",
     },
     Embedded {
         id: "shade-fitted_fine-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted_fine-sg-ggx-both.wgsl"),
-        sha256: "b0f49a279d539ebc7947135e07efc7ba3fecfcf79edfd778a0519dfb62e92236",
+        sha256: "31b4f8a761f5888a22aeaa64ac64c5622275f3e2a78d4a2f5bc1ab1722cc7c2b",
     },
     Embedded {
         id: "shade-fitted_fine-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted_fine-sg-ggx-diffuse.wgsl"),
-        sha256: "e4f8c3af556f86445502793e4a27d05d0f9b3dcbd4ab7e85276ab7a2f007b612",
+        sha256: "7de9fd07790e1831892316a843a1187807be9bbb28f3d723b2fe9b08627764f0",
     },
     Embedded {
         id: "shade-gaussian-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-beckmann-both.wgsl"),
-        sha256: "ead275d9416983b3cd9854e6fbb6161ad3b6ae8300246a635486e7e364985c86",
+        sha256: "21dc1ff225ec42f44f915c6f4dc013e2e58a8c41259d07ded6db3cc9639f29a4",
     },
     Embedded {
         id: "shade-gaussian-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-beckmann-diffuse.wgsl"),
-        sha256: "895ab7e0a54812c56eff089677edba5522be38309d810a7150d85f26791e783c",
+        sha256: "2ab965c5de461902d423e21cbacca7156e888ddfc9a6f986e8cd62708d9f226e",
     },
     Embedded {
         id: "shade-gaussian-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-ggx-both.wgsl"),
-        sha256: "028f8267f5f0f74b2174ae9114c0cc3126a8b4a57313972506b5f0f934922fef",
+        sha256: "17d229c21716374f0cbfe75ffa155c96f56cb51b24bc54308ad182ee7f4d9b4a",
     },
     Embedded {
         id: "shade-gaussian-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-ggx-diffuse.wgsl"),
-        sha256: "d38f3d5e56a3cbdeb0a82b10e897b806cfb4c80f5c6ac6572848e82baf4927af",
+        sha256: "5fed6e82976d8c10194f9090f6f4f5447894ad79e75194f90046f259313d6048",
+    },
+    Embedded {
+        id: "shade-gaussian-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-both.wgsl"),
+        sha256: "ad7e5a68eb9def9e678a70b993dbb5312db8dbe2896f79d9ae859eba9629a392",
+    },
+    Embedded {
+        id: "shade-gaussian-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-diffuse.wgsl"),
+        sha256: "acc5163a27d3f18ccd1902af02b3d2e02e0d2c67513792521895e21a692a784e",
     },
     Embedded {
         id: "shade-gaussian-none-none-both",
@@ -1263,49 +1421,61 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-gaussian-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-beckmann-both.wgsl"),
-        sha256: "85ac5df457384dc52bdb5df5e655017e896629fb84ee909a8d0570edd61ce899",
+        sha256: "3ac46e40b8e6b25c171c1b6f40c2d2da225d55cd535528a2c7ba83c2013c9968",
     },
     Embedded {
         id: "shade-gaussian-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-beckmann-diffuse.wgsl"),
-        sha256: "381c49f897d46bdb3e51dc55cb33e5c20dbae3992459fe91820926f30e388b71",
+        sha256: "27840ffa38537065951a745fd73ff7be38a2a5f3dd02d46998b9d1492a7648bd",
     },
     Embedded {
         id: "shade-gaussian-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-ggx-both.wgsl"),
-        sha256: "33a35e4346fa297accf114e02b5c3e48d1e3967ef8ac45cb1505a20302d43b12",
+        sha256: "a959131362c5d898dcb41cd11f6855f0daeaac27242f65b6a9aebc164c321826",
     },
     Embedded {
         id: "shade-gaussian-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-ggx-diffuse.wgsl"),
-        sha256: "9656717d27c934f25eb79351ddb41a61ea5c1e0c5ef81ab0224600fa0e861efc",
+        sha256: "348feb0836fd450710cbb130831c9d5b47ac0b014f43ee9b8889dbbd1c21d43f",
     },
     Embedded {
         id: "shade-logistic-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-logistic-asg-beckmann-both.wgsl"),
-        sha256: "ff6ae31441197e1bf6180bb5c5c15a877d4ffc81c1d625a207079302ae906013",
+        sha256: "cef351ec16e6853610619b59004ed00e6b3ca8899bf3084da4ad0c1b3771f88b",
     },
     Embedded {
         id: "shade-logistic-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-logistic-asg-beckmann-diffuse.wgsl"),
-        sha256: "f0bff1ed40f54c95174d217c0342758a95d78d841687fad8638fecd56274575f",
+        sha256: "894dde7df345769f259d5392ec544be83dec8bf2de32db521a9e4f22d73764cb",
     },
     Embedded {
         id: "shade-logistic-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-logistic-asg-ggx-both.wgsl"),
-        sha256: "47e019cfce2aa942bd89070af2c78565326aa9ff3255dd4c26bdbd510edf5074",
+        sha256: "767a8fcb0983b46ed3705d02e027d46e4ebcddbd2e0fbb8f1b48cfe7e689d9fe",
     },
     Embedded {
         id: "shade-logistic-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-logistic-asg-ggx-diffuse.wgsl"),
-        sha256: "13114870210e0eacdcd244f0e957730d5fae64192b0c0253e493d6edbc2fb033",
+        sha256: "f2fcb1026b716edcd2ad20931c22b8c71a18675f7f36a16f92280a3ea77fa8e5",
+    },
+    Embedded {
+        id: "shade-logistic-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-logistic-ndf_filtered-ggx-both.wgsl"),
+        sha256: "37b6df489a987ec8c5c059f3e487db96dfda71101f2a67ac8f0884162b3f738c",
+    },
+    Embedded {
+        id: "shade-logistic-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-logistic-ndf_filtered-ggx-diffuse.wgsl"),
+        sha256: "a31b3283d637b923d65e3e8dba6b026af78d7bf2226057d38d24bbdcc1070dea",
     },
     Embedded {
         id: "shade-logistic-none-none-both",
@@ -1323,73 +1493,85 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-logistic-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-logistic-sg-beckmann-both.wgsl"),
-        sha256: "61fc511d22ad5b984a6d54294a470585a5a0bd07b76fbe03f797aa1bfba638c6",
+        sha256: "d43e717760cd617f4fb435e6e5c82df3605dc7d850ae8cd76c6208b40eab70e1",
     },
     Embedded {
         id: "shade-logistic-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-logistic-sg-beckmann-diffuse.wgsl"),
-        sha256: "22414cca0e54ecb5e3a128e1eded133e94aac1006bd9c4e9914493e69b41beeb",
+        sha256: "f92bec20a5229422ea022f36a58205b143c4cdd34aaa8e9272b78f26ef0dee83",
     },
     Embedded {
         id: "shade-logistic-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-logistic-sg-ggx-both.wgsl"),
-        sha256: "9b445cb1a8f2fdbf798efafeecd3a3b832304cba874d97461bc1034ba9a98be0",
+        sha256: "3e70cfc473365f0ebc44d737cff793f764be7c4ea40049c37bf251d304e16443",
     },
     Embedded {
         id: "shade-logistic-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-logistic-sg-ggx-diffuse.wgsl"),
-        sha256: "ac06c6cc35cb2f50b8e6708e28c4817bf179cf7a3172d16c96263dbcd6ec2464",
+        sha256: "36eb915776d038a4cc31b62bcc6b037e0232de5482565d8fa4544c4507b459e7",
     },
     Embedded {
         id: "shade-none-asg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-beckmann-both.wgsl"),
-        sha256: "4fd546e71d95da50f06532fd6f5cb5265ed73bce4bb186f7687d1d4383fdf3c8",
+        sha256: "6f1ecdc1e8e388835b6f554dd35ddc5214a89e8bd87ccd570bbf2de7fa773372",
     },
     Embedded {
         id: "shade-none-asg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-beckmann-diffuse.wgsl"),
-        sha256: "2a2c254780e1340e4a86df1f958eb394bb868382e29c9a3997c5a054a07f2e17",
+        sha256: "98aac4fd552539bb992478d2b5fc26ed1f2a9fe1a656e34aa73afa32f41dafb4",
     },
     Embedded {
         id: "shade-none-asg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-ggx-both.wgsl"),
-        sha256: "b4d9a77a846fec269dfd1fadee65a4b0e5463d80bb39f52c56c08ae152bfdeb9",
+        sha256: "25c9cf9aaa2ed5978560ba4ea1987786f8fc63d4feb04a3791c4c88b73fd8860",
     },
     Embedded {
         id: "shade-none-asg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-ggx-diffuse.wgsl"),
-        sha256: "c2390d027926323b4911585a9266abb1b60e2f79f95c082451ee160d6824a315",
+        sha256: "2b9b523a887e44484d9cafedb99774d8bb9d569e8571cfbc2921a2123b9b9d51",
+    },
+    Embedded {
+        id: "shade-none-ndf_filtered-ggx-both",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-both.wgsl"),
+        sha256: "bc14c948bd58f18ef32284cf08dbaa05a2f6a0a7f17f96dfbfa7524042f240a2",
+    },
+    Embedded {
+        id: "shade-none-ndf_filtered-ggx-diffuse",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-diffuse.wgsl"),
+        sha256: "582c31deb128c31dc2c11bf09e97a16d243f474500ac8cbe86d06663745a2f42",
     },
     Embedded {
         id: "shade-none-sg-beckmann-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-beckmann-both.wgsl"),
-        sha256: "f107c22c90c14ddddfb47240143c5a6948926d3aceef68048b1827f7d4af6428",
+        sha256: "3fa9950af2e270b64a1e8bd8e27b2c8826df4b8c822d5340d62bfa1b0402295a",
     },
     Embedded {
         id: "shade-none-sg-beckmann-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-beckmann-diffuse.wgsl"),
-        sha256: "5397baf2ee3ad684ed86f573f0c7306f4ab3ba8e81557141f5735fa87ed8028a",
+        sha256: "d1d35f08bbecc5cc1ceb81decb2763f791d7dc1caa303163cbe312b148d490ca",
     },
     Embedded {
         id: "shade-none-sg-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-ggx-both.wgsl"),
-        sha256: "0a46d425cd6b1b6299e0616d76e84453fa1319a88fe3823c24b55a72b9cea7f6",
+        sha256: "013b4026238758177ca55aaed8c29b0a88587da0b184b618ba090dc4277793ff",
     },
     Embedded {
         id: "shade-none-sg-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-ggx-diffuse.wgsl"),
-        sha256: "3741790f493a590d76c6c2e9f70685a5a9c369b776d13f191e3e7cbaa7d6cfd6",
+        sha256: "18b9c5a4b9235371f9bc950d074656088e26fd29dd1abbaaf0fac995e21906a8",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -1574,7 +1756,7 @@ pub enum Diffuse {
     Logistic,
     /// The cosine integral by an error function, largest error 1.6e-3 \[Tokuyoshi 2024\].
     Erf,
-    /// The cosine integral from its exact odd part and a fit, largest error 5.9e-5.
+    /// The cosine integral from its exact odd part and a fit, largest error 6.0e-5.
     Fitted,
     /// The cosine integral from its exact odd part and a finer fit, largest error 1.6e-5.
     FittedFine,
@@ -1757,12 +1939,52 @@ pub enum Function {
     SgCosineFitted,
     /// By a fit with more constants.
     SgCosineFittedFine,
+    /// Sharpness from mean length, Toksvig.
+    VmfSharpnessToksvig,
+    /// Banerjee.
+    VmfSharpnessBanerjee,
+    /// Kroeger.
+    VmfSharpnessKroeger,
+    /// Kroeger and a Newton step.
+    VmfSharpnessExact,
+    /// Mean length from sharpness, Toksvig.
+    VmfMeanLengthToksvig,
+    /// Exact.
+    VmfMeanLengthExact,
+    /// One minus it.
+    VmfMeanLengthComplement,
+    /// An anisotropic spherical Gaussian.
+    AsgEvaluate,
+    /// Its integral times a spherical one.
+    AsgConvolution,
+    /// The reflection lobe.
+    AsgReflection,
+    /// GGX.
+    GgxDistribution,
+    /// Its masking and shadowing.
+    GgxVisibility,
+    /// Beckmann.
+    BeckmannDistribution,
+    /// Its masking.
+    BeckmannMasking,
+    /// Its masking and shadowing.
+    BeckmannVisibility,
+    /// The reflection lobe about the mirror direction.
+    SgReflectionMirror,
+    /// About the dominant visible normal.
+    SgReflectionDominant,
+    /// Reflection by the filtered distribution.
+    NdfFilteredReflection,
+    /// One lobe of a virtual light from its moments.
+    Emission,
+    /// Radiance that arrives from one lobe.
+    Incoming,
 }
 impl Function {
     /// The name of the axis.
     pub const AXIS: &str = "function";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 45] = [
         Self::None,
         Self::Erf,
         Self::Erfc,
@@ -1788,6 +2010,26 @@ impl Function {
         Self::SgCosineErf,
         Self::SgCosineFitted,
         Self::SgCosineFittedFine,
+        Self::VmfSharpnessToksvig,
+        Self::VmfSharpnessBanerjee,
+        Self::VmfSharpnessKroeger,
+        Self::VmfSharpnessExact,
+        Self::VmfMeanLengthToksvig,
+        Self::VmfMeanLengthExact,
+        Self::VmfMeanLengthComplement,
+        Self::AsgEvaluate,
+        Self::AsgConvolution,
+        Self::AsgReflection,
+        Self::GgxDistribution,
+        Self::GgxVisibility,
+        Self::BeckmannDistribution,
+        Self::BeckmannMasking,
+        Self::BeckmannVisibility,
+        Self::SgReflectionMirror,
+        Self::SgReflectionDominant,
+        Self::NdfFilteredReflection,
+        Self::Emission,
+        Self::Incoming,
     ];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
@@ -1817,6 +2059,26 @@ impl Function {
             Self::SgCosineErf => "sg_cosine_erf",
             Self::SgCosineFitted => "sg_cosine_fitted",
             Self::SgCosineFittedFine => "sg_cosine_fitted_fine",
+            Self::VmfSharpnessToksvig => "vmf_sharpness_toksvig",
+            Self::VmfSharpnessBanerjee => "vmf_sharpness_banerjee",
+            Self::VmfSharpnessKroeger => "vmf_sharpness_kroeger",
+            Self::VmfSharpnessExact => "vmf_sharpness_exact",
+            Self::VmfMeanLengthToksvig => "vmf_mean_length_toksvig",
+            Self::VmfMeanLengthExact => "vmf_mean_length_exact",
+            Self::VmfMeanLengthComplement => "vmf_mean_length_complement",
+            Self::AsgEvaluate => "asg_evaluate",
+            Self::AsgConvolution => "asg_convolution",
+            Self::AsgReflection => "asg_reflection",
+            Self::GgxDistribution => "ggx_distribution",
+            Self::GgxVisibility => "ggx_visibility",
+            Self::BeckmannDistribution => "beckmann_distribution",
+            Self::BeckmannMasking => "beckmann_masking",
+            Self::BeckmannVisibility => "beckmann_visibility",
+            Self::SgReflectionMirror => "sg_reflection_mirror",
+            Self::SgReflectionDominant => "sg_reflection_dominant",
+            Self::NdfFilteredReflection => "ndf_filtered_reflection",
+            Self::Emission => "emission",
+            Self::Incoming => "incoming",
         }
     }
 }
@@ -2137,18 +2399,21 @@ pub enum Specular {
     /// The lobe is an anisotropic spherical Gaussian \[Tokuyoshi 2016, Appendix C.2; Xu 2013\].
     #[default]
     Asg,
+    /// The distribution of facets is filtered by the light's lobe \[Tokuyoshi 2024\].
+    NdfFiltered,
 }
 impl Specular {
     /// The name of the axis.
     pub const AXIS: &str = "specular";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 3] = [Self::None, Self::Sg, Self::Asg];
+    pub const ALL: [Self; 4] = [Self::None, Self::Sg, Self::Asg, Self::NdfFiltered];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
             Self::Sg => "sg",
             Self::Asg => "asg",
+            Self::NdfFiltered => "ndf_filtered",
         }
     }
 }
@@ -3183,11 +3448,22 @@ pub mod shade {
                 });
             }
             if matches!(self.ndf, super::Ndf::None)
-                && matches!(self.specular, super::Specular::Sg | super::Specular::Asg)
+                && matches!(
+                    self.specular, super::Specular::Sg | super::Specular::Asg |
+                    super::Specular::NdfFiltered
+                )
             {
                 return Some(super::Exclusion {
                     name: "specular-without-distribution",
                     reason: "specular reflection needs a distribution of microfacet normals",
+                });
+            }
+            if matches!(self.ndf, super::Ndf::Beckmann)
+                && matches!(self.specular, super::Specular::NdfFiltered)
+            {
+                return Some(super::Exclusion {
+                    name: "filtered-beckmann",
+                    reason: "the filter of the distribution is that of GGX",
                 });
             }
             None
@@ -3208,7 +3484,7 @@ pub mod shade {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `shade-constant-asg-beckmann-both`, `shade-constant-asg-ggx-both`, `shade-constant-sg-beckmann-both`, `shade-constant-sg-ggx-both`, `shade-erf-asg-beckmann-both`, `shade-erf-asg-ggx-both`, `shade-erf-sg-beckmann-both`, `shade-erf-sg-ggx-both`, `shade-fitted-asg-beckmann-both`, `shade-fitted-asg-ggx-both`, `shade-fitted-sg-beckmann-both`, `shade-fitted-sg-ggx-both`, `shade-fitted_fine-asg-beckmann-both`, `shade-fitted_fine-asg-ggx-both`, `shade-fitted_fine-sg-beckmann-both`, `shade-fitted_fine-sg-ggx-both`, `shade-gaussian-asg-beckmann-both`, `shade-gaussian-asg-ggx-both`, `shade-gaussian-sg-beckmann-both`, `shade-gaussian-sg-ggx-both`, `shade-logistic-asg-beckmann-both`, `shade-logistic-asg-ggx-both`, `shade-logistic-sg-beckmann-both`, `shade-logistic-sg-ggx-both`.
+    /// `shade-constant-asg-beckmann-both`, `shade-constant-asg-ggx-both`, `shade-constant-ndf_filtered-ggx-both`, `shade-constant-sg-beckmann-both`, `shade-constant-sg-ggx-both`, `shade-erf-asg-beckmann-both`, `shade-erf-asg-ggx-both`, `shade-erf-ndf_filtered-ggx-both`, `shade-erf-sg-beckmann-both`, `shade-erf-sg-ggx-both`, `shade-fitted-asg-beckmann-both`, `shade-fitted-asg-ggx-both`, `shade-fitted-ndf_filtered-ggx-both`, `shade-fitted-sg-beckmann-both`, `shade-fitted-sg-ggx-both`, `shade-fitted_fine-asg-beckmann-both`, `shade-fitted_fine-asg-ggx-both`, `shade-fitted_fine-ndf_filtered-ggx-both`, `shade-fitted_fine-sg-beckmann-both`, `shade-fitted_fine-sg-ggx-both`, `shade-gaussian-asg-beckmann-both`, `shade-gaussian-asg-ggx-both`, `shade-gaussian-ndf_filtered-ggx-both`, `shade-gaussian-sg-beckmann-both`, `shade-gaussian-sg-ggx-both`, `shade-logistic-asg-beckmann-both`, `shade-logistic-asg-ggx-both`, `shade-logistic-ndf_filtered-ggx-both`, `shade-logistic-sg-beckmann-both`, `shade-logistic-sg-ggx-both`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -3267,7 +3543,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-asg-beckmann-diffuse`, `shade-constant-asg-ggx-diffuse`, `shade-constant-sg-beckmann-diffuse`, `shade-constant-sg-ggx-diffuse`, `shade-erf-asg-beckmann-diffuse`, `shade-erf-asg-ggx-diffuse`, `shade-erf-sg-beckmann-diffuse`, `shade-erf-sg-ggx-diffuse`, `shade-fitted-asg-beckmann-diffuse`, `shade-fitted-asg-ggx-diffuse`, `shade-fitted-sg-beckmann-diffuse`, `shade-fitted-sg-ggx-diffuse`, `shade-fitted_fine-asg-beckmann-diffuse`, `shade-fitted_fine-asg-ggx-diffuse`, `shade-fitted_fine-sg-beckmann-diffuse`, `shade-fitted_fine-sg-ggx-diffuse`, `shade-gaussian-asg-beckmann-diffuse`, `shade-gaussian-asg-ggx-diffuse`, `shade-gaussian-sg-beckmann-diffuse`, `shade-gaussian-sg-ggx-diffuse`, `shade-logistic-asg-beckmann-diffuse`, `shade-logistic-asg-ggx-diffuse`, `shade-logistic-sg-beckmann-diffuse`, `shade-logistic-sg-ggx-diffuse`.
+    /// `shade-constant-asg-beckmann-diffuse`, `shade-constant-asg-ggx-diffuse`, `shade-constant-ndf_filtered-ggx-diffuse`, `shade-constant-sg-beckmann-diffuse`, `shade-constant-sg-ggx-diffuse`, `shade-erf-asg-beckmann-diffuse`, `shade-erf-asg-ggx-diffuse`, `shade-erf-ndf_filtered-ggx-diffuse`, `shade-erf-sg-beckmann-diffuse`, `shade-erf-sg-ggx-diffuse`, `shade-fitted-asg-beckmann-diffuse`, `shade-fitted-asg-ggx-diffuse`, `shade-fitted-ndf_filtered-ggx-diffuse`, `shade-fitted-sg-beckmann-diffuse`, `shade-fitted-sg-ggx-diffuse`, `shade-fitted_fine-asg-beckmann-diffuse`, `shade-fitted_fine-asg-ggx-diffuse`, `shade-fitted_fine-ndf_filtered-ggx-diffuse`, `shade-fitted_fine-sg-beckmann-diffuse`, `shade-fitted_fine-sg-ggx-diffuse`, `shade-gaussian-asg-beckmann-diffuse`, `shade-gaussian-asg-ggx-diffuse`, `shade-gaussian-ndf_filtered-ggx-diffuse`, `shade-gaussian-sg-beckmann-diffuse`, `shade-gaussian-sg-ggx-diffuse`, `shade-logistic-asg-beckmann-diffuse`, `shade-logistic-asg-ggx-diffuse`, `shade-logistic-ndf_filtered-ggx-diffuse`, `shade-logistic-sg-beckmann-diffuse`, `shade-logistic-sg-ggx-diffuse`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -3428,7 +3704,7 @@ pub mod shade {
             "sglow_diffuse_output",
         ],
     ];
-    /// `shade-none-asg-beckmann-both`, `shade-none-asg-ggx-both`, `shade-none-sg-beckmann-both`, `shade-none-sg-ggx-both`.
+    /// `shade-none-asg-beckmann-both`, `shade-none-asg-ggx-both`, `shade-none-ndf_filtered-ggx-both`, `shade-none-sg-beckmann-both`, `shade-none-sg-ggx-both`.
     pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -3479,7 +3755,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-none-asg-beckmann-diffuse`, `shade-none-asg-ggx-diffuse`, `shade-none-sg-beckmann-diffuse`, `shade-none-sg-ggx-diffuse`.
+    /// `shade-none-asg-beckmann-diffuse`, `shade-none-asg-ggx-diffuse`, `shade-none-ndf_filtered-ggx-diffuse`, `shade-none-sg-beckmann-diffuse`, `shade-none-sg-ggx-diffuse`.
     pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),

@@ -14,8 +14,10 @@
 /// The Beckmann distribution of microfacet normals.
 /// [Walter 2007, Eq. (25)]
 ///
-/// normal, half_vector: unit vectors; alpha: roughness alpha, 0.01 to 1. Result: per steradian, at most 1 / (pi alpha^2).
-fn sglow_microfacet_distribution(normal: vec3<f32>, half_vector: vec3<f32>, alpha: f32) -> f32 {
+/// normal, half_vector: unit vectors; alpha: roughness alpha, 1e-4 to 1.
+/// Result: per steradian, at most 1.48 / (pi alpha^2); 0 below the horizon.
+/// Contract: other vectors, other alphas or NaN give anything, finite or not; no loop.
+fn sglow_beckmann_distribution(normal: vec3<f32>, half_vector: vec3<f32>, alpha: f32) -> f32 {
     let cosine = dot(normal, half_vector);
     if cosine <= 1e-4 {
         // The tangent is above 1e4 here and the exponential is zero for every alpha in range.
@@ -29,25 +31,28 @@ fn sglow_microfacet_distribution(normal: vec3<f32>, half_vector: vec3<f32>, alph
     return exp(exponent) / (3.1415927 * squared * cosine_squared * cosine_squared);
 }
 
-/// Smith masking of one direction, Walter's rational fit (relative error below 0.35 % after the source).
+/// Smith masking of one direction over its cosine, Walter's rational fit (relative error below 0.35 % after the
+/// source); the quotient is finite at the horizon, where both parts vanish.
 /// [Walter 2007, Eq. (27)]
-fn sglow_beckmann_masking(cosine: f32, alpha: f32) -> f32 {
-    let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+fn sglow_beckmann_masking_over_cosine(cosine: f32, alpha: f32) -> f32 {
+    let slope = alpha * sqrt(max(1.0 - cosine * cosine, 0.0));
     // 1 / (alpha tangent); a direction along the normal is not masked.
-    if cosine >= 1.6 * alpha * sine {
-        return 1.0;
+    if cosine >= 1.6 * slope {
+        return 1.0 / cosine;
     }
-    let ratio = cosine / (alpha * sine);
-    return (3.535 + 2.181 * ratio) * ratio / (1.0 + (2.276 + 2.577 * ratio) * ratio);
+    let ratio = cosine / slope;
+    return (3.535 + 2.181 * ratio) / (slope * (1.0 + (2.276 + 2.577 * ratio) * ratio));
 }
 
 /// Separable masking and shadowing of Beckmann, with 1 / (4 cosine_in cosine_out) inside.
 /// [Walter 2007, Eq. (23)]
 ///
-/// cosine_in: above 0, at most 1; cosine_out: 1e-3 to 1; alpha: 0.01 to 1.
-fn sglow_microfacet_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
-    return sglow_beckmann_masking(cosine_in, alpha) * sglow_beckmann_masking(cosine_out, alpha)
-        / (4.0 * cosine_in * cosine_out);
+/// cosine_in: 0 to 1; cosine_out: 1e-3 to 1; alpha: 1e-4 to 1.
+/// Result: per steradian, at most 0.89 / (cosine_out alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_beckmann_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
+    return 0.25 * sglow_beckmann_masking_over_cosine(cosine_in, alpha)
+        * sglow_beckmann_masking_over_cosine(cosine_out, alpha);
 }
 
 /// Schlick's approximation of Fresnel reflectance.
@@ -55,7 +60,8 @@ fn sglow_microfacet_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f
 ///
 /// cosine: half vector . view, 0 to 1; specular: reflectance at normal incidence, 0 to 1.
 /// What reflects less than 2 % at normal incidence is taken to fade out at grazing angles too,
-/// so that a surface without specular reflectance has none at any angle.
+/// so that a surface without specular reflectance has none at any angle. Result: 0 to 1.
+/// Contract: other cosines count as the nearer end; NaN gives anything, finite or not; no loop.
 fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
     let grazing = min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
     let complement = clamp(1.0 - cosine, 0.0, 1.0);
@@ -208,9 +214,9 @@ fn sglow_reflect(surface: SglowSurface, incoming: vec3<f32>, view: vec3<f32>) ->
             let sum = incoming + view;
             let half_vector = sum * inverseSqrt(max(dot(sum, sum), 1e-20));
             let cosine_out = max(dot(surface.normal, view), 1e-3);
-            reflected += sglow_fresnel(clamp(dot(half_vector, view), 0.0, 1.0), surface.specular)
-                * sglow_microfacet_distribution(surface.normal, half_vector, surface.alpha)
-                * sglow_microfacet_visibility(cosine_in, cosine_out, surface.alpha);
+            let lobe = sglow_beckmann_distribution(surface.normal, half_vector, surface.alpha)
+                * sglow_beckmann_visibility(cosine_in, cosine_out, surface.alpha);
+            reflected += sglow_fresnel(clamp(dot(half_vector, view), 0.0, 1.0), surface.specular) * lobe;
         }
     }
     return reflected * cosine_in;

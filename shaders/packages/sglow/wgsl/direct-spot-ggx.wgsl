@@ -14,8 +14,10 @@
 /// The GGX distribution of microfacet normals.
 /// [Walter 2007, Eq. (33)]
 ///
-/// normal, half_vector: unit vectors; alpha: roughness alpha, 0.01 to 1. Result: per steradian, at most 1 / (pi alpha^2).
-fn sglow_microfacet_distribution(normal: vec3<f32>, half_vector: vec3<f32>, alpha: f32) -> f32 {
+/// normal, half_vector: unit vectors; alpha: roughness alpha, 1e-4 to 1.
+/// Result: per steradian, at most 1 / (pi alpha^2); 0 below the horizon.
+/// Contract: other vectors, other alphas or NaN give anything, finite or not; no loop.
+fn sglow_ggx_distribution(normal: vec3<f32>, half_vector: vec3<f32>, alpha: f32) -> f32 {
     let cosine = dot(normal, half_vector);
     if cosine <= 0.0 {
         return 0.0;
@@ -30,8 +32,9 @@ fn sglow_microfacet_distribution(normal: vec3<f32>, half_vector: vec3<f32>, alph
 /// Height-correlated masking and shadowing of GGX, with 1 / (4 cosine_in cosine_out) inside.
 /// [Heitz 2014, Eq. (99)]
 ///
-/// cosine_in: 0 to 1; cosine_out: 1e-3 to 1; alpha: 0.01 to 1.
-fn sglow_microfacet_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
+/// cosine_in: 0 to 1; cosine_out: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (cosine_out alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_ggx_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
     let squared = alpha * alpha;
     let masking = cosine_in * sqrt(squared + (1.0 - squared) * cosine_out * cosine_out);
     let shadowing = cosine_out * sqrt(squared + (1.0 - squared) * cosine_in * cosine_in);
@@ -43,7 +46,8 @@ fn sglow_microfacet_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f
 ///
 /// cosine: half vector . view, 0 to 1; specular: reflectance at normal incidence, 0 to 1.
 /// What reflects less than 2 % at normal incidence is taken to fade out at grazing angles too,
-/// so that a surface without specular reflectance has none at any angle.
+/// so that a surface without specular reflectance has none at any angle. Result: 0 to 1.
+/// Contract: other cosines count as the nearer end; NaN gives anything, finite or not; no loop.
 fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
     let grazing = min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
     let complement = clamp(1.0 - cosine, 0.0, 1.0);
@@ -192,9 +196,9 @@ fn sglow_reflect(surface: SglowSurface, incoming: vec3<f32>, view: vec3<f32>) ->
             let sum = incoming + view;
             let half_vector = sum * inverseSqrt(max(dot(sum, sum), 1e-20));
             let cosine_out = max(dot(surface.normal, view), 1e-3);
-            reflected += sglow_fresnel(clamp(dot(half_vector, view), 0.0, 1.0), surface.specular)
-                * sglow_microfacet_distribution(surface.normal, half_vector, surface.alpha)
-                * sglow_microfacet_visibility(cosine_in, cosine_out, surface.alpha);
+            let lobe = sglow_ggx_distribution(surface.normal, half_vector, surface.alpha)
+                * sglow_ggx_visibility(cosine_in, cosine_out, surface.alpha);
+            reflected += sglow_fresnel(clamp(dot(half_vector, view), 0.0, 1.0), surface.specular) * lobe;
         }
     }
     return reflected * cosine_in;

@@ -160,6 +160,20 @@ fn sglow_sg_integral(sharpness: f32) -> f32 {
     return 12.566371 * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
 }
 
+/// The least complement that counts, 2^-41; the greatest sharpness from a mean length is its inverse, 2^41.
+const SGLOW_VMF_MINIMUM_COMPLEMENT: f32 = 4.5474735e-13;
+
+/// The sharpness of a von Mises-Fisher distribution from the mean length of its directions, Toksvig's approximation
+/// r / (1 - r): 67 % too low for wide lobes, 1e-4 at sharpness 1e4.
+/// [Toksvig 2005]
+///
+/// mean_length: r, 0 to 1; complement: 1 - r, kept apart since f32 cannot tell mean lengths above 1 - 2^-24 from 1.
+/// Result: 0 to 2^41, and never decreasing as the mean length grows.
+/// Contract: anything outside of 0 to 1 counts as the nearer end; NaN gives anything, finite or not; no loop.
+fn sglow_vmf_sharpness_toksvig(mean_length: f32, complement: f32) -> f32 {
+    return clamp(mean_length, 0.0, 1.0) / clamp(complement, SGLOW_VMF_MINIMUM_COMPLEMENT, 1.0);
+}
+
 /// A virtual spherical Gaussian light: a cluster of virtual point lights.
 /// [Tokuyoshi 2016, Appendix B]
 struct SglowVsgl {
@@ -180,22 +194,33 @@ struct SglowEmission {
     coefficient: vec3<f32>,
 }
 
+/// A weight below this is none: its inverse would not be a finite number.
+const SGLOW_LEAST_WEIGHT: f32 = 1e-37;
+/// Directions whose mean is shorter than this cancel: its square is about the least normal number.
+const SGLOW_LEAST_MEAN_LENGTH: f32 = 1e-18;
+
 /// The lobe whose mean direction and power are those of a cluster.
 /// [Tokuyoshi 2016, Appendix B.1; Toksvig 2005]
 ///
 /// power: mean of Phi_j R_j over the kernel; direction: mean of lum(Phi_j R_j) times mean directions;
-/// scale: the kernel's, so that scale * power is the power of the cluster.
+/// scale: the kernel's, so that scale * power is the power of the cluster. Powers count from luminance 1e-37 to 1e37.
+/// Contract: less power gives a lobe that is the same everywhere; infinite or NaN gives anything; no loop.
 fn sglow_emission(power: vec3<f32>, direction: vec3<f32>, scale: f32) -> SglowEmission {
     let weight = sglow_luminance(power);
-    let norm = length(direction);
-    if !(weight > 0.0) || !(norm > 0.0) {
+    var mean = vec3<f32>(0.0);
+    if weight > SGLOW_LEAST_WEIGHT {
+        // Before the length is taken: the square of what grows with the light's power would under- or overflow.
+        mean = direction / weight;
+    }
+    let norm = length(mean);
+    if !(norm > SGLOW_LEAST_MEAN_LENGTH) {
         // No power, or directions that cancel: a lobe that is the same everywhere.
         return SglowEmission(vec3<f32>(0.0, 0.0, 1.0), 0.0, power * (scale / 12.566371));
     }
     // f32 cannot tell mean lengths above this from one.
-    let mean_length = min(norm / weight, 0.99999905);
-    let sharpness = mean_length / (1.0 - mean_length);
-    return SglowEmission(direction / norm, sharpness, power * (scale / sglow_sg_integral(sharpness)));
+    let mean_length = min(norm, 0.99999905);
+    let sharpness = sglow_vmf_sharpness_toksvig(mean_length, 1.0 - mean_length);
+    return SglowEmission(mean / norm, sharpness, power * (scale / sglow_sg_integral(sharpness)));
 }
 
 struct SglowSampleParameters {

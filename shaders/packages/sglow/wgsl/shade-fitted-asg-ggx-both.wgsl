@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // shade-fitted-asg-ggx-both: reflects the virtual lights towards the camera
 //
-// diffuse = fitted: the cosine integral from its exact odd part and a fit, largest error 5.9e-5
+// diffuse = fitted: the cosine integral from its exact odd part and a fit, largest error 6.0e-5
 // specular = asg: the lobe is an anisotropic spherical Gaussian [Tokuyoshi 2016, Appendix C.2; Xu 2013]
 // ndf = ggx: GGX [Walter 2007, Heitz 2014]
 // lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
@@ -87,7 +87,7 @@ fn sglow_sg_cosine_dark_side(
     return 6.2831855 * y * (odd * max(z, 0.0) + dark);
 }
 
-/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 5.9e-5.
+/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
 fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
     let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
@@ -165,22 +165,74 @@ fn sglow_incoming(
     return SglowIncoming(product.axis, product.sharpness, radiance);
 }
 
-/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine, within 5.9e-5 of that of a
+/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine, within 6.0e-5 of that of a
 /// lobe that faces the surface.
 fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let integral = sglow_sg_cosine_fitted(dot(incoming.axis, normal), incoming.sharpness);
     return incoming.radiance * (0.31830987 * integral);
 }
 
-/// Height-correlated masking and shadowing of GGX, with 1 / (4 cosine_in cosine_out) inside.
-/// [Heitz 2014, Eq. (99)]
+/// An anisotropic spherical Gaussian of amplitude one.
+/// [Xu 2013, Eq. (1)]
+struct SglowAsg {
+    /// Orthonormal axes: the lobe's is z, the bandwidths' are x and y.
+    axis_x: vec3<f32>,
+    axis_y: vec3<f32>,
+    axis_z: vec3<f32>,
+    /// At least 0; twice the bandwidth is the sharpness of a spherical Gaussian of the same width.
+    bandwidth_x: f32,
+    bandwidth_y: f32,
+}
+
+/// The integral over the sphere of an anisotropic times a spherical Gaussian, both of amplitude one; an approximation
+/// for sharp lobes (2 % for bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
+/// [Xu 2013, Eq. (13)]
 ///
-/// cosine_in: 0 to 1; cosine_out: 1e-3 to 1; alpha: 0.01 to 1.
-fn sglow_microfacet_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
-    let squared = alpha * alpha;
-    let masking = cosine_in * sqrt(squared + (1.0 - squared) * cosine_out * cosine_out);
-    let shadowing = cosine_out * sqrt(squared + (1.0 - squared) * cosine_in * cosine_in);
-    return 0.5 / (masking + shadowing);
+/// axis: a unit vector; sharpness: 0 to the greatest f32, all above 1e30 counts as that.
+/// Result: steradians, never increasing with the sharpness at the lobe's axis, at most 4e30.
+/// Contract: an infinite bandwidth or NaN gives anything, finite or not; no loop.
+fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 {
+    // The spherical Gaussian, seen as anisotropic, has the bandwidth of half its sharpness.
+    let nu = 0.5 * min(sharpness, 1e30);
+    let sum_x = max(asg.bandwidth_x + nu, 1e-30);
+    let sum_y = max(asg.bandwidth_y + nu, 1e-30);
+    let x = dot(axis, asg.axis_x);
+    let y = dot(axis, asg.axis_y);
+    let shape = max(dot(axis, asg.axis_z), 0.0)
+        * exp(-(asg.bandwidth_x * (nu / sum_x)) * x * x - (asg.bandwidth_y * (nu / sum_y)) * y * y);
+    // Two square roots, for the product of the sums may overflow where each does not.
+    return 3.1415927 * shape / (sqrt(sum_x) * sqrt(sum_y));
+}
+
+/// The unit vector out of the plane of incidence; where direction and normal are parallel, any across the direction.
+///
+/// direction, normal: unit vectors. Result: a unit vector across both.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_incidence_across(direction: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let across = cross(normal, direction);
+    let squared_norm = dot(across, across);
+    if squared_norm < 1e-10 {
+        let helper = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(direction.x) > 0.5);
+        return normalize(cross(helper, direction));
+    }
+    return across * inverseSqrt(squared_norm);
+}
+
+/// The reflection lobe of a rough surface about the mirror direction, stretched as highlights are at grazing angles:
+/// the distribution exp(-(1 / alpha^2) sin^2) of half vectors, warped by the reflection.
+/// [Xu 2013, Section 4.1; Tokuyoshi 2016, Appendix C.2]
+///
+/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that. The cosine of the view counts as at least 0.01.
+/// Result: x out of the plane of incidence, y in it.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_asg_reflection(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowAsg {
+    let cosine = dot(view, normal);
+    let mirror = 2.0 * cosine * normal - view;
+    let axis_x = sglow_incidence_across(mirror, normal);
+    // Directions move twice as far as half vectors in the plane of incidence, 2 cos times as far across it.
+    let bandwidth = 0.25 / max(alpha * alpha, 1e-12);
+    let clamped = max(cosine, 1e-2);
+    return SglowAsg(axis_x, cross(mirror, axis_x), mirror, bandwidth / (clamped * clamped), bandwidth);
 }
 
 /// Schlick's approximation of Fresnel reflectance.
@@ -188,12 +240,25 @@ fn sglow_microfacet_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f
 ///
 /// cosine: half vector . view, 0 to 1; specular: reflectance at normal incidence, 0 to 1.
 /// What reflects less than 2 % at normal incidence is taken to fade out at grazing angles too,
-/// so that a surface without specular reflectance has none at any angle.
+/// so that a surface without specular reflectance has none at any angle. Result: 0 to 1.
+/// Contract: other cosines count as the nearer end; NaN gives anything, finite or not; no loop.
 fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
     let grazing = min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
     let complement = clamp(1.0 - cosine, 0.0, 1.0);
     let squared = complement * complement;
     return specular + (vec3<f32>(grazing) - specular) * (squared * squared * complement);
+}
+
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 cosine_in cosine_out) inside.
+/// [Heitz 2014, Eq. (99)]
+///
+/// cosine_in: 0 to 1; cosine_out: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (cosine_out alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_ggx_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
+    let squared = alpha * alpha;
+    let masking = cosine_in * sqrt(squared + (1.0 - squared) * cosine_out * cosine_out);
+    let shadowing = cosine_out * sqrt(squared + (1.0 - squared) * cosine_in * cosine_in);
+    return 0.5 / (masking + shadowing);
 }
 
 /// What the specular lobe of a shading point needs besides the incoming light.
@@ -218,7 +283,7 @@ fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<
     let sum = direction + receiver.view;
     // Half vector . view, from the length of the sum: |direction + view| = 2 cos.
     let cosine_half = 0.5 * length(sum);
-    let visibility = sglow_microfacet_visibility(cosine_in, cosine_out, receiver.alpha);
+    let visibility = sglow_ggx_visibility(cosine_in, cosine_out, receiver.alpha);
     // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
     let peak = 0.31830987 / (receiver.alpha * receiver.alpha);
     return sglow_fresnel(cosine_half, receiver.specular) * (peak * visibility * cosine_in);
@@ -228,33 +293,8 @@ fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<
 /// stretch of highlights at grazing angles.
 /// [Tokuyoshi 2016, Appendix C.2; Xu 2013, Section 5]
 fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
-    let cosine = dot(receiver.view, receiver.normal);
-    let mirror = 2.0 * cosine * receiver.normal - receiver.view;
-    // Bandwidths of exp(-(1/alpha^2) sin^2) over half vectors, warped by the reflection:
-    // directions move twice as far as half vectors in the plane of incidence, 2 cos times as far across it.
-    let bandwidth = 0.25 / (receiver.alpha * receiver.alpha);
-    let clamped = max(cosine, 1e-2);
-    let bandwidth_x = bandwidth / (clamped * clamped);
-    let bandwidth_y = bandwidth;
-    // Across the plane of incidence; at normal incidence any perpendicular will do.
-    let across = cross(receiver.normal, mirror);
-    let squared_norm = dot(across, across);
-    var axis_x = across * inverseSqrt(max(squared_norm, 1e-30));
-    if squared_norm < 1e-10 {
-        let helper = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(mirror.x) > 0.5);
-        axis_x = normalize(cross(helper, mirror));
-    }
-    let axis_y = cross(mirror, axis_x);
-    // The incoming spherical Gaussian, seen as anisotropic, has the bandwidth of half its sharpness.
-    let nu = 0.5 * incoming.sharpness;
-    let sum_x = bandwidth_x + nu;
-    let sum_y = bandwidth_y + nu;
-    let x = dot(incoming.axis, axis_x);
-    let y = dot(incoming.axis, axis_y);
-    let shape = max(dot(incoming.axis, mirror), 0.0)
-        * exp(-(bandwidth_x * (nu / sum_x)) * x * x - (bandwidth_y * (nu / sum_y)) * y * y);
-    // Two square roots, for the product of the sums may overflow where each does not.
-    let integral = 3.1415927 * shape / (sqrt(sum_x) * sqrt(sum_y));
+    let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
+    let integral = sglow_asg_convolution(lobe, incoming.axis, incoming.sharpness);
     return incoming.radiance * sglow_specular_factor(receiver, incoming.axis) * integral;
 }
 

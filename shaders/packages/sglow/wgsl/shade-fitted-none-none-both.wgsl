@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // shade-fitted-none-none-both: reflects the virtual lights towards the camera
 //
-// diffuse = fitted: the cosine integral from its exact odd part and a fit, largest error 5.9e-5
+// diffuse = fitted: the cosine integral from its exact odd part and a fit, largest error 6.0e-5
 // specular = none: left out
 // ndf = none: no specular reflection
 // lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
@@ -87,7 +87,7 @@ fn sglow_sg_cosine_dark_side(
     return 6.2831855 * y * (odd * max(z, 0.0) + dark);
 }
 
-/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 5.9e-5.
+/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
 fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
     let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
@@ -165,7 +165,7 @@ fn sglow_incoming(
     return SglowIncoming(product.axis, product.sharpness, radiance);
 }
 
-/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine, within 5.9e-5 of that of a
+/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine, within 6.0e-5 of that of a
 /// lobe that faces the surface.
 fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let integral = sglow_sg_cosine_fitted(dot(incoming.axis, normal), incoming.sharpness);

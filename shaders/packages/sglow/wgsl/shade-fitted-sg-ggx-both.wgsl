@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 // shade-fitted-sg-ggx-both: reflects the virtual lights towards the camera
 //
-// diffuse = fitted: the cosine integral from its exact odd part and a fit, largest error 5.9e-5
+// diffuse = fitted: the cosine integral from its exact odd part and a fit, largest error 6.0e-5
 // specular = sg: the lobe is a spherical Gaussian [Tokuyoshi 2016, Appendix A.1; Wang 2009]
 // ndf = ggx: GGX [Walter 2007, Heitz 2014]
 // lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
@@ -116,7 +116,7 @@ fn sglow_sg_cosine_dark_side(
     return 6.2831855 * y * (odd * max(z, 0.0) + dark);
 }
 
-/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 5.9e-5.
+/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
 fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
     let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
@@ -194,22 +194,11 @@ fn sglow_incoming(
     return SglowIncoming(product.axis, product.sharpness, radiance);
 }
 
-/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine, within 5.9e-5 of that of a
+/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine, within 6.0e-5 of that of a
 /// lobe that faces the surface.
 fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let integral = sglow_sg_cosine_fitted(dot(incoming.axis, normal), incoming.sharpness);
     return incoming.radiance * (0.31830987 * integral);
-}
-
-/// Height-correlated masking and shadowing of GGX, with 1 / (4 cosine_in cosine_out) inside.
-/// [Heitz 2014, Eq. (99)]
-///
-/// cosine_in: 0 to 1; cosine_out: 1e-3 to 1; alpha: 0.01 to 1.
-fn sglow_microfacet_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
-    let squared = alpha * alpha;
-    let masking = cosine_in * sqrt(squared + (1.0 - squared) * cosine_out * cosine_out);
-    let shadowing = cosine_out * sqrt(squared + (1.0 - squared) * cosine_in * cosine_in);
-    return 0.5 / (masking + shadowing);
 }
 
 /// Schlick's approximation of Fresnel reflectance.
@@ -217,12 +206,46 @@ fn sglow_microfacet_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f
 ///
 /// cosine: half vector . view, 0 to 1; specular: reflectance at normal incidence, 0 to 1.
 /// What reflects less than 2 % at normal incidence is taken to fade out at grazing angles too,
-/// so that a surface without specular reflectance has none at any angle.
+/// so that a surface without specular reflectance has none at any angle. Result: 0 to 1.
+/// Contract: other cosines count as the nearer end; NaN gives anything, finite or not; no loop.
 fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
     let grazing = min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
     let complement = clamp(1.0 - cosine, 0.0, 1.0);
     let squared = complement * complement;
     return specular + (vec3<f32>(grazing) - specular) * (squared * squared * complement);
+}
+
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 cosine_in cosine_out) inside.
+/// [Heitz 2014, Eq. (99)]
+///
+/// cosine_in: 0 to 1; cosine_out: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (cosine_out alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_ggx_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
+    let squared = alpha * alpha;
+    let masking = cosine_in * sqrt(squared + (1.0 - squared) * cosine_out * cosine_out);
+    let shadowing = cosine_out * sqrt(squared + (1.0 - squared) * cosine_in * cosine_in);
+    return 0.5 / (masking + shadowing);
+}
+
+/// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
+struct SglowReflectionLobe {
+    /// Unit axis.
+    axis: vec3<f32>,
+    sharpness: f32,
+}
+
+/// The reflection lobe about the mirror direction: a lobe of sharpness 2 / alpha^2 over half vectors, warped to light
+/// directions at the mirror direction.
+/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
+///
+/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that.
+/// Result: sharpness 0.5 to 5e14.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowReflectionLobe {
+    let cosine = dot(view, normal);
+    // The mirror direction has the cosine of the view. At grazing angles the warp's Jacobian has no bound.
+    let sharpness = 0.5 / max(alpha * alpha, 1e-12) / max(abs(cosine), 1e-3);
+    return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
 }
 
 /// What the specular lobe of a shading point needs besides the incoming light.
@@ -247,7 +270,7 @@ fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<
     let sum = direction + receiver.view;
     // Half vector . view, from the length of the sum: |direction + view| = 2 cos.
     let cosine_half = 0.5 * length(sum);
-    let visibility = sglow_microfacet_visibility(cosine_in, cosine_out, receiver.alpha);
+    let visibility = sglow_ggx_visibility(cosine_in, cosine_out, receiver.alpha);
     // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
     let peak = 0.31830987 / (receiver.alpha * receiver.alpha);
     return sglow_fresnel(cosine_half, receiver.specular) * (peak * visibility * cosine_in);
@@ -256,11 +279,8 @@ fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<
 /// Specular reflection of incoming light: the distribution as a spherical Gaussian around the mirror direction.
 /// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
 fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
-    let cosine = dot(receiver.view, receiver.normal);
-    let mirror = 2.0 * cosine * receiver.normal - receiver.view;
-    // A lobe of sharpness 2 / alpha^2 over half vectors; at grazing angles the warp's Jacobian has no bound.
-    let sharpness = 0.5 / (receiver.alpha * receiver.alpha * max(abs(cosine), 1e-3));
-    let product = sglow_sg_product(incoming.axis, incoming.sharpness, mirror, sharpness);
+    let lobe = sglow_sg_reflection_mirror(receiver.view, receiver.normal, receiver.alpha);
+    let product = sglow_sg_product(incoming.axis, incoming.sharpness, lobe.axis, lobe.sharpness);
     let integral = exp(product.log_amplitude) * sglow_sg_integral(product.sharpness);
     return incoming.radiance * sglow_specular_factor(receiver, incoming.axis) * integral;
 }

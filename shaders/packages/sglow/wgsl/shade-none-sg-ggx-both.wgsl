@@ -74,28 +74,51 @@ fn sglow_incoming(
     return SglowIncoming(product.axis, product.sharpness, radiance);
 }
 
+/// Schlick's approximation of Fresnel reflectance.
+/// [Schlick 1994, Eq. (15)]
+///
+/// cosine: half vector . view, 0 to 1; specular: reflectance at normal incidence, 0 to 1.
+/// What reflects less than 2 % at normal incidence is taken to fade out at grazing angles too,
+/// so that a surface without specular reflectance has none at any angle. Result: 0 to 1.
+/// Contract: other cosines count as the nearer end; NaN gives anything, finite or not; no loop.
+fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
+    let grazing = min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
+    let complement = clamp(1.0 - cosine, 0.0, 1.0);
+    let squared = complement * complement;
+    return specular + (vec3<f32>(grazing) - specular) * (squared * squared * complement);
+}
+
 /// Height-correlated masking and shadowing of GGX, with 1 / (4 cosine_in cosine_out) inside.
 /// [Heitz 2014, Eq. (99)]
 ///
-/// cosine_in: 0 to 1; cosine_out: 1e-3 to 1; alpha: 0.01 to 1.
-fn sglow_microfacet_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
+/// cosine_in: 0 to 1; cosine_out: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (cosine_out alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_ggx_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32 {
     let squared = alpha * alpha;
     let masking = cosine_in * sqrt(squared + (1.0 - squared) * cosine_out * cosine_out);
     let shadowing = cosine_out * sqrt(squared + (1.0 - squared) * cosine_in * cosine_in);
     return 0.5 / (masking + shadowing);
 }
 
-/// Schlick's approximation of Fresnel reflectance.
-/// [Schlick 1994, Eq. (15)]
+/// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
+struct SglowReflectionLobe {
+    /// Unit axis.
+    axis: vec3<f32>,
+    sharpness: f32,
+}
+
+/// The reflection lobe about the mirror direction: a lobe of sharpness 2 / alpha^2 over half vectors, warped to light
+/// directions at the mirror direction.
+/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
 ///
-/// cosine: half vector . view, 0 to 1; specular: reflectance at normal incidence, 0 to 1.
-/// What reflects less than 2 % at normal incidence is taken to fade out at grazing angles too,
-/// so that a surface without specular reflectance has none at any angle.
-fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
-    let grazing = min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
-    let complement = clamp(1.0 - cosine, 0.0, 1.0);
-    let squared = complement * complement;
-    return specular + (vec3<f32>(grazing) - specular) * (squared * squared * complement);
+/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that.
+/// Result: sharpness 0.5 to 5e14.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowReflectionLobe {
+    let cosine = dot(view, normal);
+    // The mirror direction has the cosine of the view. At grazing angles the warp's Jacobian has no bound.
+    let sharpness = 0.5 / max(alpha * alpha, 1e-12) / max(abs(cosine), 1e-3);
+    return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
 }
 
 /// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
@@ -149,7 +172,7 @@ fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<
     let sum = direction + receiver.view;
     // Half vector . view, from the length of the sum: |direction + view| = 2 cos.
     let cosine_half = 0.5 * length(sum);
-    let visibility = sglow_microfacet_visibility(cosine_in, cosine_out, receiver.alpha);
+    let visibility = sglow_ggx_visibility(cosine_in, cosine_out, receiver.alpha);
     // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
     let peak = 0.31830987 / (receiver.alpha * receiver.alpha);
     return sglow_fresnel(cosine_half, receiver.specular) * (peak * visibility * cosine_in);
@@ -158,11 +181,8 @@ fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<
 /// Specular reflection of incoming light: the distribution as a spherical Gaussian around the mirror direction.
 /// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
 fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
-    let cosine = dot(receiver.view, receiver.normal);
-    let mirror = 2.0 * cosine * receiver.normal - receiver.view;
-    // A lobe of sharpness 2 / alpha^2 over half vectors; at grazing angles the warp's Jacobian has no bound.
-    let sharpness = 0.5 / (receiver.alpha * receiver.alpha * max(abs(cosine), 1e-3));
-    let product = sglow_sg_product(incoming.axis, incoming.sharpness, mirror, sharpness);
+    let lobe = sglow_sg_reflection_mirror(receiver.view, receiver.normal, receiver.alpha);
+    let product = sglow_sg_product(incoming.axis, incoming.sharpness, lobe.axis, lobe.sharpness);
     let integral = exp(product.log_amplitude) * sglow_sg_integral(product.sharpness);
     return incoming.radiance * sglow_specular_factor(receiver, incoming.axis) * integral;
 }

@@ -177,18 +177,18 @@ fn sglow_erf(x: f32) -> f32 {
     return select(1.0 - tail, tail - 1.0, x < 0.0);
 }
 
-/// The integral of a spherical Gaussian over the upper hemisphere of a normal, without a cosine: the exact integrals of
-/// a lobe along the normal and against it, blended by an error function.
+/// The share of a spherical Gaussian's integral that lies in the upper hemisphere of a normal: the exact shares of a
+/// lobe along the normal and against it, blended by an error function.
 /// [Tokuyoshi 2022]
 ///
 /// cosine: of the angle between the normal and the lobe's axis, -1 to 1; sharpness: at least 0.
-/// Result: steradians, 2 pi at sharpness 0; at most 4.9e-3 of its largest value away from the integral.
+/// Result: 0 to 1, at most 4.9e-3 away from the share.
 /// Contract: the cosine is moved into its range, sharpness above 4e37 is taken as 4e37; NaN gives any number or NaN.
-fn sglow_sg_hemisphere_integral(cosine: f32, sharpness: f32) -> f32 {
+fn sglow_sg_hemisphere_share(cosine: f32, sharpness: f32) -> f32 {
     let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
     // t = l sqrt((l/2 + a)/(l^2 + b l + c)) in numbers between 0 and 1, of which no power overflows. The constants are
-    // those of [Tokuyoshi 2022].
+    // those of the sample code of [Tokuyoshi 2022].
     let y = 1.0 / (1.0 + l);
     // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
     let u = min(l * y, 1.0);
@@ -196,8 +196,18 @@ fn sglow_sg_hemisphere_integral(cosine: f32, sharpness: f32) -> f32 {
     let t = max(u * sqrt((0.5 * u + 0.65173288 * y) / (y * (u * u + 1.341828 * u * y + 7.2216688 * y * y))), 1e-6);
     let share = sglow_erf(t * z) / sglow_erf(t);
     let decay = exp(-l);
-    let blend = 0.5 * ((1.0 + decay) + (1.0 - decay) * share);
-    return 6.2831855 * blend * sglow_expm1_over_x(-l);
+    // The integral over the sphere is that along the normal and that against it, 1 + exp(-l) over the former.
+    return 0.5 * ((1.0 + decay) + (1.0 - decay) * share) / (1.0 + decay);
+}
+
+/// The integral of a spherical Gaussian over the upper hemisphere of a normal, without a cosine.
+/// [Tokuyoshi 2022]
+///
+/// cosine: of the angle between the normal and the lobe's axis, -1 to 1; sharpness: at least 0.
+/// Result: steradians, 2 pi at sharpness 0; at most 4.9e-3 of its largest value away from the integral.
+/// Contract: as of sglow_sg_hemisphere_share.
+fn sglow_sg_hemisphere_integral(cosine: f32, sharpness: f32) -> f32 {
+    return sglow_sg_hemisphere_share(cosine, sharpness) * sglow_sg_integral(sharpness);
 }
 
 // Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
@@ -306,7 +316,7 @@ fn sglow_sg_cosine_dark_side(
     return 6.2831855 * y * (odd * max(z, 0.0) + dark);
 }
 
-/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 5.9e-5.
+/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
 fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
     let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);

@@ -1,0 +1,47 @@
+//! `shaders/src/asg`.
+
+use core::f64::consts::PI;
+
+use sglow_oracle::{Real, asg};
+
+use super::function;
+use crate::function::{Function, Numbers, Results, one, vector};
+
+/// The functions of this folder, all on the reflection lobe of a view (component 0), a normal (4) and an alpha (11).
+pub(super) const FUNCTIONS: &[Function] = &[
+    function!(asg_reflection(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["bandwidth x", "bandwidth y", "axis x", "axis y"],
+        reflection,
+        peak: |x| {
+            let [along, across, ..] = reflection(x);
+            [along, across, 1.0, 1.0]
+        },
+        never_negative: false,
+    ),
+    function!(asg_evaluate(Axis @ 0, OtherAxis @ 4, OtherAxis @ 8, Alpha @ 11) -> ["value"], evaluate,
+        peak: crate::function::unit,
+    ),
+    function!(asg_convolution(Axis @ 0, Sharpness @ 3, OtherAxis @ 4, OtherAxis @ 8, Alpha @ 11) -> ["integral"],
+        convolution,
+        peak: |x| {
+            let lobe = lobe(&x);
+            [asg::convolution(&lobe, lobe.axes[2], x[3]).max(PI * 1e-30); 4]
+        },
+    ),
+];
+
+fn lobe<R: Real>(x: &Numbers<R>) -> asg::Asg<R> {
+    asg::reflection(vector(x, 0), vector(x, 4), x[11])
+}
+
+fn reflection<R: Real>(x: Numbers<R>) -> Results<R> {
+    let lobe = lobe(&x);
+    [lobe.bandwidths[0], lobe.bandwidths[1], lobe.axes[2].x, lobe.axes[2].y]
+}
+
+fn evaluate<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(asg::evaluate(vector(&x, 8), &lobe(&x)))
+}
+
+fn convolution<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(asg::convolution(&lobe(&x), vector(&x, 8), x[3]))
+}

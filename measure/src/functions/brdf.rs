@@ -1,0 +1,90 @@
+//! `shaders/src/brdf`.
+
+use core::f64::consts::PI;
+
+use sglow_oracle::Real;
+use sglow_oracle::brdf::{beckmann, ggx, ndf_filtered, reflection};
+use sglow_oracle::sg;
+
+use super::function;
+use crate::function::{Function, Monotone, Numbers, Results, one, unit, vector};
+
+/// The most that a distribution can be.
+fn distribution_peak(x: Numbers<f64>) -> Results<f64> {
+    [1.0 / (PI * x[11] * x[11]); 4]
+}
+
+/// The functions of this folder.
+pub(super) const FUNCTIONS: &[Function] = &[
+    function!(ggx_distribution(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["density"],
+        peak: distribution_peak,
+    ),
+    function!(ggx_visibility(UpperCosine @ 0, UpperCosine @ 1, Alpha @ 11) -> ["visibility"],
+        peak: |x| [ggx_visibility(x)[0]; 4],
+        monotone: Some(Monotone { component: 0, grows: false }),
+    ),
+    function!(beckmann_distribution(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["density"],
+        peak: distribution_peak,
+    ),
+    function!(beckmann_masking(UpperCosine @ 0, Alpha @ 11) -> ["masking"],
+        peak: unit,
+    ),
+    function!(beckmann_visibility(UpperCosine @ 0, UpperCosine @ 1, Alpha @ 11) -> ["visibility"],
+        peak: |x| [beckmann_visibility(x)[0]; 4],
+    ),
+    function!(sg_reflection_mirror(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["sharpness", "axis x", "axis y", "axis z"],
+        mirror,
+        peak: |x| [mirror(x)[0], 1.0, 1.0, 1.0],
+        never_negative: false,
+    ),
+    function!(sg_reflection_dominant(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["sharpness", "axis x", "axis y", "axis z"],
+        dominant,
+        peak: |x| [dominant(x)[0].max(1e-6), 1.0, 1.0, 1.0],
+        never_negative: false,
+    ),
+    function!(ndf_filtered_reflection(Axis @ 0, Sharpness @ 3, OtherAxis @ 4, OtherAxis @ 8, Alpha @ 11) ->
+        ["radiance", "cosine"],
+        filtered,
+        // What a mirror reflects is at most 1, what a rough surface does at most the lobe's integral over the horizon's
+        // projected area; this is a scale, no bound.
+        peak: |x| [sg::integral(x[3].min(4e37)).min(1.0), 1.0, 1.0, 1.0],
+    ),
+];
+
+fn ggx_distribution<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(ggx::distribution_about(vector(&x, 0), vector(&x, 4), x[11]))
+}
+
+fn ggx_visibility<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(ggx::visibility(x[0], x[1], x[11]))
+}
+
+fn beckmann_distribution<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(beckmann::distribution_about(vector(&x, 0), vector(&x, 4), x[11]))
+}
+
+fn beckmann_masking<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(beckmann::masking(x[0], x[11]))
+}
+
+fn beckmann_visibility<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(beckmann::visibility(x[0], x[1], x[11]))
+}
+
+fn lobe<R: Real>(lobe: reflection::Reflection<R>) -> Results<R> {
+    [lobe.sharpness, lobe.axis.x, lobe.axis.y, lobe.axis.z]
+}
+
+fn mirror<R: Real>(x: Numbers<R>) -> Results<R> {
+    lobe(reflection::mirror(vector(&x, 0), vector(&x, 4), x[11]))
+}
+
+fn dominant<R: Real>(x: Numbers<R>) -> Results<R> {
+    lobe(reflection::dominant(vector(&x, 0), vector(&x, 4), x[11]))
+}
+
+fn filtered<R: Real>(x: Numbers<R>) -> Results<R> {
+    let reflected =
+        ndf_filtered::reflection(vector(&x, 0), vector(&x, 4), x[11], vector(&x, 8), x[3]);
+    [reflected.radiance, reflected.cosine, R::zero(), R::zero()]
+}
