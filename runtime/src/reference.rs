@@ -89,6 +89,10 @@ pub fn model(settings: &Settings) -> Model {
             Diffuse::None => None,
             Diffuse::Constant => Some(shade::Diffuse::Constant),
             Diffuse::Gaussian => Some(shade::Diffuse::Gaussian),
+            Diffuse::Logistic => Some(shade::Diffuse::Logistic),
+            Diffuse::Erf => Some(shade::Diffuse::Erf),
+            Diffuse::Fitted => Some(shade::Diffuse::Fitted),
+            Diffuse::FittedFine => Some(shade::Diffuse::FittedFine),
         },
         specular: match settings.specular {
             Specular::None => None,

@@ -64,8 +64,8 @@ fn the_bindings_exclude_what_the_library_excludes() {
             }
         }
     }
-    assert_eq!(counted, 54);
-    assert_eq!(Shade::all().len(), 28);
+    assert_eq!(counted, 126);
+    assert_eq!(Shade::all().len(), 68);
 }
 
 #[test]

@@ -41,7 +41,7 @@ fn settings(diffuse: Diffuse, specular: Specular, ndf: Ndf, lobes: Lobes) -> Set
 #[test]
 fn agrees_with_the_oracle() {
     for lobes in [Lobes::Diffuse, Lobes::Both] {
-        for diffuse in [Diffuse::None, Diffuse::Constant, Diffuse::Gaussian] {
+        for diffuse in Diffuse::ALL {
             for specular in [Specular::None, Specular::Sg, Specular::Asg] {
                 for ndf in [Ndf::None, Ndf::Ggx, Ndf::Beckmann] {
                     let settings = settings(diffuse, specular, ndf, lobes);
