@@ -36,6 +36,8 @@ pub struct Function {
     pub truth: Option<fn(Numbers<f64>) -> Results<f64>>,
     /// The largest value that each result can have at these arguments: what errors are seen against.
     pub peak: fn(Numbers<f64>) -> Results<f64>,
+    /// The share of the peak below which an error is nothing whatever the grant says: 0 for nearly all.
+    pub floor: f64,
     /// Whether its results can never be below 0.
     pub never_negative: bool,
     /// How it has to run.

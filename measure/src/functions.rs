@@ -40,6 +40,7 @@ pub(crate) const fn plain(name: &'static str) -> Function {
         bounded: |_| [sglow_oracle::Bounded { value: 0.0, error: 0.0 }; 4],
         truth: None,
         peak: crate::function::unit,
+        floor: 0.0,
         never_negative: true,
         monotone: None,
         literal: false,

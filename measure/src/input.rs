@@ -18,6 +18,8 @@ pub enum Kind {
     Axis,
     /// Three components: a unit vector, often close to the first axis, or opposite, or across.
     OtherAxis,
+    /// Three components: a unit vector of any of these kinds, in the hemisphere of the first axis.
+    FacingAxis,
     /// The cosine of an angle, -1 to 1, often at the horizon or at a pole.
     Cosine,
     /// The cosine of an angle above the horizon, from 1e-3 to 1.
@@ -37,7 +39,7 @@ impl Kind {
     #[must_use]
     pub const fn width(self) -> usize {
         match self {
-            Self::Axis | Self::OtherAxis => 3,
+            Self::Axis | Self::OtherAxis | Self::FacingAxis => 3,
             Self::MeanLength => 2,
             _ => 1,
         }
@@ -178,6 +180,15 @@ impl<'a> Inputs<'a> {
                 Kind::OtherAxis => {
                     let spread = 1.0 / (1.0 + f64::from(sharpness).max(0.0)).sqrt();
                     place.copy_from_slice(&self.other_axis(axis, spread));
+                }
+                Kind::FacingAxis => {
+                    let spread = 1.0 / (1.0 + f64::from(sharpness).max(0.0)).sqrt();
+                    let other = self.other_axis(axis, spread);
+                    let cosine: f64 =
+                        axis.iter().zip(other).map(|(a, b)| f64::from(*a) * f64::from(b)).sum();
+                    place.copy_from_slice(
+                        &other.map(|part| if cosine < 0.0 { -part } else { part }),
+                    );
                 }
                 Kind::Cosine => place[0] = self.cosine(sharpness),
                 Kind::UpperCosine => place[0] = self.cosine(sharpness).abs().max(1e-3),

@@ -9,7 +9,7 @@ use crate::function::{Function, Numbers, Results, one, vector};
 
 /// The functions of this folder, all on the reflection lobe of a view (component 0), a normal (4) and an alpha (11).
 pub(super) const FUNCTIONS: &[Function] = &[
-    function!(asg_reflection(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["bandwidth x", "bandwidth y", "axis x", "axis y"],
+    function!(asg_reflection(Axis @ 0, FacingAxis @ 4, Alpha @ 11) -> ["bandwidth x", "bandwidth y", "axis x", "axis y"],
         reflection,
         peak: |x| {
             let [along, across, ..] = reflection(x);
@@ -17,10 +17,10 @@ pub(super) const FUNCTIONS: &[Function] = &[
         },
         never_negative: false,
     ),
-    function!(asg_evaluate(Axis @ 0, OtherAxis @ 4, OtherAxis @ 8, Alpha @ 11) -> ["value"], evaluate,
+    function!(asg_evaluate(Axis @ 0, FacingAxis @ 4, OtherAxis @ 8, Alpha @ 11) -> ["value"], evaluate,
         peak: crate::function::unit,
     ),
-    function!(asg_convolution(Axis @ 0, Sharpness @ 3, OtherAxis @ 4, OtherAxis @ 8, Alpha @ 11) -> ["integral"],
+    function!(asg_convolution(Axis @ 0, Sharpness @ 3, FacingAxis @ 4, OtherAxis @ 8, Alpha @ 11) -> ["integral"],
         convolution,
         peak: |x| {
             let lobe = lobe(&x);

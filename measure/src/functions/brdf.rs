@@ -32,22 +32,25 @@ pub(super) const FUNCTIONS: &[Function] = &[
     function!(beckmann_visibility(UpperCosine @ 0, UpperCosine @ 1, Alpha @ 11) -> ["visibility"],
         peak: |x| [beckmann_visibility(x)[0]; 4],
     ),
-    function!(sg_reflection_mirror(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["sharpness", "axis x", "axis y", "axis z"],
+    function!(sg_reflection_mirror(Axis @ 0, FacingAxis @ 4, Alpha @ 11) -> ["sharpness", "axis x", "axis y", "axis z"],
         mirror,
         peak: |x| [mirror(x)[0], 1.0, 1.0, 1.0],
         never_negative: false,
     ),
-    function!(sg_reflection_dominant(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["sharpness", "axis x", "axis y", "axis z"],
+    function!(sg_reflection_dominant(Axis @ 0, FacingAxis @ 4, Alpha @ 11) -> ["sharpness", "axis x", "axis y", "axis z"],
         dominant,
         peak: |x| [dominant(x)[0].max(1e-6), 1.0, 1.0, 1.0],
         never_negative: false,
     ),
-    function!(ndf_filtered_reflection(Axis @ 0, Sharpness @ 3, OtherAxis @ 4, OtherAxis @ 8, Alpha @ 11) ->
+    function!(ndf_filtered_reflection(Axis @ 0, Sharpness @ 3, FacingAxis @ 4, OtherAxis @ 8, Alpha @ 11) ->
         ["radiance", "cosine"],
         filtered,
         // What a mirror reflects is at most 1, what a rough surface does at most the lobe's integral over the horizon's
         // projected area; this is a scale, no bound.
         peak: |x| [sg::integral(x[3].min(4e37)).min(1.0), 1.0, 1.0, 1.0],
+        // Light from behind the view leaves 1e-20 of it, whose digits hang on the order in which the half vector, itself
+        // a rounding error, is projected. Added to a pixel it is lost below half an ULP of the peak.
+        floor: 1.0 / 16_777_216.0,
     ),
 ];
 
@@ -84,7 +87,12 @@ fn dominant<R: Real>(x: Numbers<R>) -> Results<R> {
 }
 
 fn filtered<R: Real>(x: Numbers<R>) -> Results<R> {
-    let reflected =
-        ndf_filtered::reflection(vector(&x, 0), vector(&x, 4), x[11], vector(&x, 8), x[3]);
+    let reflected = ndf_filtered::reflection(
+        vector(&x, 0),
+        vector(&x, 4),
+        x[11],
+        vector(&x, 8),
+        x[3].min(R::constant(4e37)),
+    );
     [reflected.radiance, reflected.cosine, R::zero(), R::zero()]
 }

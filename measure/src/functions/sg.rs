@@ -21,7 +21,8 @@ fn upper(x: Numbers<f64>) -> Results<f64> {
 fn product_peak(x: Numbers<f64>) -> Results<f64> {
     let exponent = product_exact(x)[1].abs();
     let usual = [x[3], x[7]].iter().all(|sharpness| (1e-3..=1e6).contains(sharpness));
-    let peak = if usual && exponent < 20.0 { exponent } else { f64::INFINITY };
+    // Below 1e-30 the amplitude is 1 to the last digit.
+    let peak = if usual && exponent < 20.0 { exponent.max(1e-30) } else { f64::INFINITY };
     [x[3] + x[7], peak, 1.0, 1.0]
 }
 
@@ -147,7 +148,7 @@ fn sharpness<R: Real>(sharpness: R) -> R {
 }
 
 fn evaluate<R: Real>(x: Numbers<R>) -> Results<R> {
-    one(sg::evaluate(vector(&x, 0), vector(&x, 4), x[3]))
+    one(sg::evaluate(vector(&x, 0), vector(&x, 4), sharpness(x[3])))
 }
 
 fn integral<R: Real>(x: Numbers<R>) -> Results<R> {

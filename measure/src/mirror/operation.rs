@@ -145,10 +145,10 @@ fn missed(operation: Operation, value: f64, (ulps, absolute): (f64, f64), draw: 
     match operation {
         // No driver was seen to leave the range of these.
         Operation::Sin | Operation::Cos => rounded.clamp(-1.0, 1.0),
-        Operation::Exp | Operation::Exp2 | Operation::Sqrt | Operation::InverseSqrt => {
-            rounded.max(0.0)
-        }
-        _ => rounded,
+        Operation::Log | Operation::Log2 => rounded,
+        // Nor to turn the sign of a result.
+        _ if value > 0.0 => rounded.max(0.0),
+        _ => rounded.min(0.0),
     }
 }
 

@@ -19,12 +19,11 @@ pub fn distribution<R: Real>(cosine: R, alpha: R) -> R {
 // [Walter 2007, Eq. (33)]
 pub fn distribution_about<R: Real>(normal: Vector3<R>, half: Vector3<R>, alpha: R) -> R {
     let cosine = normal.dot(half);
-    if cosine.value() <= 0.0 {
-        return R::zero();
-    }
     let width = alpha.squared();
     let denominator = normal.cross(half).length_squared() + cosine.squared() * width;
-    width / (R::constant(PI) * denominator.squared())
+    let above = width / (R::constant(PI) * denominator.squared());
+    let (found, other) = if cosine.value() > 0.0 { (above, R::zero()) } else { (R::zero(), above) };
+    if cosine.sign_is_certain() { found } else { found.cover(other) }
 }
 
 /// Masking and shadowing over `4 (n.l) (n.v)`.

@@ -2,10 +2,21 @@
 
 use crate::{Real, Vector3};
 
-/// The unit vector out of the plane of a unit direction and a unit normal; where they are parallel, any across them.
+/// The squared sine of the angle below which a direction and a normal are parallel.
+pub const PARALLEL: f64 = 1e-10;
+
+/// The unit vector out of the plane of a unit direction and a unit normal. Where they are parallel any would do; it is
+/// the one across the x axis, or across the y axis where the direction is within 60 degrees of x.
 pub fn across<R: Real>(direction: Vector3<R>, normal: Vector3<R>) -> Vector3<R> {
-    let (any, _) = direction.value().basis();
-    normal.cross(direction).normalized_or(Vector3::constant(any))
+    let across = normal.cross(direction);
+    if across.length_squared().value() < PARALLEL {
+        let (zero, one) = (R::zero(), R::one());
+        let helper =
+            if direction.x.value().abs() > 0.5 { [zero, one, zero] } else { [one, zero, zero] };
+        let [x, y, z] = helper;
+        return Vector3::new(x, y, z).cross(direction).normalized();
+    }
+    across.normalized()
 }
 
 #[cfg(test)]

@@ -25,6 +25,9 @@ impl Incoming {
     }
 }
 
+/// The squared distance below which a light is at the shading point.
+pub const LEAST_SQUARED_DISTANCE: f64 = 1e-30;
+
 /// The radiance that arrives at a point from a lobe of a light at `position` of `variance` above 0, without visibility.
 // [Tokuyoshi 2016, Eq. (11), Eq. (12)]
 pub fn incoming<R: Real>(
@@ -34,8 +37,13 @@ pub fn incoming<R: Real>(
     lobe: &Lobe<R>,
 ) -> Incoming<R> {
     let path = position - point;
-    let spread = path.length_squared() / variance;
-    // At the light itself every direction is as good: the spread is 0.
+    let squared = path.length_squared();
+    // At the light itself every direction is as good: the spread is 0. It counts up to 2e37, as sharpness does.
+    let spread = if squared.value() > LEAST_SQUARED_DISTANCE {
+        squared / variance.max(squared * R::constant(5e-38))
+    } else {
+        R::zero()
+    };
     let lobe_product = product(path.normalized(), spread, -lobe.axis, lobe.sharpness);
     let scale = lobe_product.log_amplitude.exp() / (R::constant(2.0 * PI) * variance);
     Incoming {

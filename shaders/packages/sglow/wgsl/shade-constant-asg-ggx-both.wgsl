@@ -63,8 +63,9 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
     let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 2139095040u;
     let unit = bitcast<f32>(bits);
     let per_unit = bitcast<f32>(2130706432u - bits);
-    let share_a = min(sharpness_a, 2e37) * per_unit;
-    let share_b = min(sharpness_b, 2e37) * per_unit;
+    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
+    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
+    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
     let mean = share_a * axis_a + share_b * axis_b;
     let norm = length(mean);
     // Lobes that cancel to the last digit have no direction left.
@@ -86,7 +87,8 @@ struct SglowIncoming {
 /// The light's positions seen from the shading point, times its radiant intensity towards that point.
 /// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
 ///
-/// offset: from the shading point to the light's mean position; variance: above 0;
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12 to
+/// 1e30;
 /// axis, sharpness, coefficient: the emitted lobe.
 fn sglow_incoming(
     offset: vec3<f32>,
@@ -97,8 +99,11 @@ fn sglow_incoming(
 ) -> SglowIncoming {
     let squared_distance = dot(offset, offset);
     // A light at the shading point itself has no direction; its lobe of sharpness 0 needs none.
+    let present = squared_distance > 1e-30;
     let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    let product = sglow_sg_product(-axis, sharpness, towards, squared_distance / variance);
+    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
+    let spread = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
+    let product = sglow_sg_product(-axis, sharpness, towards, spread);
     let radiance = coefficient * (exp(product.log_amplitude) / (6.2831855 * variance));
     return SglowIncoming(product.axis, product.sharpness, radiance);
 }
@@ -136,8 +141,9 @@ fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 
     let sum_y = max(asg.bandwidth_y + nu, 1e-30);
     let x = dot(axis, asg.axis_x);
     let y = dot(axis, asg.axis_y);
+    // The quotients are at most 1; the minimum keeps a driver from multiplying what they divide first.
     let shape = max(dot(axis, asg.axis_z), 0.0)
-        * exp(-(asg.bandwidth_x * (nu / sum_x)) * x * x - (asg.bandwidth_y * (nu / sum_y)) * y * y);
+        * exp(-(asg.bandwidth_x * min(nu / sum_x, 1.0)) * x * x - (asg.bandwidth_y * min(nu / sum_y, 1.0)) * y * y);
     // Two square roots, for the product of the sums may overflow where each does not.
     return 3.1415927 * shape / (sqrt(sum_x) * sqrt(sum_y));
 }

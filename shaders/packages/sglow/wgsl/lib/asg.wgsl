@@ -41,8 +41,9 @@ fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 
     let sum_y = max(asg.bandwidth_y + nu, 1e-30);
     let x = dot(axis, asg.axis_x);
     let y = dot(axis, asg.axis_y);
+    // The quotients are at most 1; the minimum keeps a driver from multiplying what they divide first.
     let shape = max(dot(axis, asg.axis_z), 0.0)
-        * exp(-(asg.bandwidth_x * (nu / sum_x)) * x * x - (asg.bandwidth_y * (nu / sum_y)) * y * y);
+        * exp(-(asg.bandwidth_x * min(nu / sum_x, 1.0)) * x * x - (asg.bandwidth_y * min(nu / sum_y, 1.0)) * y * y);
     // Two square roots, for the product of the sums may overflow where each does not.
     return 3.1415927 * shape / (sqrt(sum_x) * sqrt(sum_y));
 }

@@ -266,8 +266,9 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
     let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 2139095040u;
     let unit = bitcast<f32>(bits);
     let per_unit = bitcast<f32>(2130706432u - bits);
-    let share_a = min(sharpness_a, 2e37) * per_unit;
-    let share_b = min(sharpness_b, 2e37) * per_unit;
+    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
+    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
+    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
     let mean = share_a * axis_a + share_b * axis_b;
     let norm = length(mean);
     // Lobes that cancel to the last digit have no direction left.
@@ -371,7 +372,7 @@ fn sglow_ndf_filtered_cosine(cosine: f32, sharpness: f32) -> f32 {
         // root + mean would cancel below the horizon.
         return clamp(0.5 * spread / (root - mean), 1e-4, 1.0);
     }
-    return min(0.5 * (root + mean), 1.0);
+    return clamp(0.5 * (root + mean), 1e-4, 1.0);
 }
 
 /// Specular reflection of a spherical Gaussian of amplitude one by GGX facets that are filtered by it: as of light from

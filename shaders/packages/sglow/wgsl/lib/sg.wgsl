@@ -8,10 +8,13 @@
 /// [Tokuyoshi 2016, Appendix A]
 ///
 /// direction, axis: unit vectors; sharpness: at least 0. Result: 0 to 1.
+/// Contract: sharpness above 4e37 is taken as 4e37; vectors that are not unit give exp(-sharpness/2 |direction - axis|^2),
+/// at most 1; NaN gives any number or NaN.
 fn sglow_sg_evaluate(direction: vec3<f32>, axis: vec3<f32>, sharpness: f32) -> f32 {
     // The dot product minus one cancels near the axis; the squared chord does not.
     let chord = direction - axis;
-    return exp(-0.5 * sharpness * dot(chord, chord));
+    // The squared chord of unit vectors is at most 4: the exponent stays finite.
+    return exp(-0.5 * min(sharpness, 4e37) * dot(chord, chord));
 }
 
 /// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
@@ -63,8 +66,9 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
     let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 2139095040u;
     let unit = bitcast<f32>(bits);
     let per_unit = bitcast<f32>(2130706432u - bits);
-    let share_a = min(sharpness_a, 2e37) * per_unit;
-    let share_b = min(sharpness_b, 2e37) * per_unit;
+    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
+    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
+    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
     let mean = share_a * axis_a + share_b * axis_b;
     let norm = length(mean);
     // Lobes that cancel to the last digit have no direction left.
