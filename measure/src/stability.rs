@@ -30,6 +30,8 @@ pub struct FunctionReport {
     pub verdicts: Vec<Verdict>,
     /// Nanoseconds of one evaluation on the device, all cores at work, reading of arguments included.
     pub time: Time,
+    /// The same less the median of reading alone.
+    pub net: Time,
     /// The median less that of reading alone, over the same of `sg_cosine_constant`.
     pub relative_time: f64,
     /// Operations of its text on scalars, all branches counted, built-in functions as one.
@@ -87,6 +89,7 @@ pub fn functions(
             verdicts: judge(function, &held),
             held,
             time: Time::default(),
+            net: Time::default(),
             relative_time: f64::NAN,
             operations: subject.mirror(Arithmetic::Written)?.step_count(),
             curve,
@@ -125,6 +128,7 @@ fn time(
     for report in reports {
         report.time = times.get(report.name).copied().unwrap_or_default();
         report.relative_time = net(&report.time) / unit;
+        report.net = report.time.less(reading.median);
     }
     Ok(())
 }
