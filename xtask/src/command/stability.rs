@@ -133,6 +133,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let page = arguments.out.join("index.html");
     write::text(&page, &findings.page())?;
     report.write(&arguments.out.join("stability.json"))?;
+    tell(&findings);
+    say::line(page.display());
     if let Some(path) = &arguments.picture {
         let drawing = cosine_forms(&functions).drawing().ok_or_else(|| {
             Failure::new("there is no picture: no cosine form was measured")
@@ -140,8 +142,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         })?;
         write::text(path, &drawing.file())?;
     }
-    tell(&findings);
-    say::line(page.display());
     report.verdict()
 }
 

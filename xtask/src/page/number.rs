@@ -1,12 +1,12 @@
 //! Numbers as a person reads them.
 
-/// A measured number with three digits; what is not finite is called so.
+/// A measured number with three digits, a count with all of them; what is not finite is called so.
 pub(crate) fn figure(value: f64) -> String {
     if !value.is_finite() {
         "not finite".to_owned()
     } else if value == 0.0 {
         "0".to_owned()
-    } else if value.fract() == 0.0 && value.abs() < 1e4 {
+    } else if value.fract() == 0.0 && value.abs() < 1e6 {
         format!("{value}")
     } else if (0.01..1e4).contains(&value.abs()) {
         let decimals = match value.abs() {
@@ -31,7 +31,7 @@ pub(crate) fn count(value: usize) -> String {
     let digits = value.to_string();
     let mut text = String::with_capacity(digits.len() * 2);
     for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index) % 3 == 0 {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);
@@ -54,7 +54,8 @@ mod tests {
             (-12.34, "-12.3"),
             (1234.6, "1235"),
             (1.553e-3, "1.55e-3"),
-            (123_456.0, "1.23e5"),
+            (123_456.5, "1.23e5"),
+            (15_571.0, "15571"),
             (f64::INFINITY, "not finite"),
             (f64::NAN, "not finite"),
         ] {

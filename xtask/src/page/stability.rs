@@ -273,6 +273,9 @@ pub(crate) fn cosine_forms(functions: &[FunctionReport]) -> CosineForms {
         .collect();
     // Without the function that all are relative to, there are nanoseconds.
     let relative = !forms.is_empty() && forms.iter().all(|one| one.0.relative_time.is_finite());
+    // Time in the plot's unit, of nanoseconds.
+    let unit = forms.iter().map(|one| one.0).find(|one| relative && one.relative_time > 0.0);
+    let unit = unit.map_or(1.0, |one| one.relative_time / one.net.median);
     let x = |function: &FunctionReport| {
         if relative { function.relative_time } else { function.net.median }
     };
@@ -297,8 +300,7 @@ pub(crate) fn cosine_forms(functions: &[FunctionReport]) -> CosineForms {
                 aside = format!("beaten by {}", short(better.name));
                 beaten.push((function.name.to_owned(), better.name.to_owned()));
             }
-            let scale = x(function) / function.net.median;
-            let spread = [function.net.minimum, function.net.maximum].map(|time| time * scale);
+            let spread = [function.net.minimum, function.net.maximum].map(|time| time * unit);
             Spot { label: function.name.to_owned(), aside, x: x(function), spread, y: error, rank }
         })
         .collect();
@@ -465,6 +467,7 @@ pub(crate) fn whole(value: Option<f64>) -> String {
 fn functions(functions: &[FunctionReport]) -> Markup {
     let columns = [
         text("function"),
+        text("bounds"),
         number("inputs"),
         number("rounding, ULP"),
         number("99.9 %"),
@@ -478,7 +481,6 @@ fn functions(functions: &[FunctionReport]) -> Markup {
         number("not monotone"),
         number("ns"),
         number("time"),
-        text(""),
     ];
     let rows: Vec<Markup> =
         functions.iter().map(|function| function_rows(function, columns.len())).collect();
@@ -510,7 +512,7 @@ fn function_rows(function: &FunctionReport, width: usize) -> Markup {
         .reduce(|worst, one| if one.1.error > worst.1.error { one } else { worst });
     let rounding = most(function, Quantity::RoundingShare);
     let over = |value: Option<f64>| {
-        if value.is_some_and(|value| !(value <= 1.0)) { "n bad" } else { "n" }
+        if value.is_some_and(exceeds) { "n bad" } else { "n" }
     };
     let some = |value: Option<f64>| {
         if value.is_some_and(|value| value > 0.0) { "n bad" } else { "n" }
@@ -520,6 +522,7 @@ fn function_rows(function: &FunctionReport, width: usize) -> Markup {
     html! {
         tr.head {
             th scope="row" { (function.name) @if function.literal { " " span.tag { "literal" } } }
+            td { (verdict_of(function)) }
             td.n { (count(function.inputs())) }
             td.n { (figure(ulps)) }
             td.n { (figure(ulps_999)) }
@@ -533,7 +536,6 @@ fn function_rows(function: &FunctionReport, width: usize) -> Markup {
             td class=(some(not_monotone)) { (whole(not_monotone)) }
             td.n { (figure(function.net.median)) }
             td.n { (if function.relative_time.is_nan() { "–".to_owned() } else { figure(function.relative_time) }) }
-            td { (verdict_of(function)) }
         }
         tr {
             td.more colspan=(width) {
@@ -665,7 +667,7 @@ fn order_of_operations(functions: &[FunctionReport]) -> Markup {
                 tr {
                     th scope="row" { (function.name) @if function.literal { " " span.tag { "literal" } } }
                     @for share in std::iter::once(device).chain(shares) {
-                        td class={ "n " (heat(share)) } { (maybe(share)) @if share.is_some_and(|share| !(share <= 1.0)) { " ▲" } }
+                        td class={ "n " (heat(share)) } { (maybe(share)) @if share.is_some_and(exceeds) { " ▲" } }
                     }
                 }
             }
@@ -678,6 +680,11 @@ fn order_of_operations(functions: &[FunctionReport]) -> Markup {
         }
         (table("Share of the grant under each arithmetic", "heat", &columns, &rows))
     }
+}
+
+/// Whether a share is more than was granted.
+fn exceeds(share: f64) -> bool {
+    share.is_nan() || share > 1.0
 }
 
 /// A shade by magnitude; three within the grant, three beyond it.
