@@ -17,7 +17,9 @@ use sglow_shader_gen::validate::Validated;
 use crate::failure::{self, Failure, Result};
 use crate::json::{Check, Relation, Report};
 use crate::page::number::{count, figure, maybe};
-use crate::page::stability::{Findings, cosine_forms, holds, measured, most, sum, whole, worst};
+use crate::page::stability::{
+    Findings, cosine_forms, holds, measured, most, sum, whole, without_time, worst,
+};
 use crate::progress;
 use crate::say;
 use crate::selection::library;
@@ -228,6 +230,9 @@ fn tell(findings: &Findings<'_>) {
     );
     for line in failing(findings) {
         say::line(line);
+    }
+    if let Some(warning) = without_time(&cosine_forms(findings.functions)) {
+        say::line(warning);
     }
     say::line(format!(
         "{} inputs, {} minutes; {}, {}",

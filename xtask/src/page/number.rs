@@ -6,7 +6,7 @@ pub(crate) fn figure(value: f64) -> String {
         "not finite".to_owned()
     } else if value == 0.0 {
         "0".to_owned()
-    } else if value.fract() == 0.0 && value.abs() < 1e6 {
+    } else if value.fract() == 0.0 && value.abs() < 1e9 {
         format!("{value}")
     } else if (0.01..1e4).contains(&value.abs()) {
         let decimals = match value.abs() {
