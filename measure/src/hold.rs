@@ -1,7 +1,6 @@
 //! Holds functions against their oracles and truths: on the device, on the CPU under every arithmetic, in f64.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -353,15 +352,22 @@ pub struct Time {
 }
 
 impl Time {
-    /// Of several runs.
+    /// Of several runs, each in nanoseconds.
     #[must_use]
-    pub fn of(mut times: Vec<Duration>) -> Self {
-        times.sort();
-        let nanoseconds = |at: usize| times.get(at).map_or(0.0, |time| time.as_secs_f64() * 1e9);
+    pub fn of(mut times: Vec<f64>) -> Self {
+        times.sort_by(f64::total_cmp);
+        let at = |index: usize| times.get(index).copied().unwrap_or_default();
         Self {
-            minimum: nanoseconds(0),
-            median: nanoseconds(times.len() / 2),
-            maximum: nanoseconds(times.len().saturating_sub(1)),
+            minimum: at(0),
+            median: at(times.len() / 2),
+            maximum: at(times.len().saturating_sub(1)),
         }
+    }
+
+    /// What remains without so many nanoseconds that are spent on something else.
+    #[must_use]
+    pub fn less(self, nanoseconds: f64) -> Self {
+        let net = |time: f64| (time - nanoseconds).max(0.0);
+        Self { minimum: net(self.minimum), median: net(self.median), maximum: net(self.maximum) }
     }
 }

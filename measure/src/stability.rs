@@ -30,6 +30,8 @@ pub struct FunctionReport {
     pub verdicts: Vec<Verdict>,
     /// Nanoseconds of one evaluation on the device, all cores at work, reading of arguments included.
     pub time: Time,
+    /// The same less the median of reading alone.
+    pub net: Time,
     /// The median less that of reading alone, over the same of `sg_cosine_constant`.
     pub relative_time: f64,
     /// Operations of its text on scalars, all branches counted, built-in functions as one.
@@ -50,10 +52,13 @@ impl FunctionReport {
 /// What all times are relative to.
 pub const RELATIVE_TO: &str = "sg_cosine_constant";
 
+/// What stands for reading arguments alone.
+const READING: &str = "none";
+
 /// Evaluations of each invocation of a timed dispatch.
 const REPETITIONS: u32 = 256;
 /// Timed dispatches of each function.
-const RUNS: usize = 7;
+const RUNS: usize = 15;
 /// Inputs of a timed dispatch: few enough to stay in a cache.
 const TIMED_INPUTS: usize = 1024;
 
@@ -87,6 +92,7 @@ pub fn functions(
             verdicts: judge(function, &held),
             held,
             time: Time::default(),
+            net: Time::default(),
             relative_time: f64::NAN,
             operations: subject.mirror(Arithmetic::Written)?.step_count(),
             curve,
@@ -97,7 +103,8 @@ pub fn functions(
     Ok(reports)
 }
 
-/// Times every function in one go, reading alone among them, so that ratios are of one run.
+/// Times every function in one go, reading alone among them. One dispatch of each follows upon the other, round after
+/// round, so that whatever else the machine does falls on all of them alike.
 fn time(
     gpu: &Gpu,
     package: &Package,
@@ -105,10 +112,8 @@ fn time(
     functions: &[Function],
     reports: &mut [FunctionReport],
 ) -> Result<(), HoldError> {
-    let mut times = BTreeMap::new();
     let nothing = Pipeline::new(gpu, package, "function-none")?;
-    let zeros = vec![[0.0; 12]; TIMED_INPUTS];
-    let reading = Time::of(nothing.time(&zeros, REPETITIONS, RUNS)?);
+    let mut subjects = vec![(READING, nothing, vec![[0.5; 12]; TIMED_INPUTS])];
     for function in functions {
         let subject = Subject::find(function, variants)?;
         // What virtual lights have: from soft to sharp.
@@ -117,14 +122,27 @@ fn time(
             inputs.extend(subject.inputs(regime, TIMED_INPUTS.div_ceil(3), 3)?);
         }
         inputs.truncate(TIMED_INPUTS);
-        let pipeline = Pipeline::new(gpu, package, &function.id())?;
-        times.insert(function.name, Time::of(pipeline.time(&inputs, REPETITIONS, RUNS)?));
+        subjects.push((function.name, Pipeline::new(gpu, package, &function.id())?, inputs));
     }
-    let net = |time: &Time| (time.median - reading.median).max(0.0);
-    let unit = times.get(RELATIVE_TO).map_or(f64::NAN, net);
+    let mut stopwatches = Vec::with_capacity(subjects.len());
+    for (name, pipeline, inputs) in &subjects {
+        stopwatches.push((*name, pipeline.stopwatch(inputs, REPETITIONS)?));
+    }
+    let mut times: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for _ in 0..RUNS {
+        for (name, stopwatch) in &stopwatches {
+            times.entry(*name).or_default().push(stopwatch.nanoseconds()?);
+        }
+    }
+    let times: BTreeMap<&str, Time> =
+        times.into_iter().map(|(name, times)| (name, Time::of(times))).collect();
+    let reading = times.get(READING).map_or(0.0, |time| time.median);
+    let net = |name: &str| times.get(name).map_or(f64::NAN, |time| time.less(reading).median);
+    let unit = net(RELATIVE_TO);
     for report in reports {
         report.time = times.get(report.name).copied().unwrap_or_default();
-        report.relative_time = net(&report.time) / unit;
+        report.relative_time = net(report.name) / unit;
+        report.net = report.time.less(reading);
     }
     Ok(())
 }

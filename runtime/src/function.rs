@@ -1,6 +1,6 @@
 //! One function of the library over a buffer of arguments: what measures the functions that the passes are made of.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::device::{DeviceError, Gpu};
 use crate::package::Package;
@@ -21,6 +21,29 @@ pub enum FunctionError {
 
 /// Three vectors of four numbers; which means what stands at the function's call in `shaders/src/function`.
 pub type Arguments = [f32; 12];
+
+/// A function that is about to be timed.
+pub struct Stopwatch<'a> {
+    function: &'a Function<'a>,
+    time: wgpu::ComputePipeline,
+    group: wgpu::BindGroup,
+    evaluations: f64,
+}
+
+impl Stopwatch<'_> {
+    /// The time of one evaluation in nanoseconds, all cores of the device at work: that of one dispatch, by the wall's
+    /// clock, over its evaluations.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
+    pub fn nanoseconds(&self) -> Result<f64, DeviceError> {
+        let start = Instant::now();
+        self.function.dispatch(&self.time, &self.group, TIMED_INVOCATIONS / WORKGROUP);
+        self.function.gpu.finish()?;
+        Ok(start.elapsed().as_secs_f64() * 1e9 / self.evaluations)
+    }
+}
 
 /// Invocations of a workgroup of both entry points.
 const WORKGROUP: u32 = 64;
@@ -66,33 +89,24 @@ impl<'a> Function<'a> {
         Ok(results)
     }
 
-    /// The time of one evaluation, all cores of the device at work: one time of each of `runs` dispatches, in which
-    /// each invocation evaluates the function `repetitions` times. The first dispatch compiles and is not among them.
+    /// Gets ready to time the function on these arguments. The first dispatch, which compiles, is behind it then.
     ///
     /// # Errors
     ///
     /// When the device refuses the entry point, or fails.
-    pub fn time(
+    pub fn stopwatch(
         &self,
         arguments: &[Arguments],
         repetitions: u32,
-        runs: usize,
-    ) -> Result<Vec<Duration>, FunctionError> {
+    ) -> Result<Stopwatch<'_>, FunctionError> {
         let constants = [("sglow_repetitions", f64::from(repetitions))];
         let time = pipeline(self.gpu, &self.id, &self.module, "sglow_time_function", &constants)?;
         let (inputs, outputs) = self.buffers(arguments, TIMED_INVOCATIONS as usize);
         let group = self.group(&time, &inputs, &outputs);
         let evaluations = f64::from(TIMED_INVOCATIONS) * f64::from(repetitions);
-        let mut times = Vec::with_capacity(runs);
-        for run in 0..=runs {
-            let start = Instant::now();
-            self.dispatch(&time, &group, TIMED_INVOCATIONS / WORKGROUP);
-            self.gpu.finish()?;
-            if run > 0 {
-                times.push(start.elapsed().div_f64(evaluations));
-            }
-        }
-        Ok(times)
+        let stopwatch = Stopwatch { function: self, time, group, evaluations };
+        stopwatch.nanoseconds()?;
+        Ok(stopwatch)
     }
 
     fn buffers(&self, arguments: &[Arguments], results: usize) -> (wgpu::Buffer, wgpu::Buffer) {

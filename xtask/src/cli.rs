@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
 
-use crate::command::{doctor, gen_shaders, render, report, test, variants, verify};
+use crate::command::{doctor, gen_shaders, render, report, stability, test, variants, verify};
 use crate::failure::Result;
 
 /// Generates, verifies and runs shaders for real-time indirect light with spherical Gaussians.
@@ -31,6 +31,9 @@ pub(crate) enum Command {
     /// Measure error against run time
     #[command(after_help = report::EXAMPLES)]
     Report(report::Arguments),
+    /// Hold every function and the whole pipeline to their bounds, over every regime
+    #[command(after_help = stability::EXAMPLES)]
+    Stability(stability::Arguments),
     /// Let independent compilers read a package
     #[command(after_help = verify::EXAMPLES)]
     Verify(verify::Arguments),
@@ -54,6 +57,7 @@ impl Command {
             Self::Variants(arguments) => variants::run(&arguments),
             Self::Render(arguments) => render::run(&arguments),
             Self::Report(arguments) => report::run(&arguments),
+            Self::Stability(arguments) => stability::run(&arguments),
             Self::Verify(arguments) => verify::run(&arguments),
             Self::Test(arguments) => test::run(&arguments),
             Self::Doctor(arguments) => doctor::run(&arguments),

@@ -9,6 +9,7 @@ mod command;
 mod failure;
 mod json;
 mod machine;
+mod page;
 mod picture;
 mod progress;
 mod say;

@@ -105,7 +105,12 @@ impl Shot {
 
 /// Opens the GPU that is asked for.
 pub(crate) fn gpu(numbers: &Numbers) -> Result<Gpu> {
-    let gpu = Gpu::open(numbers.adapter.as_deref())
+    open(numbers.adapter.as_deref())
+}
+
+/// Opens the GPU whose name contains `adapter`, or the most capable one.
+pub(crate) fn open(adapter: Option<&str>) -> Result<Gpu> {
+    let gpu = Gpu::open(adapter)
         .map_err(|error| Failure::from(error).help("`cargo xtask doctor` shows what there is"))?;
     if gpu.adapter.software {
         eprintln!(

@@ -4,6 +4,7 @@ pub(crate) mod doctor;
 pub(crate) mod gen_shaders;
 pub(crate) mod render;
 pub(crate) mod report;
+pub(crate) mod stability;
 pub(crate) mod test;
 pub(crate) mod variants;
 pub(crate) mod verify;

@@ -1,0 +1,73 @@
+//! Numbers as a person reads them.
+
+/// A measured number with three digits, a count with all of them; what is not finite is called so.
+pub(crate) fn figure(value: f64) -> String {
+    if !value.is_finite() {
+        "not finite".to_owned()
+    } else if value == 0.0 {
+        "0".to_owned()
+    } else if value.fract() == 0.0 && value.abs() < 1e9 {
+        format!("{value}")
+    } else if (0.01..1e4).contains(&value.abs()) {
+        let decimals = match value.abs() {
+            small if small < 0.1 => 4,
+            small if small < 1.0 => 3,
+            small if small < 10.0 => 2,
+            large => usize::from(large < 100.0),
+        };
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+/// The same of what may not have been measured.
+pub(crate) fn maybe(value: Option<f64>) -> String {
+    value.map_or_else(|| "–".to_owned(), figure)
+}
+
+/// A count with its thousands apart.
+pub(crate) fn count(value: usize) -> String {
+    let digits = value.to_string();
+    let mut text = String::with_capacity(digits.len() * 2);
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_have_three_digits_and_say_when_they_are_none() {
+        for (value, text) in [
+            (0.0, "0"),
+            (3.0, "3"),
+            (0.012_34, "0.0123"),
+            (0.123_4, "0.123"),
+            (1.234, "1.23"),
+            (-12.34, "-12.3"),
+            (1234.6, "1235"),
+            (1.553e-3, "1.55e-3"),
+            (123_456.5, "1.23e5"),
+            (15_571.0, "15571"),
+            (f64::INFINITY, "not finite"),
+            (f64::NAN, "not finite"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
+        assert_eq!(maybe(None), "–");
+    }
+
+    #[test]
+    fn counts_are_in_thousands() {
+        for (value, text) in [(0, "0"), (999, "999"), (1000, "1,000"), (12_345_678, "12,345,678")] {
+            assert_eq!(count(value), text);
+        }
+    }
+}

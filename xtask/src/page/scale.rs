@@ -1,0 +1,150 @@
+//! A logarithmic axis: its range, its ticks, and where a value lies on it.
+
+/// An axis from one positive number to a larger one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scale {
+    low: f64,
+    high: f64,
+}
+
+/// A line across a plot.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Tick {
+    /// Where.
+    pub(crate) value: f64,
+    /// What stands beside it; nothing at minor ticks.
+    pub(crate) label: Option<String>,
+}
+
+/// Ticks that have a label, at most.
+const LABELS: i32 = 9;
+
+impl Scale {
+    /// The axis that has every value that is finite and positive, with some air at both ends; none if there is none.
+    pub(crate) fn around(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let Self { low, high } = Self::from_to(values)?;
+        // At least a factor of four, so that one value alone has an axis too.
+        let air = (4.0 * low / high).sqrt().max((high / low).powf(0.06)).max(1.1);
+        Some(Self { low: low / air, high: high * air })
+    }
+
+    /// The axis that ends at whole powers of ten around every value that is finite and positive.
+    pub(crate) fn decades(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let Self { low, high } = Self::from_to(values)?;
+        let low = low.log10().floor();
+        let high = high.log10().ceil().max(low + 1.0);
+        Some(Self { low: 10_f64.powf(low), high: 10_f64.powf(high) })
+    }
+
+    fn from_to(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let (low, high) = values
+            .into_iter()
+            .filter(|value| value.is_finite() && *value > 0.0)
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
+        (high > 0.0).then_some(Self { low, high })
+    }
+
+    /// The same axis, down to `least` at most.
+    pub(crate) fn not_below(self, least: f64) -> Self {
+        Self { low: self.low.max(least).min(self.high / 10.0), ..self }
+    }
+
+    /// Where a value lies, 0 at the low end and 1 at the high one; at an end if it is beyond.
+    pub(crate) fn place(&self, value: f64) -> f64 {
+        if value.is_nan() || value <= self.low {
+            return 0.0;
+        }
+        (value / self.low).ln().min((self.high / self.low).ln()) / (self.high / self.low).ln()
+    }
+
+    /// Powers of ten, or 1, 2 and 5 times these on a short axis.
+    pub(crate) fn ticks(&self) -> Vec<Tick> {
+        let (first, last) = (whole(self.low.log10().floor()), whole(self.high.log10().ceil()));
+        let short = (self.high / self.low).log10() < 2.5;
+        let stride = (last - first) / LABELS + 1;
+        let mut ticks = Vec::new();
+        for power in first..=last {
+            for digit in 1..=9 {
+                let value = f64::from(digit) * 10_f64.powi(power);
+                // The ends themselves are within, in spite of rounding.
+                if value < self.low * 0.9999 || value > self.high * 1.0001 {
+                    continue;
+                }
+                let label = if short {
+                    matches!(digit, 1 | 2 | 5).then(|| plain(digit, power))
+                } else if digit == 1 {
+                    (power.rem_euclid(stride) == 0).then(|| plain(1, power))
+                } else {
+                    continue;
+                };
+                ticks.push(Tick { value, label });
+            }
+        }
+        ticks
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the exponent of an f64")]
+fn whole(value: f64) -> i32 {
+    value as i32
+}
+
+/// `digit` times a power of ten.
+fn plain(digit: i32, power: i32) -> String {
+    match power {
+        0..=3 => (i64::from(digit) * 10_i64.pow(power.unsigned_abs())).to_string(),
+        -2..=-1 => {
+            format!("{:.*}", power.unsigned_abs() as usize, f64::from(digit) * 10_f64.powi(power))
+        }
+        _ => format!("{digit}e{power}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(low: f64, high: f64) -> Vec<String> {
+        Scale { low, high }.ticks().into_iter().filter_map(|tick| tick.label).collect()
+    }
+
+    #[test]
+    fn ticks_are_powers_of_ten_or_finer() {
+        assert_eq!(labels(1e-3, 1e2), ["1e-3", "0.01", "0.1", "1", "10", "100"]);
+        assert_eq!(labels(0.9, 12.0), ["1", "2", "5", "10"]);
+        assert!(labels(1e-300, 1e300).len() <= LABELS as usize + 1);
+        let many = Scale { low: 1e-6, high: 1e9 }.ticks();
+        assert_eq!(many.len(), 16, "each power of ten has a line, if not a label");
+    }
+
+    #[test]
+    fn places_grow_from_end_to_end() {
+        let scale = Scale::decades([2e-5, 30.0]).unwrap();
+        assert_eq!((scale.low, scale.high), (1e-5, 100.0));
+        assert!((scale.place(0.1) - 4.0 / 7.0).abs() < 1e-12);
+        for (value, place) in [
+            (1e-9, 0.0),
+            (0.0, 0.0),
+            (-1.0, 0.0),
+            (f64::NAN, 0.0),
+            (1e9, 1.0),
+            (f64::INFINITY, 1.0),
+        ] {
+            assert_eq!(scale.place(value), place, "{value}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_or_not_positive_makes_no_axis() {
+        assert_eq!(Scale::around([]), None);
+        assert_eq!(Scale::around([0.0, -1.0, f64::NAN, f64::INFINITY]), None);
+        let one = Scale::around([5.0, f64::INFINITY]).unwrap();
+        assert!(one.low < 5.0 && one.high > 5.0 && one.high.is_finite());
+    }
+
+    #[test]
+    fn an_axis_can_be_cut() {
+        let scale = Scale::decades([1e-20, 1.0]).unwrap().not_below(1e-9);
+        assert_eq!(scale.low, 1e-9);
+    }
+}
