@@ -56,7 +56,7 @@ pub const RELATIVE_TO: &str = "sg_cosine_constant";
 const READING: &str = "none";
 
 /// Evaluations of each invocation of a timed dispatch.
-const REPETITIONS: u32 = 256;
+const REPETITIONS: u32 = 1024;
 /// Timed dispatches of each function.
 const RUNS: usize = 15;
 /// Inputs of a timed dispatch: few enough to stay in a cache.

@@ -733,13 +733,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-constant-ndf_filtered-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-both.wgsl"),
-        sha256: "608841b06e6d5c9eacc334d8da1c3ae8735965277aade09a849853baa2718123",
+        sha256: "841c31cfcd6358b0906a0839329593fe168a39cea0c9e9c9fb213bb19f37267f",
     },
     Embedded {
         id: "shade-constant-ndf_filtered-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-diffuse.wgsl"),
-        sha256: "54d49931c855655907f561726884b8f68be87ab3550dbdc41067260f76fa9abb",
+        sha256: "e6c6b9a4c5055009508eda6dc44abba5e1a87d6c0f2f0a6aa47c6963e286165e",
     },
     Embedded {
         id: "shade-constant-none-none-both",
@@ -781,13 +781,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-fitted-ndf_filtered-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-both.wgsl"),
-        sha256: "08ef9cf952def5dc88d4d29e53dad8c74e5cd81ef3963fa526a10af931fedd54",
+        sha256: "bd1638c96e95141bd6ee6006e53016514e01b26ea9687e737814d9cb3d55095a",
     },
     Embedded {
         id: "shade-fitted-ndf_filtered-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-diffuse.wgsl"),
-        sha256: "c3e6cb6aa3cc1aa0eae34258d480d94a19c870b1fec3d97ed5c50dcaacf3d0ef",
+        sha256: "a0ed57043320e12c49b21835e0afe09e71f47dcce5b21a6314d766571d475e66",
     },
     Embedded {
         id: "shade-fitted-none-none-both",
@@ -829,13 +829,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-gaussian-ndf_filtered-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-both.wgsl"),
-        sha256: "1be96edfccf4d9f253dd4733bd0df83c12311c040334fc80c7000a17627c61fb",
+        sha256: "00c54344634ac43330e747179cb76ad6e24b2e6086142e96b2c5d900827a9afd",
     },
     Embedded {
         id: "shade-gaussian-ndf_filtered-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-diffuse.wgsl"),
-        sha256: "ac65ec194b584723abba52601ed723a5df305b43fce6dcf4ebba413158933775",
+        sha256: "e7f6f1fb1b13a6efd91a4eadeb88c53371a9860726768f77244cbfbec5dbdf8e",
     },
     Embedded {
         id: "shade-gaussian-none-none-both",
@@ -877,13 +877,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-none-ndf_filtered-ggx-both",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-both.wgsl"),
-        sha256: "d416cedbcb9852269fff20c86620cbdc9b620293a9ce5bdee40a3ad8cba37e29",
+        sha256: "0ec41e40d5f6eb03f32123241d5d46ba11a79e1f200bbce3913c0cb1b2648078",
     },
     Embedded {
         id: "shade-none-ndf_filtered-ggx-diffuse",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-diffuse.wgsl"),
-        sha256: "57d4b425b090592c0af4d65fd1dd5f8ca552f9936f1a5793cb48b7618b9674ea",
+        sha256: "41c71680c96ee079a229c796243dd12f4d8930b3e201612cd4bed6518bca8f9d",
     },
     Embedded {
         id: "shade-none-sg-ggx-both",

@@ -217,7 +217,8 @@ fn sglow_sg_hemisphere_share(cosine: f32, sharpness: f32) -> f32 {
     let u = min(l * y, 1.0);
     // Error functions of 0 have no quotient; below 1e-6 it is the cosine to the last digit.
     let t = max(u * sqrt((0.5 * u + 0.65173288 * y) / (y * (u * u + 1.341828 * u * y + 7.2216688 * y * y))), 1e-6);
-    let share = sglow_erf(t * z) / sglow_erf(t);
+    // Rounding may take the quotient past its limits, and the share below 0 with it.
+    let share = clamp(sglow_erf(t * z) / sglow_erf(t), -1.0, 1.0);
     let decay = exp(-l);
     // The integral over the sphere is that along the normal and that against it, 1 + exp(-l) over the former.
     return 0.5 * ((1.0 + decay) + (1.0 - decay) * share) / (1.0 + decay);
@@ -396,8 +397,9 @@ fn sglow_ndf_filtered_reflection(
     let shadowing = sqrt(cosine_in * cosine_in + squared * (1.0 - cosine_in * cosine_in));
     let lit = cosine_in * (cosine_out + masking) / (cosine_in * masking + cosine_out * shadowing);
 
-    let radiance = density / area * lit * sglow_sg_hemisphere_share(cosine_product, product.sharpness)
-        * sglow_sg_integral(sharpness);
+    let reflected = density / area * lit * sglow_sg_hemisphere_share(cosine_product, product.sharpness);
+    // The maximum keeps a driver from multiplying the small factors of both first, which leaves the normal numbers.
+    let radiance = max(reflected, 0.0) * sglow_sg_integral(sharpness);
     // A wide lobe's directions meet the view at their mean cosine, not at that of the axis.
     let sum = view + product.axis;
     let mean_squared = 0.5 * sglow_vmf_mean_length_complement(product.sharpness)

@@ -198,7 +198,8 @@ fn sglow_sg_hemisphere_share(cosine: f32, sharpness: f32) -> f32 {
     let u = min(l * y, 1.0);
     // Error functions of 0 have no quotient; below 1e-6 it is the cosine to the last digit.
     let t = max(u * sqrt((0.5 * u + 0.65173288 * y) / (y * (u * u + 1.341828 * u * y + 7.2216688 * y * y))), 1e-6);
-    let share = sglow_erf(t * z) / sglow_erf(t);
+    // Rounding may take the quotient past its limits, and the share below 0 with it.
+    let share = clamp(sglow_erf(t * z) / sglow_erf(t), -1.0, 1.0);
     let decay = exp(-l);
     // The integral over the sphere is that along the normal and that against it, 1 + exp(-l) over the former.
     return 0.5 * ((1.0 + decay) + (1.0 - decay) * share) / (1.0 + decay);
@@ -257,7 +258,7 @@ fn sglow_sg_cosine_logistic(cosine: f32, sharpness: f32) -> f32 {
     // 1/(exp(x) + 1) from the exponential that cannot overflow.
     let decay = exp(-abs(z) * t);
     let s = decay / ((1.0 + decay) * (0.2958 * t + 0.5033));
-    let c = s * (0.5 + 0.5 * z) + (1.0 - s) * max(z, 0.0);
+    let c = s * max(0.5 + 0.5 * z, 0.0) + (1.0 - s) * max(z, 0.0);
     // A_b + (A_u - A_b) c
     return sglow_sg_lower_cosine_integral(l) + 6.2831855 * y * (sglow_sg_cosine_odd_part(l, y) * c);
 }
