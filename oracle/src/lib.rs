@@ -14,6 +14,7 @@
 //! The truths are [`quadrature`] for integrals over the sphere and [`vpl`] for whole pictures.
 //!
 //! # Citations
+//! - Cigolle 2014: A survey of efficient representations for independent unit vectors, JCGT 3(2).
 //! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
 //! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
@@ -27,6 +28,7 @@ pub mod brdf;
 pub mod compose;
 pub mod direct;
 pub mod fis;
+pub mod half;
 pub mod light;
 pub mod metrics;
 pub mod quadrature;

@@ -106,19 +106,24 @@ fn other_reflections_agree_with_the_oracle() {
 fn a_broken_stage_is_noticed() {
     let breaks = [
         (
-            "sample-modified-exact-both",
+            "sample-modified-exact-both-f32",
             "position.w / weight - dot(mean, mean)",
             "position.w / weight",
             "a variance around the origin",
         ),
         (
-            "sample-modified-exact-both",
+            "sample-modified-exact-both-f32",
             "i32(textureNumLevels(density)) - 2;",
             "i32(textureNumLevels(density)) - 3;",
             "a warp that starts a level too low",
         ),
         ("mip-rgba32float", "0.25 * (upper", "0.251 * (upper", "mips that gain"),
-        ("shade-constant-asg-ggx-both", "diffuse *= surface.diffuse;", "", "a dropped reflectance"),
+        (
+            "shade-constant-asg-ggx-both-f32",
+            "diffuse *= surface.diffuse;",
+            "",
+            "a dropped reflectance",
+        ),
     ];
     for (id, from, to, what) in breaks {
         let difference = difference("cornell-glossy", &settings(), &broken(id, from, to));

@@ -77,7 +77,7 @@ fn a_missing_variant_is_an_error_and_never_a_similar_one() {
         matches!(&error, PackageError::Missing { similar, .. } if similar.len() == 8),
         "{error}"
     );
-    assert!(error.to_string().contains("sample-modified-exact-both"), "{error}");
+    assert!(error.to_string().contains("sample-modified-exact-both-f32"), "{error}");
 }
 
 #[test]
