@@ -115,13 +115,7 @@ impl Real for Adversary {
         if malice(x.0, 4) > 0.0 { (x + y) + z } else { x + (z + y) }
     }
     fn to_half(self) -> Self {
-        let nearest = half::f16::from_f64(self.0);
-        // Either of the halves around the value.
-        let steps =
-            if malice(self.0, 5) > 0.0 { 0.0 } else { (self.0 - nearest.to_f64()).signum() };
-        let magnitude = if self.0 == nearest.to_f64() { 0.0 } else { steps * self.0.signum() };
-        let bits = i32::from(nearest.to_bits()) + magnitude as i32;
-        let stored = half::f16::from_bits(bits as u16);
+        let stored = half::f16::from_f64(self.0);
         let flushed = !stored.is_normal() && malice(self.0, 6) > 0.0;
         if flushed { Self(0.0) } else { Self(stored.to_f64()) }
     }

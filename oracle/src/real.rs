@@ -44,7 +44,7 @@ pub trait Real:
     fn max(self, other: Self) -> Self;
     /// A sum of three products, in any order.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
-    /// The number as a half float holds it; see [`crate::half`].
+    /// The number rounded to the nearest half float; see [`crate::half`].
     fn to_half(self) -> Self;
     /// This value, with a tolerance that admits what `other` admits too.
     fn cover(self, other: Self) -> Self;

@@ -239,7 +239,7 @@ impl Real for Bounded {
         }
         let flushed = magnitude > 0.0 && self.value.abs() - self.error < half::SMALLEST_NORMAL;
         let flush = if flushed { half::SMALLEST_NORMAL } else { 0.0 };
-        Self { value: self.value, error: self.error + half::ULP * magnitude + flush }
+        Self { value: self.value, error: self.error + 0.5 * half::ULP * magnitude + flush }
     }
 
     fn cover(self, other: Self) -> Self {

@@ -30,6 +30,8 @@ pub mod density;
 pub mod device;
 pub mod direct;
 pub mod frame;
+#[cfg(feature = "reference")]
+pub mod halves;
 pub mod indirect;
 pub mod light;
 pub mod package;

@@ -207,7 +207,7 @@ pub fn moments<R: Real>(
         let (full, half) = (stack(&moments, at), stack(&halves, at));
         let mut layers = vec![full[0], power(half[0], weights[at][0]), power(half[1], 0.0)];
         if let (Some(&direction), Some(&specular)) = (full.get(1), half.get(2)) {
-            layers.extend([power(specular, 0.0), direction]);
+            layers.extend([power(specular, 0.0), power(direction, direction[3] * view.power_unit)]);
         }
         rsm::Moments::of_texels(&layers)
     });

@@ -194,11 +194,15 @@ fn a_broken_light_is_noticed() {
 #[test]
 fn a_broken_packing_is_noticed() {
     let breaks = [
-        ("0.03125 * sharpness", "0.0312 * sharpness", "another unit of sharpness"),
+        ("0.03125 * max(", "0.0312 * max(", "another unit of sharpness"),
         ("(1.0 - abs(point.yx))", "(1.0 - abs(point.xy))", "a lower half that is folded wrongly"),
         ("pack2x16unorm(color.rg)", "pack2x16unorm(color.gr)", "channels that are swapped"),
         ("return power * (weight / luminance)", "return power", "a luminance that is not mended"),
-        ("unit * sglow_filter(sglow_half", "sglow_filter(sglow_half", "a unit that is forgotten"),
+        (
+            "vsgl.specular_coefficient *= sglow_sample_parameters.power_unit;",
+            "",
+            "a unit that is forgotten",
+        ),
     ];
     for (from, to, what) in breaks {
         let package = broken("sample-modified-exact-both-f16", from, to);

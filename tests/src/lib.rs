@@ -10,6 +10,8 @@ mod direct;
 #[cfg(test)]
 mod frame;
 #[cfg(test)]
+mod half;
+#[cfg(test)]
 mod input;
 #[cfg(test)]
 mod kernels;

@@ -108,8 +108,8 @@ fn broken_halves_are_noticed() {
             "a position in half",
         ),
         (
-            "specular_weight * direction, specular_weight)",
-            "specular_weight * direction, 1.001 * specular_weight)",
+            "scaled_weight * direction, scaled_weight)",
+            "scaled_weight * direction, 1.001 * scaled_weight)",
             "another weight",
         ),
         ("scale * diffuse_power", "0.998 * scale * diffuse_power", "another power"),
