@@ -1,14 +1,15 @@
 //! Precision f16 as a whole: any power, what it saves, what it costs.
 
-use sglow_oracle::metrics;
+use sglow_oracle::{Vector3, metrics};
 use sglow_runtime::frame::Renderer;
 use sglow_runtime::halves::{Halved, measure};
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::Scene;
+use sglow_runtime::reference;
+use sglow_runtime::scene::{LightKind, Scene};
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Precision};
 
-use crate::common::{broken, gpu};
+use crate::common::{KINDS, broken, gpu, light};
 
 fn run(name: &str, settings: &Settings) -> Halved {
     measure(gpu(), &Package::embedded(), &Scene::builtin(name).unwrap(), settings, 1).unwrap()
@@ -118,7 +119,29 @@ fn table() {
     for name in ["cornell", "cornell-glossy", "atrium"] {
         let settings = Settings { size: [160, 90], ..Settings::default() };
         let scene = Scene::builtin(name).unwrap();
-        let halved = measure(gpu(), &Package::embedded(), &scene, &settings, 9).unwrap();
-        println!("{name}: {halved:#?}");
+        let halved = measure(gpu(), &Package::embedded(), &scene, &settings, 15).unwrap();
+        println!("{name}: {halved:?}");
+    }
+}
+
+/// The unit of power brings the brightest photon of every kind of light below the largest half, and not far below.
+#[test]
+fn the_brightest_photon_is_near_the_largest_half() {
+    for kind in KINDS {
+        let view = light(kind, 64);
+        let axis = match kind {
+            LightKind::Spot { .. } => sglow_shaders::Light::Spot,
+            LightKind::Directional => sglow_shaders::Light::Directional,
+            LightKind::Point => sglow_shaders::Light::Point,
+        };
+        let light = reference::light(&view, axis);
+        let powers =
+            (0..64 * 64).map(|index| light.photon_power([index % 64, index / 64], [64; 2]));
+        let brightest = powers.flat_map(Vector3::<f64>::to_array).fold(0.0, f64::max);
+        let stored = |unit: f32| brightest / f64::from(unit);
+        let fits = |stored: f64| stored > 8192.0 && stored <= 32768.0;
+        assert!(fits(stored(view.power_unit)), "{kind:?}: {}", stored(view.power_unit));
+        // Negative control: a unit two binades off.
+        assert!(!fits(stored(view.power_unit / 4.0)) && !fits(stored(view.power_unit * 4.0)));
     }
 }
