@@ -134,6 +134,11 @@ impl Real for Adversary {
         let [x, y, z] = [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
         if malice(x.0, 4) > 0.0 { (x + y) + z } else { x + (z + y) }
     }
+    fn to_half(self) -> Self {
+        let stored = half::f16::from_f64(self.0);
+        let flushed = !stored.is_normal() && malice(self.0, 6) > 0.0;
+        if flushed { Self(0.0) } else { Self(stored.to_f64()) }
+    }
     fn cover(self, _other: Self) -> Self {
         self
     }
@@ -273,6 +278,26 @@ fn moments_and_mips_stay_within_their_tolerances() {
         }
     }
     used.assert_meaningful(0.05);
+}
+
+#[test]
+fn moments_in_halves_stay_within_their_tolerances() {
+    fn halves<R: Real>() -> Pyramid<Moments<R>> {
+        let moments = all_moments::<R>().into_iter().map(Moments::with_specular_weight).collect();
+        // A unit that puts the brightest photon near 32768, so that shadows are in range, and others beyond it.
+        Pyramid::build_stored(SIZE, moments, |texel: Moments<R>| texel.to_half(1.0 / 262_144.0))
+            .unwrap()
+    }
+    let mut used = Use::default();
+    let (found, bounded) = (halves::<Adversary>(), halves::<Bounded>());
+    for level in 0..=bounded.top_level() {
+        for (found, bounded) in found.level(level).iter().zip(bounded.level(level)) {
+            let pairs =
+                found.layers.into_iter().flatten().zip(bounded.layers.into_iter().flatten());
+            pairs.for_each(|(found, bounded)| used.compare(found, bounded, "moments"));
+        }
+    }
+    used.assert_meaningful(0.5);
 }
 
 /// The moments as a texture holds them: exact f32.

@@ -16,6 +16,7 @@
 //!
 //! # Citations
 //! - Banerjee 2005: Clustering on the unit hypersphere using von Mises-Fisher distributions, JMLR 6.
+//! - Cigolle 2014: A survey of efficient representations for independent unit vectors, JCGT 3(2).
 //! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
 //! - DLMF: NIST Digital Library of Mathematical Functions, <https://dlmf.nist.gov>.
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
@@ -38,6 +39,7 @@ pub mod brdf;
 pub mod compose;
 pub mod direct;
 pub mod fis;
+pub mod half;
 pub mod light;
 pub mod math;
 pub mod metrics;

@@ -58,6 +58,8 @@ pub trait Real:
     fn max(self, other: Self) -> Self;
     /// A sum of three products, in any order.
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
+    /// The number rounded to the nearest half float; see [`crate::half`].
+    fn to_half(self) -> Self;
     /// This value, with a tolerance that admits what `other` admits too.
     fn cover(self, other: Self) -> Self;
 
@@ -142,6 +144,9 @@ impl Real for f64 {
     }
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
         a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    }
+    fn to_half(self) -> Self {
+        half::f16::from_f64(self).to_f64()
     }
     fn cover(self, _other: Self) -> Self {
         self

@@ -10,7 +10,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::math;
+use crate::{half, math};
 use crate::real::Real;
 
 /// The distance of neighbouring f32 numbers, relative to the lower end of their binade: 2^-23.
@@ -291,6 +291,16 @@ impl Real for Bounded {
         let flush = if magnitude > 0.0 { 3.0 * SMALLEST_NORMAL } else { 0.0 };
         Self::rounded(value, propagated + rounding + flush, 0.0)
     }
+    fn to_half(self) -> Self {
+        let magnitude = self.value.abs() + self.error;
+        if magnitude.is_nan() || magnitude > half::LARGEST {
+            return Self { value: self.value, error: f64::INFINITY };
+        }
+        let flushed = magnitude > 0.0 && self.value.abs() - self.error < half::SMALLEST_NORMAL;
+        let flush = if flushed { half::SMALLEST_NORMAL } else { 0.0 };
+        Self { value: self.value, error: self.error + 0.5 * half::ULP * magnitude + flush }
+    }
+
     fn cover(self, other: Self) -> Self {
         let error = self.error.max((other.value - self.value).abs() + other.error);
         Self { value: self.value, error }

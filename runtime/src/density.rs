@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use sglow_shaders::{Lobes, SglowKernel, SglowVsglDiffuse};
+use sglow_shaders::{Lobes, Precision, SglowKernel, SglowVsglDiffuse};
 
 use crate::device::Gpu;
 use crate::frame::FrameError;
@@ -42,6 +42,7 @@ pub fn sample(
 ) -> Result<Sampled, FrameError> {
     let mut settings = settings.clone();
     settings.lobes = Lobes::Diffuse;
+    settings.precision = Precision::F32;
     settings.specular = sglow_shaders::Specular::None;
     settings.ndf = sglow_shaders::Ndf::None;
     settings.diffuse = sglow_shaders::Diffuse::Constant;

@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 use sglow_shaders::{
-    Diffuse, Filter, Kernel, Lobes, SglowKernel, SglowMomentsParameters, SglowSampleParameters,
+    Diffuse, Filter, Kernel, Lobes, Precision, SglowKernel, SglowMomentsParametersF16,
+    SglowMomentsParametersF32, SglowSampleParametersF16, SglowSampleParametersF32,
     SglowShadeParameters, Specular, Texel,
 };
 
@@ -93,6 +94,41 @@ impl Pyramid {
     fn layers(&self) -> u32 {
         self.texture.depth_or_array_layers()
     }
+
+    /// Dispatches that make every level from the one below it.
+    fn encode_mips(
+        &self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        pass: &ComputePass,
+        timer: Option<&mut Timer<'_>>,
+    ) {
+        let bindings: Vec<_> = self
+            .levels
+            .windows(2)
+            .map(|pair| {
+                [
+                    (0, wgpu::BindingResource::TextureView(&pair[0])),
+                    (1, wgpu::BindingResource::TextureView(&pair[1])),
+                ]
+            })
+            .collect();
+        let dispatches: Vec<_> = bindings
+            .iter()
+            .enumerate()
+            .map(|(level, bindings)| {
+                let groups = (self.texture.width() >> (level + 1)).div_ceil(8);
+                Dispatch { bindings, workgroups: [groups, groups, self.layers()] }
+            })
+            .collect();
+        pass.encode(device, encoder, timer, &dispatches);
+    }
+}
+
+/// The moments that 16 bits suffice for, and the pass of their mips.
+struct Halves {
+    moments: Pyramid,
+    mip_pass: ComputePass,
 }
 
 /// The passes of indirect light, with all they keep between them.
@@ -104,6 +140,7 @@ pub struct Indirect {
     queue: wgpu::Queue,
     settings: Settings,
     moments: Pyramid,
+    halves: Option<Halves>,
     density: Pyramid,
     vsgls: wgpu::Buffer,
     kernels: wgpu::Buffer,
@@ -114,7 +151,7 @@ pub struct Indirect {
     sample_parameters: wgpu::Buffer,
     shade_parameters: wgpu::Buffer,
     moments_pass: ComputePass,
-    density_pass: ComputePass,
+    density_pass: Option<ComputePass>,
     moments_mip_pass: ComputePass,
     density_mip_pass: ComputePass,
     sample_pass: ComputePass,
@@ -146,18 +183,23 @@ impl Indirect {
         if !faults.is_empty() {
             return Err(IndirectError::Settings(faults));
         }
-        let both = settings.lobes == Lobes::Both;
+        let half = settings.precision == Precision::F16;
         let mip = |texel, label| {
             let id = sglow_shaders::mip::Mip { texel }.id();
             ComputePass::new(device, package, &id, label, &[])
         };
-        let moments_id =
-            sglow_shaders::moments::Moments { light: settings.light, lobes: settings.lobes }.id();
+        let moments_id = sglow_shaders::moments::Moments {
+            light: settings.light,
+            lobes: settings.lobes,
+            precision: settings.precision,
+        }
+        .id();
         let density_id = sglow_shaders::density::Density::default().id();
         let sample = sglow_shaders::sample::Sample {
             kernel: settings.kernel,
             filter: settings.filter,
             lobes: settings.lobes,
+            precision: settings.precision,
         };
         let iterations = [("sglow_iterations", f64::from(settings.iterations))];
         let constants: &[_] = if settings.kernel == Kernel::Modified { &iterations } else { &[] };
@@ -171,10 +213,33 @@ impl Indirect {
                 mapped_at_creation: false,
             })
         };
-        let vsgl_bytes = if both {
-            size_of::<sglow_shaders::SglowVsglBoth>()
+        let vsgl_bytes = match (settings.precision, settings.lobes) {
+            (Precision::F32, Lobes::Both) => size_of::<sglow_shaders::SglowVsglBoth>(),
+            (Precision::F32, Lobes::Diffuse) => size_of::<sglow_shaders::SglowVsglDiffuse>(),
+            (Precision::F16, Lobes::Both) => size_of::<sglow_shaders::SglowPackedVsglBoth>(),
+            (Precision::F16, Lobes::Diffuse) => size_of::<sglow_shaders::SglowPackedVsglDiffuse>(),
+        };
+        let (moment_layers, half_layers) = match (settings.precision, settings.lobes) {
+            (Precision::F32, Lobes::Both) => (5, 0),
+            (Precision::F32, Lobes::Diffuse) => (3, 0),
+            (Precision::F16, Lobes::Both) => (2, 3),
+            (Precision::F16, Lobes::Diffuse) => (1, 2),
+        };
+        let halves = if half {
+            let format = wgpu::TextureFormat::Rgba16Float;
+            let size = settings.rsm_size;
+            Some(Halves {
+                moments: Pyramid::new(device, "sglow half moments", size, half_layers, format),
+                mip_pass: mip(Texel::Rgba16float, "mip half moments")?,
+            })
         } else {
-            size_of::<sglow_shaders::SglowVsglDiffuse>()
+            None
+        };
+        // With halves the moments pass writes the weight, which is the density, by itself.
+        let density_pass = if half {
+            None
+        } else {
+            Some(ComputePass::new(device, package, &density_id, "density", &[])?)
         };
         let output = |label| {
             let texture = picture(device, label, settings.size, wgpu::TextureFormat::Rgba32Float);
@@ -186,9 +251,10 @@ impl Indirect {
                 device,
                 "sglow moments",
                 settings.rsm_size,
-                if both { 5 } else { 3 },
+                moment_layers,
                 wgpu::TextureFormat::Rgba32Float,
             ),
+            halves,
             density: Pyramid::new(
                 device,
                 "sglow density",
@@ -210,14 +276,18 @@ impl Indirect {
             diffuse: (settings.diffuse != Diffuse::None).then(|| output("sglow indirect diffuse")),
             specular: (settings.specular != Specular::None)
                 .then(|| output("sglow indirect specular")),
-            moments_parameters: uniform::<SglowMomentsParameters>(
+            // Both precisions' parameters take the same room.
+            moments_parameters: uniform::<SglowMomentsParametersF16>(
                 device,
                 "sglow moments parameters",
             ),
-            sample_parameters: uniform::<SglowSampleParameters>(device, "sglow sample parameters"),
+            sample_parameters: uniform::<SglowSampleParametersF16>(
+                device,
+                "sglow sample parameters",
+            ),
             shade_parameters: uniform::<SglowShadeParameters>(device, "sglow shade parameters"),
             moments_pass: ComputePass::new(device, package, &moments_id, "moments", &[])?,
-            density_pass: ComputePass::new(device, package, &density_id, "density", &[])?,
+            density_pass,
             moments_mip_pass: mip(Texel::Rgba32float, "mip moments")?,
             density_mip_pass: mip(Texel::R32float, "mip density")?,
             sample_pass: ComputePass::new(device, package, &sample.id(), "sample", constants)?,
@@ -250,38 +320,53 @@ impl Indirect {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) {
-        let parameters = SglowMomentsParameters {
-            light: inputs.light.uniform,
-            origin: inputs.light.origin.into(),
-            ..bytemuck::Zeroable::zeroed()
-        };
-        self.queue.write_buffer(&self.moments_parameters, 0, bytemuck::bytes_of(&parameters));
+        let (light, origin) = (inputs.light.uniform, inputs.light.origin.into());
+        match self.settings.precision {
+            Precision::F32 => {
+                let rest = bytemuck::Zeroable::zeroed();
+                let parameters = SglowMomentsParametersF32 { light, origin, ..rest };
+                self.write(&self.moments_parameters, &parameters);
+            }
+            Precision::F16 => {
+                let power_scale = 1.0 / inputs.light.power_unit;
+                let parameters = SglowMomentsParametersF16 { light, origin, power_scale };
+                self.write(&self.moments_parameters, &parameters);
+            }
+        }
+        let mut bindings = vec![
+            (0, self.moments_parameters.as_entire_binding()),
+            (1, wgpu::BindingResource::TextureView(inputs.rsm.position)),
+            (2, wgpu::BindingResource::TextureView(inputs.rsm.normal)),
+            (3, wgpu::BindingResource::TextureView(inputs.rsm.base_color)),
+            (4, wgpu::BindingResource::TextureView(&self.moments.levels[0])),
+        ];
+        if let Some(halves) = &self.halves {
+            bindings.push((5, wgpu::BindingResource::TextureView(&halves.moments.levels[0])));
+            bindings.push((6, wgpu::BindingResource::TextureView(&self.density.levels[0])));
+        }
         let groups = self.settings.rsm_size.div_ceil(8);
         self.moments_pass.encode(
             &self.device,
             encoder,
             timer,
-            &[Dispatch {
-                bindings: &[
-                    (0, self.moments_parameters.as_entire_binding()),
-                    (1, wgpu::BindingResource::TextureView(inputs.rsm.position)),
-                    (2, wgpu::BindingResource::TextureView(inputs.rsm.normal)),
-                    (3, wgpu::BindingResource::TextureView(inputs.rsm.base_color)),
-                    (4, wgpu::BindingResource::TextureView(&self.moments.levels[0])),
-                ],
-                workgroups: [groups, groups, 1],
-            }],
+            &[Dispatch { bindings: &bindings, workgroups: [groups, groups, 1] }],
         );
     }
 
-    /// The second stage: level 0 of the density from level 0 of the moments.
+    fn write<T: bytemuck::NoUninit>(&self, buffer: &wgpu::Buffer, parameters: &T) {
+        self.queue.write_buffer(buffer, 0, bytemuck::bytes_of(parameters));
+    }
+
+    /// The second stage: level 0 of the density from level 0 of the moments. Nothing with 16-bit moments, whose own pass
+    /// writes the weight that the density is.
     pub fn encode_density(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         timer: Option<&mut Timer<'_>>,
     ) {
+        let Some(density_pass) = &self.density_pass else { return };
         let groups = self.settings.rsm_size.div_ceil(8);
-        self.density_pass.encode(
+        density_pass.encode(
             &self.device,
             encoder,
             timer,
@@ -295,35 +380,20 @@ impl Indirect {
         );
     }
 
-    /// The third stage: both mip chains from their levels 0.
+    /// The third stage: the mip chains from their levels 0.
     pub fn encode_mips(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         mut timer: Option<&mut Timer<'_>>,
     ) {
-        for (pass, pyramid) in
-            [(&self.moments_mip_pass, &self.moments), (&self.density_mip_pass, &self.density)]
-        {
-            let bindings: Vec<_> = pyramid
-                .levels
-                .windows(2)
-                .map(|pair| {
-                    [
-                        (0, wgpu::BindingResource::TextureView(&pair[0])),
-                        (1, wgpu::BindingResource::TextureView(&pair[1])),
-                    ]
-                })
-                .collect();
-            let dispatches: Vec<_> = bindings
-                .iter()
-                .enumerate()
-                .map(|(level, bindings)| {
-                    let groups = (self.settings.rsm_size >> (level + 1)).div_ceil(8);
-                    Dispatch { bindings, workgroups: [groups, groups, pyramid.layers()] }
-                })
-                .collect();
-            pass.encode(&self.device, encoder, timer.as_deref_mut(), &dispatches);
+        let mut encode = |pyramid: &Pyramid, pass| {
+            pyramid.encode_mips(&self.device, encoder, pass, timer.as_deref_mut());
+        };
+        encode(&self.moments, &self.moments_mip_pass);
+        if let Some(halves) = &self.halves {
+            encode(&halves.moments, &halves.mip_pass);
         }
+        encode(&self.density, &self.density_mip_pass);
     }
 
     /// The fourth stage: kernels and virtual lights.
@@ -333,14 +403,33 @@ impl Indirect {
         light: &LightView,
         timer: Option<&mut Timer<'_>>,
     ) {
-        let parameters = SglowSampleParameters {
-            origin: light.origin.into(),
-            count: self.settings.count,
-            size_factor: self.settings.size_factor,
-            minimum_variance: light.minimum_variance,
-            ..bytemuck::Zeroable::zeroed()
-        };
-        self.queue.write_buffer(&self.sample_parameters, 0, bytemuck::bytes_of(&parameters));
+        let (origin, minimum_variance) = (light.origin.into(), light.minimum_variance);
+        let Settings { count, size_factor, .. } = self.settings;
+        match self.settings.precision {
+            Precision::F32 => {
+                let rest = bytemuck::Zeroable::zeroed();
+                let parameters = SglowSampleParametersF32 {
+                    origin,
+                    count,
+                    size_factor,
+                    minimum_variance,
+                    ..rest
+                };
+                self.write(&self.sample_parameters, &parameters);
+            }
+            Precision::F16 => {
+                let rest = bytemuck::Zeroable::zeroed();
+                let parameters = SglowSampleParametersF16 {
+                    origin,
+                    count,
+                    size_factor,
+                    minimum_variance,
+                    power_unit: light.power_unit,
+                    ..rest
+                };
+                self.write(&self.sample_parameters, &parameters);
+            }
+        }
         let mut bindings = vec![
             (0, self.sample_parameters.as_entire_binding()),
             (1, wgpu::BindingResource::TextureView(&self.moments.all)),
@@ -350,6 +439,10 @@ impl Indirect {
         ];
         if let Some(sampler) = &self.sampler {
             bindings.push((5, wgpu::BindingResource::Sampler(sampler)));
+        }
+        if let Some(halves) = &self.halves {
+            bindings.push((6, wgpu::BindingResource::TextureView(&halves.moments.all)));
+            bindings.push((7, wgpu::BindingResource::TextureView(&self.density.all)));
         }
         let workgroups = [self.settings.count.div_ceil(64), 1, 1];
         self.sample_pass.encode(
@@ -407,9 +500,16 @@ impl Indirect {
         self.specular.as_ref().map(|(texture, _)| texture)
     }
 
-    /// The moments with their mips, rgba32float, one layer for each.
+    /// The moments with their mips, rgba32float, one layer for each: all of them, or those that 16 bits do not suffice
+    /// for.
     pub fn moments(&self) -> &wgpu::Texture {
         &self.moments.texture
+    }
+
+    /// The moments that 16 bits suffice for with their mips, rgba16float, in [`LightView::power_unit`]; nothing with
+    /// 32-bit precision.
+    pub fn half_moments(&self) -> Option<&wgpu::Texture> {
+        self.halves.as_ref().map(|halves| &halves.moments.texture)
     }
 
     /// The density with its mips, r32float.
@@ -417,7 +517,8 @@ impl Indirect {
         &self.density.texture
     }
 
-    /// The virtual lights: `SglowVsglBoth` or `SglowVsglDiffuse`, after the lobes.
+    /// The virtual lights: `SglowVsglBoth` or `SglowVsglDiffuse`, after the lobes; with 16-bit precision
+    /// `SglowPackedVsglBoth` or `SglowPackedVsglDiffuse`.
     pub fn vsgls(&self) -> &wgpu::Buffer {
         &self.vsgls
     }
@@ -426,6 +527,29 @@ impl Indirect {
     pub fn kernels(&self) -> &wgpu::Buffer {
         &self.kernels
     }
+
+    /// The bytes of each texture, with its mips, and of each buffer that it keeps between its passes; those of the
+    /// parameters are left out.
+    pub fn bytes(&self) -> Vec<(&'static str, u64)> {
+        let mut bytes = vec![("moments", texture_bytes(&self.moments.texture))];
+        bytes.extend(self.half_moments().map(|texture| ("half moments", texture_bytes(texture))));
+        bytes.push(("density", texture_bytes(&self.density.texture)));
+        bytes.push(("vsgls", self.vsgls.size()));
+        bytes.push(("kernels", self.kernels.size()));
+        bytes.extend(self.diffuse().map(|texture| ("diffuse", texture_bytes(texture))));
+        bytes.extend(self.specular().map(|texture| ("specular", texture_bytes(texture))));
+        bytes
+    }
+}
+
+/// What a texture's texels take, on all its levels and layers.
+fn texture_bytes(texture: &wgpu::Texture) -> u64 {
+    let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(0));
+    let texels = (0..texture.mip_level_count()).map(|level| {
+        let side = |size: u32| u64::from((size >> level).max(1));
+        side(texture.width()) * side(texture.height())
+    });
+    texels.sum::<u64>() * u64::from(texture.depth_or_array_layers()) * texel
 }
 
 /// A texture that passes write, passes read, and the CPU can read back.

@@ -30,6 +30,10 @@ pub struct LightView {
     /// The least positional variance of a virtual light: that of a square as large as a texel of the map, at the
     /// distance of the scene's radius.
     pub minimum_variance: f32,
+    /// The power that a one stands for where moments are held in halves: the power of two that puts the brightest
+    /// photon the light can give between 16384 and 32768, below the largest half and 29 binades above the least one that
+    /// keeps all its bits.
+    pub power_unit: f32,
 }
 
 /// Forward and up of the six faces of a point light's map.
@@ -119,9 +123,26 @@ impl LightView {
             intensity: light.intensity,
             ..bytemuck::Zeroable::zeroed()
         };
+        // The largest of a texel's solid angles, in the middle of the image or of a face; or its area.
+        let image = match light.kind {
+            LightKind::Spot { .. } => 4.0 * f64::from(tan_half_angle).powi(2),
+            LightKind::Directional => 4.0 * f64::from(half_extent).powi(2),
+            LightKind::Point => 4.0 * 8.0,
+        };
+        let brightest = light.intensity.into_iter().map(f64::from).fold(0.0, f64::max) * image
+            / f64::from(size).powi(2);
         // The trace of the variance of a uniform square of side s is s^2 / 6.
-        Self { uniform, faces, origin, minimum_variance: (texel * texel / 6.0).max(1e-12) }
+        let minimum_variance = (texel * texel / 6.0).max(1e-12);
+        Self { uniform, faces, origin, minimum_variance, power_unit: power_unit(brightest) }
     }
+}
+
+/// The power of two that is 2^15 times less than a power, rounded up; its inverse is as exact.
+fn power_unit(brightest: f64) -> f32 {
+    if !(brightest > 0.0 && brightest.is_finite()) {
+        return 1.0;
+    }
+    (brightest.log2().ceil() - 15.0).clamp(-126.0, 126.0).exp2() as f32
 }
 
 /// A right-handed perspective projection with depth 0 at the near plane and 1 at the far one.
@@ -134,4 +155,25 @@ pub fn perspective(tangent: f32, aspect: f32, near: f32, far: f32) -> Mat4 {
         Vec4::new(0.0, 0.0, far / (near - far), -1.0),
         Vec4::new(0.0, 0.0, near * far / (near - far), 0.0),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_powers_of_two_whose_inverses_are_finite() {
+        for brightest in [1e-300, 1e-38, 1e-20, 0.3, 1.0, 5e3, 1e20, 3e38, 1e300] {
+            let unit = power_unit(brightest);
+            assert!(unit.is_normal() && (1.0 / unit).is_normal(), "{brightest}: {unit}");
+            assert_eq!(unit.to_bits() & 0x7f_ffff, 0, "{brightest}: {unit}");
+            let stored = brightest / f64::from(unit);
+            let bounded = !(1e-33..1e38).contains(&brightest);
+            assert!(bounded || (16384.0..=32768.0).contains(&stored), "{brightest}: {stored}");
+        }
+        assert_eq!(
+            (power_unit(0.0), power_unit(f64::INFINITY), power_unit(f64::NAN)),
+            (1.0, 1.0, 1.0)
+        );
+    }
 }

@@ -11,10 +11,13 @@ use sglow_oracle::rsm;
 use sglow_oracle::shade::{Model, Reflected};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vpl::VirtualPointLights;
-use sglow_oracle::vsgl::{Kernel as OracleKernel, Lobe, Settings as SampleSettings, Vsgl};
+use sglow_oracle::vsgl::{
+    Kernel as OracleKernel, Lobe, PackedLobe, Settings as SampleSettings, Vsgl,
+};
 use sglow_oracle::{Real, Vector3, shade};
 use sglow_shaders::{
-    Diffuse, Kernel, Light as LightAxis, Lobes, Ndf, SglowVsglBoth, SglowVsglDiffuse, Specular,
+    Diffuse, Kernel, Light as LightAxis, Lobes, Ndf, Precision, SglowPackedLobe,
+    SglowPackedVsglBoth, SglowPackedVsglDiffuse, SglowVsglBoth, SglowVsglDiffuse, Specular,
 };
 
 use crate::device::{DeviceError, Gpu};
@@ -104,7 +107,7 @@ pub fn model(settings: &Settings) -> Model {
     }
 }
 
-/// The virtual lights of an [`Indirect`], read back.
+/// The virtual lights of an [`Indirect`], read back; packed ones as the oracle unpacks them.
 pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, DeviceError> {
     let number = |value: f32| R::constant(f64::from(value));
     let vector = |[x, y, z]: [f32; 3]| Vector3::new(number(x), number(y), number(z));
@@ -114,8 +117,9 @@ pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, D
         coefficient: vector(coefficient),
     };
     let buffer = indirect.vsgls();
-    Ok(match indirect.settings().lobes {
-        Lobes::Diffuse => readback::buffer::<SglowVsglDiffuse>(gpu, buffer)?
+    let settings = indirect.settings();
+    Ok(match (settings.precision, settings.lobes) {
+        (Precision::F32, Lobes::Diffuse) => readback::buffer::<SglowVsglDiffuse>(gpu, buffer)?
             .into_iter()
             .map(|light| Vsgl {
                 position: vector(light.position),
@@ -128,7 +132,7 @@ pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, D
                 specular: None,
             })
             .collect(),
-        Lobes::Both => readback::buffer::<SglowVsglBoth>(gpu, buffer)?
+        (Precision::F32, Lobes::Both) => readback::buffer::<SglowVsglBoth>(gpu, buffer)?
             .into_iter()
             .map(|light| Vsgl {
                 position: vector(light.position),
@@ -145,7 +149,74 @@ pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, D
                 )),
             })
             .collect(),
+        (Precision::F16, Lobes::Diffuse) => {
+            readback::buffer::<SglowPackedVsglDiffuse>(gpu, buffer)?
+                .into_iter()
+                .map(|light| Vsgl {
+                    position: vector(light.position),
+                    variance: number(light.variance),
+                    diffuse: packed_lobe(light.diffuse).lobe(),
+                    specular: None,
+                })
+                .collect()
+        }
+        (Precision::F16, Lobes::Both) => readback::buffer::<SglowPackedVsglBoth>(gpu, buffer)?
+            .into_iter()
+            .map(|light| Vsgl {
+                position: vector(light.position),
+                variance: number(light.variance),
+                diffuse: packed_lobe(light.diffuse).lobe(),
+                specular: Some(packed_lobe(light.specular).lobe()),
+            })
+            .collect(),
     })
+}
+
+/// The bits of a packed lobe as the numbers that they stand for.
+fn packed_lobe(lobe: SglowPackedLobe) -> PackedLobe {
+    let halves = |word: u32| [word as u16, (word >> 16) as u16];
+    let [red, green] = halves(lobe.red_green);
+    let [blue, sharpness] = halves(lobe.blue_sharpness);
+    PackedLobe {
+        axis: halves(lobe.axis).map(u16::cast_signed),
+        color: [red, green, blue],
+        sharpness: half::f16::from_bits(sharpness).to_f64(),
+        scale: lobe.scale,
+    }
+}
+
+/// One mip level of the moments of an [`Indirect`], read back: what its textures hold, in the layers of the oracle.
+///
+/// In halves, powers are in the unit of `view`, the light of the last frame, and the weight is the density.
+pub fn moments<R: Real>(
+    gpu: &Gpu,
+    indirect: &Indirect,
+    view: &LightView,
+    level: u32,
+) -> Result<Vec<rsm::Moments<R>>, DeviceError> {
+    let moments = readback::texture(gpu, indirect.moments(), level)?;
+    let weights = readback::texture(gpu, indirect.density(), level)?;
+    let count = weights.len();
+    let stack = |texels: &[[f32; 4]], index: usize| -> Vec<[f32; 4]> {
+        texels.iter().skip(index).step_by(count).copied().collect()
+    };
+    let Some(halves) = indirect.half_moments() else {
+        return Ok((0..count).map(|at| rsm::Moments::of_texels(&stack(&moments, at))).collect());
+    };
+    let halves = readback::texture(gpu, halves, level)?;
+    // A power of two, so that nothing is rounded here.
+    let power = |[r, g, b, _]: [f32; 4], w| {
+        [r * view.power_unit, g * view.power_unit, b * view.power_unit, w]
+    };
+    let texels = (0..count).map(|at| {
+        let (full, half) = (stack(&moments, at), stack(&halves, at));
+        let mut layers = vec![full[0], power(half[0], weights[at][0]), power(half[1], 0.0)];
+        if let (Some(&direction), Some(&specular)) = (full.get(1), half.get(2)) {
+            layers.extend([power(specular, 0.0), power(direction, direction[3] * view.power_unit)]);
+        }
+        rsm::Moments::of_texels(&layers)
+    });
+    Ok(texels.collect())
 }
 
 /// What kernels have in common.

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use sglow_shaders::{Diffuse, Filter, Kernel, Light, Lobes, Ndf, Specular};
+use sglow_shaders::{Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Specular};
 use thiserror::Error;
 
 /// A setting that cannot be.
@@ -68,6 +68,8 @@ pub struct Settings {
     pub light: Light,
     /// The lobes that virtual lights emit.
     pub lobes: Lobes,
+    /// The precision of moments and virtual lights in memory.
+    pub precision: Precision,
     /// How kernels are sized.
     pub kernel: Kernel,
     /// How mips are filtered.
@@ -93,6 +95,7 @@ impl Default for Settings {
             iterations: 12,
             light: Light::Spot,
             lobes: Lobes::Both,
+            precision: Precision::F32,
             kernel: Kernel::Modified,
             filter: Filter::Exact,
             diffuse: Diffuse::Constant,
@@ -104,7 +107,8 @@ impl Default for Settings {
 }
 
 /// The axes that `set` knows.
-pub const AXES: [&str; 7] = ["light", "lobes", "kernel", "filter", "diffuse", "specular", "ndf"];
+pub const AXES: [&str; 8] =
+    ["light", "lobes", "precision", "kernel", "filter", "diffuse", "specular", "ndf"];
 
 impl Settings {
     /// Sets one axis by the name of its value.
@@ -115,6 +119,7 @@ impl Settings {
         match axis {
             "light" => self.light = parse(value)?,
             "lobes" => self.lobes = parse(value)?,
+            "precision" => self.precision = parse(value)?,
             "kernel" => self.kernel = parse(value)?,
             "filter" => self.filter = parse(value)?,
             "diffuse" => self.diffuse = parse(value)?,
@@ -196,6 +201,7 @@ impl Settings {
             specular: self.specular,
             ndf: self.ndf,
             lobes: self.lobes,
+            precision: self.precision,
         }
     }
 }

@@ -2,16 +2,16 @@
 
 use sglow_oracle::rsm::{self, Moments, Pyramid};
 use sglow_oracle::surface::SurfaceTexel;
-use sglow_oracle::vsgl::{Vsgl, sample};
+use sglow_oracle::vsgl::{Lobe, PackedLobe, Vsgl, sample};
 use sglow_oracle::{Vector3, metrics, shade};
 use sglow_runtime::frame::{Frame, Renderer};
 use sglow_runtime::package::Package;
 use sglow_runtime::reference;
 use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Diffuse, Kernel, Specular};
+use sglow_shaders::{Diffuse, Kernel, Precision, Specular};
 
-use crate::common::{broken, gpu};
+use crate::common::{broken, gpu, whole_space};
 
 fn settings() -> Settings {
     Settings { size: [48, 32], rsm_size: 64, count: 128, ..Settings::default() }
@@ -41,11 +41,22 @@ fn difference(name: &str, settings: &Settings, package: &Package) -> f64 {
         })
         .collect();
     let density: Vec<f64> = moments.iter().map(rsm::density::density).collect();
-    let moments = Pyramid::build::<f64>(size, moments).unwrap();
+    let half = settings.precision == Precision::F16;
+    let unit = f64::from(view.power_unit);
+    let moments = if half {
+        let moments = moments.into_iter().map(Moments::with_specular_weight).collect();
+        Pyramid::build_stored::<f64>(size, moments, |texel| texel.to_half(unit)).unwrap()
+    } else {
+        Pyramid::build::<f64>(size, moments).unwrap()
+    };
     let density = Pyramid::build::<f64>(size, density).unwrap();
     let sampling = reference::sample_settings(settings, view);
     let lights: Vec<Vsgl> = (0..settings.count)
         .map(|index| sample(index, &density, &moments, &sampling).light)
+        .map(|light| {
+            let stored = |lobe: Lobe| if half { PackedLobe::of_lobe(&lobe).lobe() } else { lobe };
+            Vsgl { diffuse: stored(light.diffuse), specular: light.specular.map(stored), ..light }
+        })
         .collect();
     let model = reference::model(settings);
     let eye = reference::vector(renderer.eye());
@@ -80,10 +91,12 @@ const TOLERANCE: f64 = 1e-3;
 fn agree_with_the_oracle() {
     for name in ["cornell", "cornell-glossy", "caustic", "columns", "atrium"] {
         for kernel in [Kernel::Previous, Kernel::Modified] {
-            let settings = Settings { kernel, ..settings() };
-            let difference = difference(name, &settings, &Package::embedded());
-            println!("{name}, {kernel}: {difference:e}");
-            assert!(difference < TOLERANCE, "{name}, {kernel}: {difference}");
+            for precision in Precision::ALL {
+                let settings = Settings { kernel, precision, ..settings() };
+                let difference = difference(name, &settings, whole_space());
+                println!("{name}, {kernel}, {precision}: {difference:e}");
+                assert!(difference < TOLERANCE, "{name}, {kernel}, {precision}: {difference}");
+            }
         }
     }
 }
@@ -106,22 +119,35 @@ fn other_reflections_agree_with_the_oracle() {
 fn a_broken_stage_is_noticed() {
     let breaks = [
         (
-            "sample-modified-exact-both",
+            "sample-modified-exact-both-f32",
             "position.w / weight - dot(mean, mean)",
             "position.w / weight",
             "a variance around the origin",
         ),
         (
-            "sample-modified-exact-both",
+            "sample-modified-exact-both-f32",
             "i32(textureNumLevels(density)) - 2;",
             "i32(textureNumLevels(density)) - 3;",
             "a warp that starts a level too low",
         ),
+        (
+            "sample-modified-exact-both-f16",
+            "sglow_filter(sglow_half_moments_texture, 2",
+            "sglow_filter(sglow_half_moments_texture, 1",
+            "another layer of halves",
+        ),
         ("mip-rgba32float", "0.25 * (upper", "0.251 * (upper", "mips that gain"),
-        ("shade-constant-asg-ggx-both", "diffuse *= surface.diffuse;", "", "a dropped reflectance"),
+        (
+            "shade-constant-asg-ggx-both-f32",
+            "diffuse *= surface.diffuse;",
+            "",
+            "a dropped reflectance",
+        ),
     ];
     for (id, from, to, what) in breaks {
-        let difference = difference("cornell-glossy", &settings(), &broken(id, from, to));
+        let precision = if id.ends_with("f16") { Precision::F16 } else { Precision::F32 };
+        let settings = Settings { precision, ..settings() };
+        let difference = difference("cornell-glossy", &settings, &broken(id, from, to));
         println!("{what}: {difference:e}");
         assert!(difference > TOLERANCE, "{what} went unnoticed: {difference}");
     }

@@ -74,10 +74,10 @@ fn a_light_that_is_not_there_is_named() {
 fn a_missing_variant_is_an_error_and_never_a_similar_one() {
     let error = Package::embedded().text("sample-modified-exact-none").unwrap_err();
     assert!(
-        matches!(&error, PackageError::Missing { similar, .. } if similar.len() == 8),
+        matches!(&error, PackageError::Missing { similar, .. } if similar.len() == 10),
         "{error}"
     );
-    assert!(error.to_string().contains("sample-modified-exact-both"), "{error}");
+    assert!(error.to_string().contains("sample-modified-exact-both-f32"), "{error}");
 }
 
 #[test]

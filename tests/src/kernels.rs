@@ -2,12 +2,12 @@
 
 use sglow_oracle::fis::{lattice, modified_level, previous_level, warp};
 use sglow_oracle::rsm::{Moments, Pyramid};
-use sglow_oracle::vsgl::{self, Kernel as OracleKernel, Lobe, Vsgl};
+use sglow_oracle::vsgl::{self, Kernel as OracleKernel, Lobe, Vsgl, packed};
 use sglow_oracle::{Bounded, Vector3};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Filter, Kernel, Lobes, SglowKernel};
+use sglow_shaders::{Filter, Kernel, Lobes, Precision, SglowKernel};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
@@ -24,19 +24,8 @@ fn density(run: &Run) -> Pyramid<Bounded> {
 
 fn moments(run: &Run) -> Pyramid<Moments<Bounded>> {
     let texture = run.indirect.moments();
-    let layers = texture.depth_or_array_layers() as usize;
     let levels = (0..texture.mip_level_count())
-        .map(|level| {
-            let texels = readback::texture(gpu(), texture, level).unwrap();
-            let count = texels.len() / layers;
-            (0..count)
-                .map(|index| {
-                    let stack: Vec<_> =
-                        (0..layers).map(|layer| texels[layer * count + index]).collect();
-                    Moments::of_texels(&stack)
-                })
-                .collect()
-        })
+        .map(|level| reference::moments(gpu(), &run.indirect, &run.light, level).unwrap())
         .collect();
     Pyramid::of_levels(texture.width() as usize, levels).unwrap()
 }
@@ -104,8 +93,13 @@ fn compare(run: &Run) -> Comparisons {
         comparison.vector(&position, single(light.position), expected.position);
         let variance = || format!("variance of light {index}");
         comparison.number(variance, light.variance as f32, expected.variance);
-        let expected: Vec<Lobe<Bounded>> =
-            std::iter::once(expected.diffuse).chain(expected.specular).collect();
+        let expected: Vec<Lobe<Bounded>> = std::iter::once(expected.diffuse)
+            .chain(expected.specular)
+            .map(|lobe| match settings.precision {
+                Precision::F32 => lobe,
+                Precision::F16 => packed::packed(&lobe),
+            })
+            .collect();
         let measured: Vec<Lobe> = std::iter::once(light.diffuse).chain(light.specular).collect();
         assert_eq!(expected.len(), measured.len());
         for (lobe, (measured, expected)) in measured.into_iter().zip(expected).enumerate() {
@@ -126,24 +120,31 @@ fn settings(kernel: Kernel, lobes: Lobes) -> Settings {
     Settings { kernel, lobes, count: 200, ..small() }
 }
 
+fn halves() -> Settings {
+    Settings { precision: Precision::F16, ..settings(Kernel::Modified, Lobes::Both) }
+}
+
 #[test]
 fn agree_with_the_oracle() {
     for kernel in [Kernel::Previous, Kernel::Modified] {
         for lobes in [Lobes::Diffuse, Lobes::Both] {
-            let run = Run::new(&settings(kernel, lobes), KINDS[0], whole_space(), 3);
-            let comparisons = compare(&run);
-            let what = format!("{kernel}, {lobes}");
-            assert!(comparisons.uncertain * 10 < 200, "{} of 200", comparisons.uncertain);
-            comparisons.centres.assert_holds(&format!("centres, {what}"));
-            comparisons.levels.assert_holds(&format!("levels, {what}"));
-            comparisons.lights.assert_holds(&format!("lights, {what}"));
+            for precision in Precision::ALL {
+                let settings = Settings { precision, ..settings(kernel, lobes) };
+                let run = Run::new(&settings, KINDS[0], whole_space(), 3);
+                let comparisons = compare(&run);
+                let what = format!("{kernel}, {lobes}, {precision}");
+                assert!(comparisons.uncertain * 10 < 200, "{} of 200", comparisons.uncertain);
+                comparisons.centres.assert_holds(&format!("centres, {what}"));
+                comparisons.levels.assert_holds(&format!("levels, {what}"));
+                comparisons.lights.assert_holds(&format!("lights, {what}"));
+            }
         }
     }
 }
 
 #[test]
 fn a_broken_warp_is_noticed() {
-    let package = broken("sample-modified-exact-both", "2654435769u", "2654435761u");
+    let package = broken("sample-modified-exact-both-f32", "2654435769u", "2654435761u");
     let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
     compare(&run).centres.assert_fails("another lattice");
 }
@@ -161,7 +162,7 @@ fn a_broken_kernel_is_noticed() {
         (Kernel::Previous, "0.5 * log2", "0.49 * log2", "another exponent"),
     ];
     for (kernel, from, to, what) in breaks {
-        let package = broken(&format!("sample-{kernel}-exact-both"), from, to);
+        let package = broken(&format!("sample-{kernel}-exact-both-f32"), from, to);
         let run = Run::new(&settings(kernel, Lobes::Both), KINDS[0], &package, 3);
         compare(&run).levels.assert_fails(what);
     }
@@ -180,8 +181,28 @@ fn a_broken_light_is_noticed() {
         ("min(lower_level + 1, top)", "min(lower_level + 2, top)", "a mip level off by one"),
     ];
     for (from, to, what) in breaks {
-        let package = broken("sample-modified-exact-both", from, to);
+        let package = broken("sample-modified-exact-both-f32", from, to);
         let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
+        compare(&run).lights.assert_fails(what);
+    }
+}
+
+#[test]
+fn a_broken_packing_is_noticed() {
+    let breaks = [
+        ("0.03125 * max(", "0.0312 * max(", "another unit of sharpness"),
+        ("(1.0 - abs(point.yx))", "(1.0 - abs(point.xy))", "a lower half that is folded wrongly"),
+        ("pack2x16unorm(color.rg)", "pack2x16unorm(color.gr)", "channels that are swapped"),
+        ("return power * (weight / luminance)", "return power", "a luminance that is not mended"),
+        (
+            "vsgl.specular_coefficient *= sglow_sample_parameters.power_unit;",
+            "",
+            "a unit that is forgotten",
+        ),
+    ];
+    for (from, to, what) in breaks {
+        let package = broken("sample-modified-exact-both-f16", from, to);
+        let run = Run::new(&halves(), KINDS[0], &package, 3);
         compare(&run).lights.assert_fails(what);
     }
 }
@@ -205,7 +226,7 @@ fn hardware_filtering_keeps_the_power() {
     println!("summed power: exact {exact}, hardware {hardware}");
     assert!((hardware / exact - 1.0).abs() < 0.01);
     let package =
-        broken("sample-modified-hardware-diffuse", "texels / (count", "1.02 * texels / (count");
+        broken("sample-modified-hardware-diffuse-f32", "texels / (count", "1.02 * texels / (count");
     let wrong = power(Filter::Hardware, &package);
     assert!((wrong / exact - 1.0).abs() > 0.01, "two percent went unnoticed");
     assert!(exact > 0.0);

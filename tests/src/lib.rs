@@ -12,6 +12,8 @@ mod frame;
 #[cfg(test)]
 mod function;
 #[cfg(test)]
+mod half;
+#[cfg(test)]
 mod input;
 #[cfg(test)]
 mod kernels;

@@ -4,10 +4,10 @@ use sglow_oracle::rsm::{self, Moments};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::{Bounded, Vector3};
 use sglow_runtime::package::Package;
+use sglow_runtime::reference;
 use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{readback, reference};
-use sglow_shaders::{Light, Lobes};
+use sglow_shaders::{Light, Lobes, Precision};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
@@ -22,7 +22,7 @@ fn settings(kind: LightKind, lobes: Lobes) -> Settings {
 
 fn compare(run: &Run) -> Comparison {
     let settings = run.indirect.settings();
-    let measured = readback::texture(gpu(), run.indirect.moments(), 0).unwrap();
+    let measured: Vec<Moments> = reference::moments(gpu(), &run.indirect, &run.light, 0).unwrap();
     let size = settings.rsm_size as usize;
     let light = reference::light(&run.light, settings.light);
     let lobes = reference::lobes(settings.lobes);
@@ -33,10 +33,14 @@ fn compare(run: &Run) -> Comparison {
         let at = [index % size, index / size];
         let power: Vector3<Bounded> = light.photon_power(at, [size; 2]);
         let (towards, _) = light.towards(texel.position);
-        let expected: Moments<Bounded> = rsm::moments(texel, power, towards, origin, lobes);
+        let mut expected: Moments<Bounded> = rsm::moments(texel, power, towards, origin, lobes);
+        if settings.precision == Precision::F16 {
+            expected = expected.with_specular_weight().to_half(f64::from(run.light.power_unit));
+        }
         for layer in 0..lobes.layers() {
             let name = format!("layer {layer} of texel {at:?}");
-            let measured = measured[layer * size * size + index];
+            // What f64 holds is the f32 that was read, to the bit.
+            let measured = measured[index].layers[layer].map(|value| value as f32);
             comparison.texel(&name, measured, expected.layers[layer]);
         }
     }
@@ -47,8 +51,12 @@ fn compare(run: &Run) -> Comparison {
 fn agree_with_the_oracle() {
     for kind in KINDS {
         for lobes in [Lobes::Diffuse, Lobes::Both] {
-            let run = Run::new(&settings(kind, lobes), kind, whole_space(), 1);
-            compare(&run).assert_holds(&format!("moments of {kind:?}, lobes {lobes}"));
+            for precision in Precision::ALL {
+                let settings = Settings { precision, ..settings(kind, lobes) };
+                let run = Run::new(&settings, kind, whole_space(), 1);
+                let what = format!("moments of {kind:?}, lobes {lobes}, precision {precision}");
+                compare(&run).assert_holds(&what);
+            }
         }
     }
 }
@@ -71,8 +79,40 @@ fn a_broken_shader_is_noticed() {
         ("0.6666667", "0.66666", "a constant that is off by one part in a hundred thousand"),
     ];
     for (from, to, what) in breaks {
-        let package = broken("moments-spot-both", from, to);
+        let package = broken("moments-spot-both-f32", from, to);
         let run = Run::new(&settings(KINDS[0], Lobes::Both), KINDS[0], &package, 1);
+        compare(&run).assert_fails(what);
+    }
+}
+
+fn halves(kind: LightKind) -> Settings {
+    Settings { precision: Precision::F16, ..settings(kind, Lobes::Both) }
+}
+
+/// In halves: what is rounded that must not be, or is not scaled.
+#[test]
+fn broken_halves_are_noticed() {
+    let breaks = [
+        (
+            "sglow_weight_output, id.xy, 0, vec4<f32>(weight",
+            "sglow_weight_output, id.xy, 0, vec4<f32>(unpack2x16float(pack2x16float(vec2<f32>(weight))).x",
+            "a weight in half",
+        ),
+        (
+            "weight * vec4<f32>(position, dot(position, position))",
+            "weight * vec4<f32>(unpack2x16float(pack2x16float(position.xy)), position.z, dot(position, position))",
+            "a position in half",
+        ),
+        (
+            "scaled_weight * direction, scaled_weight)",
+            "scaled_weight * direction, 1.001 * scaled_weight)",
+            "another weight",
+        ),
+        ("scale * diffuse_power", "0.998 * scale * diffuse_power", "another power"),
+    ];
+    for (from, to, what) in breaks {
+        let package = broken("moments-spot-both-f16", from, to);
+        let run = Run::new(&halves(KINDS[0]), KINDS[0], &package, 1);
         compare(&run).assert_fails(what);
     }
 }
@@ -83,4 +123,11 @@ fn layers_that_are_left_out_do_not_exist() {
     assert_eq!(run.indirect.moments().depth_or_array_layers(), 3);
     let run = Run::new(&settings(KINDS[0], Lobes::Both), KINDS[0], &Package::embedded(), 1);
     assert_eq!(run.indirect.moments().depth_or_array_layers(), 5);
+    assert!(run.indirect.half_moments().is_none());
+    for (lobes, layers) in [(Lobes::Diffuse, [1, 2]), (Lobes::Both, [2, 3])] {
+        let settings = Settings { lobes, ..halves(KINDS[0]) };
+        let run = Run::new(&settings, KINDS[0], whole_space(), 1);
+        let textures = [run.indirect.moments(), run.indirect.half_moments().unwrap()];
+        assert_eq!(textures.map(wgpu::Texture::depth_or_array_layers), layers);
+    }
 }

@@ -9,7 +9,7 @@ use sglow_shader_gen::library::Library;
 use sglow_shader_gen::package::{Change, Error, Options, Target, generate, verify_hashes};
 use sglow_shader_gen::prune::Whole;
 use sglow_shaders::shade::Shade;
-use sglow_shaders::{Diffuse, Lobes, Ndf, Specular, bind_groups};
+use sglow_shaders::{Diffuse, Lobes, Ndf, Precision, Specular, bind_groups};
 
 const LIBRARY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
 
@@ -57,7 +57,8 @@ fn the_bindings_exclude_what_the_library_excludes() {
             for (ndf, lobes) in
                 Ndf::ALL.into_iter().flat_map(|ndf| Lobes::ALL.map(|lobes| (ndf, lobes)))
             {
-                let shade = Shade { diffuse, specular, ndf, lobes };
+                let precision = Precision::F32;
+                let shade = Shade { diffuse, specular, ndf, lobes, precision };
                 let id = shade.id().to_string();
                 counted += 1;
                 assert_eq!(shade.excluded().is_some(), excluded.contains(&id), "{id}");
@@ -67,7 +68,7 @@ fn the_bindings_exclude_what_the_library_excludes() {
         }
     }
     assert_eq!(counted, 168);
-    assert_eq!(Shade::all().len(), 82);
+    assert_eq!(Shade::all().len(), 164);
 }
 
 #[test]
@@ -80,11 +81,13 @@ fn snapshots() {
         for id in [
             "compose-diffuse-none",
             "mip-r32float",
-            "moments-point-both",
-            "sample-modified-exact-both",
-            "sample-previous-hardware-diffuse",
-            "shade-constant-none-none-diffuse",
-            "shade-gaussian-asg-beckmann-both",
+            "moments-point-both-f32",
+            "moments-point-both-f16",
+            "sample-modified-exact-both-f16",
+            "sample-modified-exact-both-f32",
+            "sample-previous-hardware-diffuse-f32",
+            "shade-constant-none-none-diffuse-f32",
+            "shade-gaussian-asg-beckmann-both-f32",
             "surface-textured-cutout",
         ] {
             insta::assert_snapshot!(
@@ -95,7 +98,7 @@ fn snapshots() {
         let manifest: serde_json::Value =
             serde_json::from_str(&read(folder.path(), "manifest.json")).unwrap();
         let variants = manifest["variants"].as_array().unwrap();
-        for id in ["sample-modified-exact-both", "shade-constant-none-none-diffuse"] {
+        for id in ["sample-modified-exact-both-f32", "shade-constant-none-none-diffuse-f32"] {
             let variant = variants.iter().find(|variant| variant["id"] == id).unwrap();
             let text = serde_json::to_string_pretty(variant).unwrap();
             insta::assert_snapshot!(format!("manifest__{id}"), text);

@@ -6,8 +6,9 @@ use sglow_runtime::package::Package;
 use sglow_runtime::scene::{Camera, Image, Light, LightKind, Material, Mesh, Scene, TextureUse};
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::library::Library;
+use sglow_shaders::Precision;
 
-use crate::common::{KINDS, broken, gpu};
+use crate::common::{KINDS, broken, gpu, whole_space};
 
 #[derive(Clone, Copy, Debug)]
 struct Needs {
@@ -160,14 +161,17 @@ fn difference(pruned: &Frame, complete: &Frame) -> Option<&'static str> {
 fn every_set_of_needs_renders_the_same_bits() {
     for needs in every_need() {
         let scene = scene(needs);
-        let settings = pruned(&scene);
-        let complete = Settings { complete: true, ..base() };
-        let [pruned, complete] =
-            [&settings, &complete].map(|settings| render(&scene, settings, &Package::embedded()));
-        assert!(complete.radiance.iter().any(|pixel| pixel[0] > 0.0), "{needs:?} renders black");
-        assert_eq!(difference(&pruned, &complete), None, "{needs:?}");
-        assert_eq!(pruned.indirect_specular.is_some(), needs.specular, "{needs:?}");
-        assert_eq!(pruned.emission.is_some(), needs.emissive, "{needs:?}");
+        for precision in Precision::ALL {
+            let settings = Settings { precision, ..pruned(&scene) };
+            let complete = Settings { complete: true, precision, ..base() };
+            let [pruned, complete] =
+                [&settings, &complete].map(|settings| render(&scene, settings, whole_space()));
+            let what = format!("{needs:?}, {precision}");
+            assert!(complete.radiance.iter().any(|pixel| pixel[0] > 0.0), "{what} renders black");
+            assert_eq!(difference(&pruned, &complete), None, "{what}");
+            assert_eq!(pruned.indirect_specular.is_some(), needs.specular, "{what}");
+            assert_eq!(pruned.emission.is_some(), needs.emissive, "{what}");
+        }
     }
 }
 

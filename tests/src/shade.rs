@@ -6,7 +6,7 @@ use sglow_oracle::{Bounded, Vector3, shade};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Diffuse, Lobes, Ndf, Specular};
+use sglow_shaders::{Diffuse, Lobes, Ndf, Precision, Specular};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
@@ -48,8 +48,11 @@ fn agrees_with_the_oracle() {
                     if settings.shade().excluded().is_some() {
                         continue;
                     }
-                    let run = Run::new(&settings, KINDS[0], whole_space(), 4);
-                    compare(&run).assert_holds(&settings.shade().id());
+                    for precision in Precision::ALL {
+                        let settings = Settings { precision, ..settings.clone() };
+                        let run = Run::new(&settings, KINDS[0], whole_space(), 4);
+                        compare(&run).assert_holds(&settings.shade().id());
+                    }
                 }
             }
         }
@@ -113,7 +116,7 @@ fn a_broken_shader_is_noticed() {
         ),
     ];
     for (diffuse, specular, ndf, from, to, what) in breaks {
-        let id = format!("shade-{diffuse}-{specular}-{ndf}-both");
+        let id = format!("shade-{diffuse}-{specular}-{ndf}-both-f32");
         let settings = settings(
             diffuse.parse().unwrap(),
             specular.parse().unwrap(),
@@ -122,6 +125,22 @@ fn a_broken_shader_is_noticed() {
         );
         let run = Run::new(&settings, KINDS[0], &broken(&id, from, to), 4);
         compare(&run).assert_fails(&format!("{id}: {what}"));
+    }
+}
+
+#[test]
+fn a_broken_unpacking_is_noticed() {
+    let breaks = [
+        ("32.0 * unpack2x16float(packed.specular", "32.1 * unpack2x16float(packed.specular"),
+        ("max(-height, 0.0)", "0.99 * max(-height, 0.0)"),
+        ("direction * inverseSqrt(dot(direction, direction))", "direction"),
+        ("unpack2x16unorm(packed.blue_sharpness).x", "unpack2x16unorm(packed.blue_sharpness).y"),
+    ];
+    for (from, to) in breaks {
+        let settings = Settings { precision: Precision::F16, ..small() };
+        let package = broken(&settings.shade().id(), from, to);
+        let run = Run::new(&settings, KINDS[0], &package, 4);
+        compare(&run).assert_fails(to);
     }
 }
 

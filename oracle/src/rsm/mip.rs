@@ -37,20 +37,37 @@ impl<T: Copy + Send + Sync> Pyramid<T> {
     where
         T: Linear<R>,
     {
+        Self::build_stored(size, texels, |texel| texel)
+    }
+
+    /// The levels of an image where each texel is as `stored` leaves it, such as rounded to a format.
+    ///
+    /// # Errors
+    /// If the size is not a power of two or not the image's.
+    pub fn build_stored<R: Real>(
+        size: usize,
+        texels: Vec<T>,
+        stored: impl Fn(T) -> T + Sync,
+    ) -> Result<Self, PyramidError>
+    where
+        T: Linear<R>,
+    {
         if !size.is_power_of_two() {
             return Err(PyramidError::NotPowerOfTwo(size));
         }
         if texels.len() != size * size {
             return Err(PyramidError::WrongCount { size, found: texels.len() });
         }
-        let mut levels = vec![texels];
+        let mut levels = vec![texels.into_iter().map(&stored).collect::<Vec<_>>()];
         let mut finer_size = size;
         while finer_size > 1 {
             let finer = &levels[levels.len() - 1];
             let coarser_size = finer_size / 2;
             let coarser = (0..coarser_size * coarser_size)
                 .into_par_iter()
-                .map(|index| mean(finer, finer_size, index % coarser_size, index / coarser_size))
+                .map(|index| {
+                    stored(mean(finer, finer_size, index % coarser_size, index / coarser_size))
+                })
                 .collect();
             levels.push(coarser);
             finer_size = coarser_size;

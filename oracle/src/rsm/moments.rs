@@ -31,7 +31,8 @@ pub const DIFFUSE_SHARPNESS: f64 = 2.0;
 /// The moments of a texel, or sums and means of them; layers as in the conventions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moments<R = f64> {
-    /// Position, diffuse power, diffuse direction, specular power, specular direction; xyzw each.
+    /// Position, diffuse power, diffuse direction, specular power, specular direction; xyzw each. Where powers are held in
+    /// halves, the last w is the luminance of the specular power in f32; else it is 0.
     pub layers: [[R; 4]; 5],
 }
 
@@ -51,6 +52,32 @@ impl<R: Real> Moments<R> {
     #[must_use]
     pub fn squared_position(&self) -> R {
         self.layers[0][3]
+    }
+    /// The specular power, its luminance mended where halves have rounded it and f32 has kept it.
+    #[must_use]
+    pub fn specular_power(&self) -> Vector3<R> {
+        let (power, weight) = (self.vector(3), self.layers[4][3]);
+        if weight.value() == 0.0 {
+            return power;
+        }
+        let luminance = power.luminance();
+        if luminance.value() > 0.0 { power * (weight / luminance) } else { Vector3::splat(weight) }
+    }
+    /// With the luminance of the specular power kept apart, as it is beside halves.
+    #[must_use]
+    pub fn with_specular_weight(mut self) -> Self {
+        self.layers[4][3] = self.vector(3).luminance();
+        self
+    }
+    /// What remains where powers and diffuse directions, in a unit of power, are held in halves.
+    #[must_use]
+    pub fn to_half(mut self, unit: f64) -> Self {
+        for layer in &mut self.layers[1..4] {
+            for value in &mut layer[..3] {
+                *value = (*value / R::constant(unit)).to_half() * R::constant(unit);
+            }
+        }
+        self
     }
     /// Read from texels; exact. Absent layers are zero.
     #[must_use]

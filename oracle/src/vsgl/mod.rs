@@ -1,8 +1,10 @@
 //! Virtual spherical Gaussian lights: one for every kernel.
 
+pub mod packed;
 pub mod sample;
 #[expect(clippy::module_inception, reason = "the light itself, as in the shaders")]
 pub mod vsgl;
 
+pub use packed::PackedLobe;
 pub use sample::{Kernel, Sample, Settings, sample};
 pub use vsgl::{Lobe, Vsgl};

@@ -85,7 +85,7 @@ impl<R: Real> Vsgl<R> {
             variance,
             diffuse: Lobe::of_moments(total.vector(1), total.vector(2)),
             specular: (lobes == Lobes::Both)
-                .then(|| Lobe::of_moments(total.vector(3), total.vector(4))),
+                .then(|| Lobe::of_moments(total.specular_power(), total.vector(4))),
         }
     }
 

@@ -219,6 +219,7 @@ fn scene(
                 kernel: settings.kernel,
                 filter: settings.filter,
                 lobes: settings.lobes,
+                precision: settings.precision,
             }
             .id()
         } else {

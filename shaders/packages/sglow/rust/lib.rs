@@ -148,319 +148,438 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: mip::NAMES_0,
     },
     Variant {
-        id: "mip-rgba32float",
+        id: "mip-rgba16float",
         pass: mip::PASS,
         entry_points: mip::ENTRY_POINTS_0,
         bind_groups: mip::LAYOUT_1,
         binding_names: mip::NAMES_1,
     },
     Variant {
-        id: "moments-directional-both",
+        id: "mip-rgba32float",
+        pass: mip::PASS,
+        entry_points: mip::ENTRY_POINTS_0,
+        bind_groups: mip::LAYOUT_2,
+        binding_names: mip::NAMES_2,
+    },
+    Variant {
+        id: "moments-directional-both-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-directional-diffuse",
+        id: "moments-directional-both-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-directional-diffuse-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-both",
+        id: "moments-directional-diffuse-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-point-both-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-diffuse",
+        id: "moments-point-both-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-point-diffuse-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-both",
+        id: "moments-point-diffuse-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-spot-both-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-diffuse",
+        id: "moments-spot-both-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-spot-diffuse-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "sample-modified-exact-both",
+        id: "moments-spot-diffuse-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "sample-modified-exact-both-f16",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_0,
         binding_names: sample::NAMES_0,
     },
     Variant {
-        id: "sample-modified-exact-diffuse",
+        id: "sample-modified-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_1,
         binding_names: sample::NAMES_1,
     },
     Variant {
-        id: "sample-modified-hardware-both",
+        id: "sample-modified-exact-diffuse-f16",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_2,
         binding_names: sample::NAMES_2,
     },
     Variant {
-        id: "sample-modified-hardware-diffuse",
+        id: "sample-modified-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_3,
         binding_names: sample::NAMES_3,
     },
     Variant {
-        id: "sample-previous-exact-both",
-        pass: sample::PASS,
-        entry_points: sample::ENTRY_POINTS_0,
-        bind_groups: sample::LAYOUT_0,
-        binding_names: sample::NAMES_0,
-    },
-    Variant {
-        id: "sample-previous-exact-diffuse",
-        pass: sample::PASS,
-        entry_points: sample::ENTRY_POINTS_0,
-        bind_groups: sample::LAYOUT_1,
-        binding_names: sample::NAMES_1,
-    },
-    Variant {
-        id: "sample-previous-hardware-both",
+        id: "sample-modified-hardware-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_4,
         binding_names: sample::NAMES_4,
     },
     Variant {
-        id: "sample-previous-hardware-diffuse",
+        id: "sample-modified-hardware-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_5,
         binding_names: sample::NAMES_5,
     },
     Variant {
-        id: "shade-constant-asg-ggx-both",
+        id: "sample-previous-exact-both-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_1,
+        binding_names: sample::NAMES_1,
+    },
+    Variant {
+        id: "sample-previous-exact-diffuse-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_3,
+        binding_names: sample::NAMES_3,
+    },
+    Variant {
+        id: "sample-previous-hardware-both-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_6,
+        binding_names: sample::NAMES_6,
+    },
+    Variant {
+        id: "sample-previous-hardware-diffuse-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_7,
+        binding_names: sample::NAMES_7,
+    },
+    Variant {
+        id: "shade-constant-asg-ggx-both-f16",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_0,
         binding_names: shade::NAMES_0,
     },
     Variant {
-        id: "shade-constant-asg-ggx-diffuse",
+        id: "shade-constant-asg-ggx-both-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-constant-ndf_filtered-ggx-both",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_0,
-        binding_names: shade::NAMES_0,
-    },
-    Variant {
-        id: "shade-constant-ndf_filtered-ggx-diffuse",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-constant-none-none-both",
+        id: "shade-constant-asg-ggx-diffuse-f16",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_2,
         binding_names: shade::NAMES_2,
     },
     Variant {
-        id: "shade-constant-none-none-diffuse",
+        id: "shade-constant-asg-ggx-diffuse-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-constant-sg-ggx-both",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_0,
-        binding_names: shade::NAMES_0,
-    },
-    Variant {
-        id: "shade-constant-sg-ggx-diffuse",
+        id: "shade-constant-ndf_filtered-ggx-both-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-both",
+        id: "shade-constant-ndf_filtered-ggx-diffuse-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_0,
-        binding_names: shade::NAMES_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-diffuse",
+        id: "shade-constant-none-none-both-f16",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_4,
+        binding_names: shade::NAMES_4,
+    },
+    Variant {
+        id: "shade-constant-none-none-both-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-constant-none-none-diffuse-f16",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-constant-none-none-diffuse-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_7,
+        binding_names: shade::NAMES_7,
+    },
+    Variant {
+        id: "shade-constant-sg-ggx-both-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-fitted-ndf_filtered-ggx-both",
+        id: "shade-constant-sg-ggx-diffuse-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-fitted-asg-ggx-both-f16",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_0,
         binding_names: shade::NAMES_0,
     },
     Variant {
-        id: "shade-fitted-ndf_filtered-ggx-diffuse",
+        id: "shade-fitted-asg-ggx-both-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-fitted-none-none-both",
+        id: "shade-fitted-asg-ggx-diffuse-f16",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_2,
         binding_names: shade::NAMES_2,
     },
     Variant {
-        id: "shade-fitted-none-none-diffuse",
+        id: "shade-fitted-asg-ggx-diffuse-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-fitted-sg-ggx-both",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_0,
-        binding_names: shade::NAMES_0,
-    },
-    Variant {
-        id: "shade-fitted-sg-ggx-diffuse",
+        id: "shade-fitted-ndf_filtered-ggx-both-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-gaussian-asg-ggx-both",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_0,
-        binding_names: shade::NAMES_0,
-    },
-    Variant {
-        id: "shade-gaussian-asg-ggx-diffuse",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-gaussian-ndf_filtered-ggx-both",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_0,
-        binding_names: shade::NAMES_0,
-    },
-    Variant {
-        id: "shade-gaussian-ndf_filtered-ggx-diffuse",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-gaussian-none-none-both",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
-    },
-    Variant {
-        id: "shade-gaussian-none-none-diffuse",
+        id: "shade-fitted-ndf_filtered-ggx-diffuse-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-gaussian-sg-ggx-both",
+        id: "shade-fitted-none-none-both-f16",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_0,
-        binding_names: shade::NAMES_0,
+        bind_groups: shade::LAYOUT_4,
+        binding_names: shade::NAMES_4,
     },
     Variant {
-        id: "shade-gaussian-sg-ggx-diffuse",
+        id: "shade-fitted-none-none-both-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-fitted-none-none-diffuse-f16",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-fitted-none-none-diffuse-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_7,
+        binding_names: shade::NAMES_7,
+    },
+    Variant {
+        id: "shade-fitted-sg-ggx-both-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-none-asg-ggx-both",
+        id: "shade-fitted-sg-ggx-diffuse-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_4,
-        binding_names: shade::NAMES_4,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-none-asg-ggx-diffuse",
+        id: "shade-gaussian-asg-ggx-both-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
+        id: "shade-gaussian-asg-ggx-diffuse-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-gaussian-ndf_filtered-ggx-both-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
+        id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-gaussian-none-none-both-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_5,
         binding_names: shade::NAMES_5,
     },
     Variant {
-        id: "shade-none-ndf_filtered-ggx-both",
+        id: "shade-gaussian-none-none-diffuse-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_4,
-        binding_names: shade::NAMES_4,
+        bind_groups: shade::LAYOUT_7,
+        binding_names: shade::NAMES_7,
     },
     Variant {
-        id: "shade-none-ndf_filtered-ggx-diffuse",
+        id: "shade-gaussian-sg-ggx-both-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_5,
-        binding_names: shade::NAMES_5,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-none-sg-ggx-both",
+        id: "shade-gaussian-sg-ggx-diffuse-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_4,
-        binding_names: shade::NAMES_4,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-none-sg-ggx-diffuse",
+        id: "shade-none-asg-ggx-both-f32",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_5,
-        binding_names: shade::NAMES_5,
+        bind_groups: shade::LAYOUT_8,
+        binding_names: shade::NAMES_8,
+    },
+    Variant {
+        id: "shade-none-asg-ggx-diffuse-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-none-ndf_filtered-ggx-both-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_8,
+        binding_names: shade::NAMES_8,
+    },
+    Variant {
+        id: "shade-none-ndf_filtered-ggx-diffuse-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-none-sg-ggx-both-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_8,
+        binding_names: shade::NAMES_8,
+    },
+    Variant {
+        id: "shade-none-sg-ggx-diffuse-f32",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
     },
     Variant {
         id: "shadow-constant-opaque",
@@ -625,277 +744,379 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "mip-r32float",
         pass: mip::PASS,
         text: include_str!("../wgsl/mip-r32float.wgsl"),
-        sha256: "c70e0683c97262c9c02f4b76def8e8c950c87f9fff2de9bd6e8124d242c653e7",
+        sha256: "ec518410d5d1d88b83dc10710804c099d515f8a33ebac6642938a258e1032564",
+    },
+    Embedded {
+        id: "mip-rgba16float",
+        pass: mip::PASS,
+        text: include_str!("../wgsl/mip-rgba16float.wgsl"),
+        sha256: "e893c3ce1d96b6c88fbe9c57a7120d7e8b78d90589721370487a3d26e4a950d4",
     },
     Embedded {
         id: "mip-rgba32float",
         pass: mip::PASS,
         text: include_str!("../wgsl/mip-rgba32float.wgsl"),
-        sha256: "f568cadc8d3708cef142d7a854ad6b9bc9d2d96808bd7363c64ea80c18c62b05",
+        sha256: "f4e8d01d808e47ffc2c5b17cd214ac50e523e9216d2c29e31da4b9f58112f773",
     },
     Embedded {
-        id: "moments-directional-both",
+        id: "moments-directional-both-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both.wgsl"),
-        sha256: "8f3d9d020361ebf6bdea46db910615e529a6fed0f7c745609f3249d468f71093",
+        text: include_str!("../wgsl/moments-directional-both-f16.wgsl"),
+        sha256: "da4ea3230e0eba675697bc74a0ddcdee6973ffcfa626bfd6f7fd0ebc6fd8e195",
     },
     Embedded {
-        id: "moments-directional-diffuse",
+        id: "moments-directional-both-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse.wgsl"),
-        sha256: "a3872555f11964f168b20d26f55983b83f90cf01debcd9e67140fdab62f3a23a",
+        text: include_str!("../wgsl/moments-directional-both-f32.wgsl"),
+        sha256: "f11e84a00eab1bc74549069f18b66581bb875b874c6e7cd717b9ab158ad50386",
     },
     Embedded {
-        id: "moments-point-both",
+        id: "moments-directional-diffuse-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both.wgsl"),
-        sha256: "17d88b759a85ae7b04c3b6ad028d0dd9c4590e0f474af7c59777975e0cd1c65a",
+        text: include_str!("../wgsl/moments-directional-diffuse-f16.wgsl"),
+        sha256: "015788c6322fd003807e2e64f28c88fff1af66eb2a297ad33bebd3fcb699946d",
     },
     Embedded {
-        id: "moments-point-diffuse",
+        id: "moments-directional-diffuse-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse.wgsl"),
-        sha256: "83b21417e85dbd12dec01e63d6ed360e26f6e7003206d1618b059eacc427c384",
+        text: include_str!("../wgsl/moments-directional-diffuse-f32.wgsl"),
+        sha256: "a608ae8f060f17279dc09b7d55e2ca3826b18c4c5f67f6e852b8107486df4de3",
     },
     Embedded {
-        id: "moments-spot-both",
+        id: "moments-point-both-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both.wgsl"),
-        sha256: "f811da186f79ff411549cc9f13c88f9faae6143118a714f9e6bb394d37a73bd2",
+        text: include_str!("../wgsl/moments-point-both-f16.wgsl"),
+        sha256: "2e57297c662a3da1db4ea80131d0f43b6a063c7189476da0558884ef3ed19246",
     },
     Embedded {
-        id: "moments-spot-diffuse",
+        id: "moments-point-both-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse.wgsl"),
-        sha256: "54b5842ea8964e0415af3c1c9acc6dd280664b3fbb82280dc379a1bbd87a6e24",
+        text: include_str!("../wgsl/moments-point-both-f32.wgsl"),
+        sha256: "8db2db25c7fc7fa64def4e001ab1bd8d5a539234782fad702322cab622fa4579",
     },
     Embedded {
-        id: "sample-modified-exact-both",
+        id: "moments-point-diffuse-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-diffuse-f16.wgsl"),
+        sha256: "53498a97b7b751b7745c9230abf0be62e9b7a170387947ec4b1411f037f0097e",
+    },
+    Embedded {
+        id: "moments-point-diffuse-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-diffuse-f32.wgsl"),
+        sha256: "9c13be7e8df5aee6e4c31752792c90607ec2705fbe1477fd612b89c5a6adf1cc",
+    },
+    Embedded {
+        id: "moments-spot-both-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-both-f16.wgsl"),
+        sha256: "d827f0ba0875641a47867e52de297b29c2c1800ff819947c850383835079e754",
+    },
+    Embedded {
+        id: "moments-spot-both-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-both-f32.wgsl"),
+        sha256: "c8f4f991f2322489225e347c200fe8ed1f45f3f34f812f564f461688da36f187",
+    },
+    Embedded {
+        id: "moments-spot-diffuse-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-diffuse-f16.wgsl"),
+        sha256: "d7620a9f6c4b146aea932f3b196b3debaaf29bcaf5b88132fed0d2c4d49fc62f",
+    },
+    Embedded {
+        id: "moments-spot-diffuse-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-diffuse-f32.wgsl"),
+        sha256: "f0be408e9eb1a24f55382b5d45548bff131ae3ccd2ea5a645ac9d38626172cfc",
+    },
+    Embedded {
+        id: "sample-modified-exact-both-f16",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-exact-both.wgsl"),
-        sha256: "93c57c696185675ced78e8cab826f50e0bd0cff2ce666dd22aec80c965589e68",
+        text: include_str!("../wgsl/sample-modified-exact-both-f16.wgsl"),
+        sha256: "31c0d4df2941e39c82aa22185ba6b73c01086eed019affd40423048fbbdfe830",
     },
     Embedded {
-        id: "sample-modified-exact-diffuse",
+        id: "sample-modified-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-exact-diffuse.wgsl"),
-        sha256: "285c777797af6ed0bc79ade302f9f938cd54320fb9570d7d25722c46a56c5bee",
+        text: include_str!("../wgsl/sample-modified-exact-both-f32.wgsl"),
+        sha256: "c4d53af68c50069e9b30d471c3b3fda554607637d63c8366c5b6446b45a8758e",
     },
     Embedded {
-        id: "sample-modified-hardware-both",
+        id: "sample-modified-exact-diffuse-f16",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-hardware-both.wgsl"),
-        sha256: "44dba3d252fdc45fec32c56ad34e552f7f861a286ae156c50ae37170cb9e4187",
+        text: include_str!("../wgsl/sample-modified-exact-diffuse-f16.wgsl"),
+        sha256: "360e8776a47054595e107f1413180cb286c89cefdbfe9488e705ce68110b05cb",
     },
     Embedded {
-        id: "sample-modified-hardware-diffuse",
+        id: "sample-modified-exact-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-hardware-diffuse.wgsl"),
-        sha256: "50e8e6d2f95968260228c0da942b5219c3d95165aadceaf5217b7c5a4f0ebfe9",
+        text: include_str!("../wgsl/sample-modified-exact-diffuse-f32.wgsl"),
+        sha256: "1c563033249a593e83d86ffb40b75faf92fc5d2f4b289a267143d490a8281571",
     },
     Embedded {
-        id: "sample-previous-exact-both",
+        id: "sample-modified-hardware-both-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-exact-both.wgsl"),
-        sha256: "a8a9ca0d60fe68918400fdc75ae1d1ad56a41e3176b223bb29277abadfde7314",
+        text: include_str!("../wgsl/sample-modified-hardware-both-f32.wgsl"),
+        sha256: "27f246ddabbae30db63fbb47d9259e4556d177732d3a7a4cd68975dc430c70e6",
     },
     Embedded {
-        id: "sample-previous-exact-diffuse",
+        id: "sample-modified-hardware-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-exact-diffuse.wgsl"),
-        sha256: "de0243ebeec322edc3bdd537acb24a6d918c71216b348e1288d3e8f5f3a95c13",
+        text: include_str!("../wgsl/sample-modified-hardware-diffuse-f32.wgsl"),
+        sha256: "973018b916b35e7658ff7775cee85e25ab35878467e7cfa084db22f356759cde",
     },
     Embedded {
-        id: "sample-previous-hardware-both",
+        id: "sample-previous-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-hardware-both.wgsl"),
-        sha256: "71e663e7342a77fdad8c4a9235e31a3beda2fc6d5cfa6d1cca91a3a4b712071f",
+        text: include_str!("../wgsl/sample-previous-exact-both-f32.wgsl"),
+        sha256: "38b756797159cde59a633760c11efafea96a44bd09432f4cf5f0542178014b63",
     },
     Embedded {
-        id: "sample-previous-hardware-diffuse",
+        id: "sample-previous-exact-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-hardware-diffuse.wgsl"),
-        sha256: "a17a19f2ea30a7a0de2e37c168ffa26805dc4c0c3e389cb7d2da97dbe7bf1a88",
+        text: include_str!("../wgsl/sample-previous-exact-diffuse-f32.wgsl"),
+        sha256: "ab2c2c3ec473772a482a13d8b068ce3f44ec9c906787908cc325b2c74a0bb92f",
     },
     Embedded {
-        id: "shade-constant-asg-ggx-both",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-both.wgsl"),
-        sha256: "bbbf311d364350222eaaa2f48efdf2c5abd1cfc7ab2f1b658d22b798b6c35fb2",
+        id: "sample-previous-hardware-both-f32",
+        pass: sample::PASS,
+        text: include_str!("../wgsl/sample-previous-hardware-both-f32.wgsl"),
+        sha256: "3019a15bebf5b3add02e2995d23900fc6dcf9425044b1ed0b42be7c28baec9fe",
     },
     Embedded {
-        id: "shade-constant-asg-ggx-diffuse",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse.wgsl"),
-        sha256: "f5bf4421fe5d91ccc34e7e70efed923f47fe7ec469bdfa14fe4a49555c4a33ba",
+        id: "sample-previous-hardware-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!("../wgsl/sample-previous-hardware-diffuse-f32.wgsl"),
+        sha256: "158557014d83fc80d6818a9ebbe910ae2d374f2501806209d7926c3560bc6a46",
     },
     Embedded {
-        id: "shade-constant-ndf_filtered-ggx-both",
+        id: "shade-constant-asg-ggx-both-f16",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-both.wgsl"),
-        sha256: "841c31cfcd6358b0906a0839329593fe168a39cea0c9e9c9fb213bb19f37267f",
+        text: include_str!("../wgsl/shade-constant-asg-ggx-both-f16.wgsl"),
+        sha256: "b8bb5883cfabd99e3f39ee550083082a51fa2e36ef2956daa2c4649f020104fc",
     },
     Embedded {
-        id: "shade-constant-ndf_filtered-ggx-diffuse",
+        id: "shade-constant-asg-ggx-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-diffuse.wgsl"),
-        sha256: "e6c6b9a4c5055009508eda6dc44abba5e1a87d6c0f2f0a6aa47c6963e286165e",
+        text: include_str!("../wgsl/shade-constant-asg-ggx-both-f32.wgsl"),
+        sha256: "9aac42b7ffb8e0b0a9843c211f64737b3776ee894d2d84b373032e963efda964",
     },
     Embedded {
-        id: "shade-constant-none-none-both",
+        id: "shade-constant-asg-ggx-diffuse-f16",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-both.wgsl"),
-        sha256: "4ca07512f2e0e47659d34f4071f2a2167b02054400e2fe974091bd2ec2a94cf4",
+        text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f16.wgsl"),
+        sha256: "d9c22d30e9872c39dc75c0024a6dd2946d537f8a2bd0a85d4e5805c7d67336de",
     },
     Embedded {
-        id: "shade-constant-none-none-diffuse",
+        id: "shade-constant-asg-ggx-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-diffuse.wgsl"),
-        sha256: "230a87ccd59b7e4239593aacdba0d684bcabec28b6330f253e4ce011ed412430",
+        text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f32.wgsl"),
+        sha256: "500b057eb368f9dcbb90da20bdc0364bdd65b23ee544f3ed54e49c0f39495274",
     },
     Embedded {
-        id: "shade-constant-sg-ggx-both",
+        id: "shade-constant-ndf_filtered-ggx-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-sg-ggx-both.wgsl"),
-        sha256: "1d578479be5289362629e4a8875c0a5b2d5de4ebf2b5f5d0813bc6f4749c01f1",
+        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-both-f32.wgsl"),
+        sha256: "4f9c54fbc39918b10ad0ce9bdb609e248b95f42c78f9d646edf47d86026c4fb9",
     },
     Embedded {
-        id: "shade-constant-sg-ggx-diffuse",
+        id: "shade-constant-ndf_filtered-ggx-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-sg-ggx-diffuse.wgsl"),
-        sha256: "18996b7254a0afa2ab9a036005d2db7a89c949dd81ff673bb88e48d0a4871d13",
+        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-diffuse-f32.wgsl"),
+        sha256: "2176fad5567d8545800314edf4fda9971eb3b9e855232c86d7de4df67a8a7129",
     },
     Embedded {
-        id: "shade-fitted-asg-ggx-both",
+        id: "shade-constant-none-none-both-f16",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-both.wgsl"),
-        sha256: "20a1a929d3c8d1f476c747bb4d91abe744534ac6c0aee052196d2e3c141783ea",
+        text: include_str!("../wgsl/shade-constant-none-none-both-f16.wgsl"),
+        sha256: "67d3ed65ddcbf00eddebc4612eb6dc17fb11fb156644b2fcb1f42500776a775c",
     },
     Embedded {
-        id: "shade-fitted-asg-ggx-diffuse",
+        id: "shade-constant-none-none-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse.wgsl"),
-        sha256: "394da8e72bc9c10b5c2444dacda6474a7f4d05ff1988977ece4e5fa5e8525558",
+        text: include_str!("../wgsl/shade-constant-none-none-both-f32.wgsl"),
+        sha256: "00ae3c45c356300b575ea8fd38d77528f5cbf5b57f41ce20dd3c533e267919d7",
     },
     Embedded {
-        id: "shade-fitted-ndf_filtered-ggx-both",
+        id: "shade-constant-none-none-diffuse-f16",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-both.wgsl"),
-        sha256: "bd1638c96e95141bd6ee6006e53016514e01b26ea9687e737814d9cb3d55095a",
+        text: include_str!("../wgsl/shade-constant-none-none-diffuse-f16.wgsl"),
+        sha256: "7855342fd4dbb2996bcc2f7432c57da5ebf61b7715ae0f986c9376e4495d5279",
     },
     Embedded {
-        id: "shade-fitted-ndf_filtered-ggx-diffuse",
+        id: "shade-constant-none-none-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-diffuse.wgsl"),
-        sha256: "a0ed57043320e12c49b21835e0afe09e71f47dcce5b21a6314d766571d475e66",
+        text: include_str!("../wgsl/shade-constant-none-none-diffuse-f32.wgsl"),
+        sha256: "ab2bf2d3ba1d1da10c976747b60614d8348a1c2e5cdfc51c0d3d884a43413101",
     },
     Embedded {
-        id: "shade-fitted-none-none-both",
+        id: "shade-constant-sg-ggx-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-both.wgsl"),
-        sha256: "446a5b8494668239028731a5f66f90f335b57d87d0f17c9d8b5d0fbacc4ff622",
+        text: include_str!("../wgsl/shade-constant-sg-ggx-both-f32.wgsl"),
+        sha256: "081a20f54ce0f93095e71f0b315dbbb3b931f97c9bc2a768025fef1bb23ce481",
     },
     Embedded {
-        id: "shade-fitted-none-none-diffuse",
+        id: "shade-constant-sg-ggx-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-diffuse.wgsl"),
-        sha256: "8fce7585625b734d23441d1bcc7b332c89c849bb6c7085e9676ef33fa38abef9",
+        text: include_str!("../wgsl/shade-constant-sg-ggx-diffuse-f32.wgsl"),
+        sha256: "69dab0c903ce28927b416c80cb08462730a2b4d706c8d57860b5ae6460df170f",
     },
     Embedded {
-        id: "shade-fitted-sg-ggx-both",
+        id: "shade-fitted-asg-ggx-both-f16",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-sg-ggx-both.wgsl"),
-        sha256: "cd666c5d3d993934cf0cac4686d4cccc450096fa0e62a4b54d5c47ad6cf747d6",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f16.wgsl"),
+        sha256: "a9fdd489be650e98e23c3a1ca1a5a660cc3acb8798950cb95959bdd0e25dabf8",
     },
     Embedded {
-        id: "shade-fitted-sg-ggx-diffuse",
+        id: "shade-fitted-asg-ggx-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-sg-ggx-diffuse.wgsl"),
-        sha256: "e40bee7fd683dc2ff7eebb5677f80275aee8442aedb8dfdd455e6f3d024ce06d",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32.wgsl"),
+        sha256: "d0bb784accb49745ed8496a691684293de8ba9a44d83c47105031cf01967ef31",
     },
     Embedded {
-        id: "shade-gaussian-asg-ggx-both",
+        id: "shade-fitted-asg-ggx-diffuse-f16",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-asg-ggx-both.wgsl"),
-        sha256: "db161352d59a310281c5ec15c4a86491a2f65f65fc128f3fcd9adb88fa33188b",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f16.wgsl"),
+        sha256: "65a79f80f36a8dd3f22f208571261a27784e804fdea410d7fc30b9889e0a9883",
     },
     Embedded {
-        id: "shade-gaussian-asg-ggx-diffuse",
+        id: "shade-fitted-asg-ggx-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-asg-ggx-diffuse.wgsl"),
-        sha256: "1bac0a573f51dd93a08a5fd3b537f63c8899b342a3d7fb875f74b2984a7143a7",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32.wgsl"),
+        sha256: "deab2551f71e5efa1f434a87a70f20c35441a8677864b6c1275e1cefd15ec335",
     },
     Embedded {
-        id: "shade-gaussian-ndf_filtered-ggx-both",
+        id: "shade-fitted-ndf_filtered-ggx-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-both.wgsl"),
-        sha256: "00c54344634ac43330e747179cb76ad6e24b2e6086142e96b2c5d900827a9afd",
+        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-both-f32.wgsl"),
+        sha256: "16672970413ecb4804baec6be6ef3877cda6f9ddbb82ebede3349b3607de2cb9",
     },
     Embedded {
-        id: "shade-gaussian-ndf_filtered-ggx-diffuse",
+        id: "shade-fitted-ndf_filtered-ggx-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-diffuse.wgsl"),
-        sha256: "e7f6f1fb1b13a6efd91a4eadeb88c53371a9860726768f77244cbfbec5dbdf8e",
+        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-diffuse-f32.wgsl"),
+        sha256: "2b49e476ded91e094e5c0e7f79c9ba4747779d98d1f70aeba82fccedb533b9f7",
     },
     Embedded {
-        id: "shade-gaussian-none-none-both",
+        id: "shade-fitted-none-none-both-f16",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-none-none-both.wgsl"),
-        sha256: "980651842d47d4831d2f79cb337eb7326cb981f6d8d1e47bcb612e31fd4614f3",
+        text: include_str!("../wgsl/shade-fitted-none-none-both-f16.wgsl"),
+        sha256: "7a18e12708936d6eee368e40e23d7fb708e1c1e426537893758174c16f28ad99",
     },
     Embedded {
-        id: "shade-gaussian-none-none-diffuse",
+        id: "shade-fitted-none-none-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-none-none-diffuse.wgsl"),
-        sha256: "54e50900d79fa283b3a11aa6b5637d865f881b097bdc0e7b4ce4dbdeeafd2c38",
+        text: include_str!("../wgsl/shade-fitted-none-none-both-f32.wgsl"),
+        sha256: "ed4d6af6d2f8a5fa228f4b7f845cdaf8e6b73697b8ea64ffdb9db7faeb4ca924",
     },
     Embedded {
-        id: "shade-gaussian-sg-ggx-both",
+        id: "shade-fitted-none-none-diffuse-f16",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-sg-ggx-both.wgsl"),
-        sha256: "6cb5d86540ee93d7db0b9fad30e9a6e90f5f9382cce1511c603d1fbd874d44d1",
+        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f16.wgsl"),
+        sha256: "b1020c61d71e7b8a3456038cf02442ebb6cb4a6d0f042bac55ff73bab6ccb285",
     },
     Embedded {
-        id: "shade-gaussian-sg-ggx-diffuse",
+        id: "shade-fitted-none-none-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-sg-ggx-diffuse.wgsl"),
-        sha256: "73af79fb358eb826c8d36d8002b474625db260635804e5a4aca7130c27c58e94",
+        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f32.wgsl"),
+        sha256: "3f37221fcd141a4e7032e53a89a4934f5a6b4617fbdfef64f85c1ba9357bbc47",
     },
     Embedded {
-        id: "shade-none-asg-ggx-both",
+        id: "shade-fitted-sg-ggx-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-asg-ggx-both.wgsl"),
-        sha256: "cf0d974548775f5932e9c6514d6bc3e910aa106470d3bd35a62c5f51a22a9453",
+        text: include_str!("../wgsl/shade-fitted-sg-ggx-both-f32.wgsl"),
+        sha256: "c1ef9ab3055c9b22bc36c22b05b41bc7e88387fd65a910f544ae3cf105f31792",
     },
     Embedded {
-        id: "shade-none-asg-ggx-diffuse",
+        id: "shade-fitted-sg-ggx-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-asg-ggx-diffuse.wgsl"),
-        sha256: "1b5deb1bd47079e74cb012fb160166cc59caa32c375478a7f9f86ae92308b8e6",
+        text: include_str!("../wgsl/shade-fitted-sg-ggx-diffuse-f32.wgsl"),
+        sha256: "bca2f8d5a146a5c66b80eabbf1651764d01ccd0b0671046dffbba0fdb85bff5d",
     },
     Embedded {
-        id: "shade-none-ndf_filtered-ggx-both",
+        id: "shade-gaussian-asg-ggx-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-both.wgsl"),
-        sha256: "0ec41e40d5f6eb03f32123241d5d46ba11a79e1f200bbce3913c0cb1b2648078",
+        text: include_str!("../wgsl/shade-gaussian-asg-ggx-both-f32.wgsl"),
+        sha256: "9bd8cfff30dd6c8287d98b51330d26e5a4d378534954174c51a3336d311629c4",
     },
     Embedded {
-        id: "shade-none-ndf_filtered-ggx-diffuse",
+        id: "shade-gaussian-asg-ggx-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-diffuse.wgsl"),
-        sha256: "41c71680c96ee079a229c796243dd12f4d8930b3e201612cd4bed6518bca8f9d",
+        text: include_str!("../wgsl/shade-gaussian-asg-ggx-diffuse-f32.wgsl"),
+        sha256: "82be85484c4acccbb861d751be4160de3f1b6c1b01371170e1fbb3575c973295",
     },
     Embedded {
-        id: "shade-none-sg-ggx-both",
+        id: "shade-gaussian-ndf_filtered-ggx-both-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-sg-ggx-both.wgsl"),
-        sha256: "1a9e8038d0ae4041026c30ff517999336234208db27840d02efd1f82dd529cc8",
+        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-both-f32.wgsl"),
+        sha256: "0a7fd4778a726ea8fbfac15c9bf278c8f97d9b9eaad45d0c93d502312f10c31f",
     },
     Embedded {
-        id: "shade-none-sg-ggx-diffuse",
+        id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-sg-ggx-diffuse.wgsl"),
-        sha256: "9f86a83c25013127e82ad6b6d3297da233fb23f80a53f03941181105fb1c32f9",
+        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-diffuse-f32.wgsl"),
+        sha256: "732c6c73661bcc17f53780d9fc74c5708dfa73cc26d57a6e475c32d4a48cbd5d",
+    },
+    Embedded {
+        id: "shade-gaussian-none-none-both-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-gaussian-none-none-both-f32.wgsl"),
+        sha256: "2958df6f97c807c05749fba5989d2f2a6f1f941031501c8d7ab8f0cea7861481",
+    },
+    Embedded {
+        id: "shade-gaussian-none-none-diffuse-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-gaussian-none-none-diffuse-f32.wgsl"),
+        sha256: "b8d654d0a15af072d7c3f633c5a752147dca3f2265c35bd3cf157b92a08e4d22",
+    },
+    Embedded {
+        id: "shade-gaussian-sg-ggx-both-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-gaussian-sg-ggx-both-f32.wgsl"),
+        sha256: "026a492aca40b8f9759d84b851f1eeeadd3db6246338a344e5c04cc111744fa2",
+    },
+    Embedded {
+        id: "shade-gaussian-sg-ggx-diffuse-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-gaussian-sg-ggx-diffuse-f32.wgsl"),
+        sha256: "eb6e58d05aa3b482b628a7e12ce7caa8c61a08e3a67c2927c739728b3d019bee",
+    },
+    Embedded {
+        id: "shade-none-asg-ggx-both-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-asg-ggx-both-f32.wgsl"),
+        sha256: "2976b58cd9f746d1b682c77d5022c1c0a2b2228097b30385dd7934bc74a291f9",
+    },
+    Embedded {
+        id: "shade-none-asg-ggx-diffuse-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-asg-ggx-diffuse-f32.wgsl"),
+        sha256: "894f3dcc6ff9e66923a9b4aae82373f1a136fc5bb00e6246d77a05c6ba162873",
+    },
+    Embedded {
+        id: "shade-none-ndf_filtered-ggx-both-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-both-f32.wgsl"),
+        sha256: "7ad3d6e4df2b1e6eb23c7d304822ef2817431b8061fe11fd53e9c3a8cd522d64",
+    },
+    Embedded {
+        id: "shade-none-ndf_filtered-ggx-diffuse-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-diffuse-f32.wgsl"),
+        sha256: "92e1b01caa0086f4e5c7d6ec3f06c00001f54ba425faa4fa6948c05acab40a94",
+    },
+    Embedded {
+        id: "shade-none-sg-ggx-both-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-sg-ggx-both-f32.wgsl"),
+        sha256: "6b4ccc7d6dc93ee138a18229b2b5cafbc1c63adb7042bf39d171a3c7b871523c",
+    },
+    Embedded {
+        id: "shade-none-sg-ggx-diffuse-f32",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-sg-ggx-diffuse-f32.wgsl"),
+        sha256: "2abe93bd69676e826de65f12a36275ee123cc46b225e06450f58898cc72253e6",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -1713,6 +1934,46 @@ impl core::str::FromStr for Opacity {
             })
     }
 }
+/// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Precision {
+    /// 32-bit floats.
+    #[default]
+    F32,
+    /// 16 bits where they suffice: powers, diffuse directions, lobes; what cancels stays in 32.
+    F16,
+}
+impl Precision {
+    /// The name of the axis.
+    pub const AXIS: &str = "precision";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 2] = [Self::F32, Self::F16];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F16 => "f16",
+        }
+    }
+}
+impl core::fmt::Display for Precision {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Precision {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
 /// Specular reflection at the shading point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Specular {
@@ -1765,6 +2026,8 @@ pub enum Texel {
     /// Moments.
     #[default]
     Rgba32float,
+    /// Moments that 16 bits suffice for.
+    Rgba16float,
     /// A density.
     R32float,
 }
@@ -1772,11 +2035,12 @@ impl Texel {
     /// The name of the axis.
     pub const AXIS: &str = "texel";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 2] = [Self::Rgba32float, Self::R32float];
+    pub const ALL: [Self; 3] = [Self::Rgba32float, Self::Rgba16float, Self::R32float];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Rgba32float => "rgba32float",
+            Self::Rgba16float => "rgba16float",
             Self::R32float => "r32float",
         }
     }
@@ -2161,6 +2425,8 @@ pub mod moments {
         pub light: super::Light,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
+        pub precision: super::Precision,
     }
     impl Moments {
         /// Every legal variant.
@@ -2168,7 +2434,9 @@ pub mod moments {
             let mut all = Vec::new();
             for light in super::Light::ALL {
                 for lobes in super::Lobes::ALL {
-                    all.push(Self { light, lobes });
+                    for precision in super::Precision::ALL {
+                        all.push(Self { light, lobes, precision });
+                    }
                 }
             }
             all.retain(|variant| variant.is_legal());
@@ -2176,7 +2444,7 @@ pub mod moments {
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}", self.light, self.lobes)
+            format!("{PASS}-{}-{}-{}", self.light, self.lobes, self.precision)
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -2198,8 +2466,73 @@ pub mod moments {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `moments-directional-both`, `moments-directional-diffuse`, `moments-point-both`, `moments-point-diffuse`, `moments-spot-both`, `moments-spot-diffuse`.
+    /// `moments-directional-both-f16`, `moments-directional-diffuse-f16`, `moments-point-both-f16`, `moments-point-diffuse-f16`, `moments-spot-both-f16`, `moments-spot-diffuse-f16`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage_texture(
+                4,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_moments_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_moments_output",
+            "sglow_half_moments_output",
+            "sglow_weight_output",
+        ],
+    ];
+    /// `moments-directional-both-f32`, `moments-directional-diffuse-f32`, `moments-point-both-f32`, `moments-point-diffuse-f32`, `moments-spot-both-f32`, `moments-spot-diffuse-f32`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
             super::texture(
@@ -2238,7 +2571,7 @@ pub mod moments {
             ),
         ],
     ];
-    pub(super) const NAMES_0: &[&[&str]] = &[
+    pub(super) const NAMES_1: &[&[&str]] = &[
         &[
             "sglow_moments_parameters",
             "sglow_position_texture",
@@ -2387,8 +2720,30 @@ pub mod mip {
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_output"]];
-    /// `mip-rgba32float`.
+    /// `mip-rgba16float`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::texture(
+                0,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_output"]];
+    /// `mip-rgba32float`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::texture(
                 0,
@@ -2408,7 +2763,7 @@ pub mod mip {
             ),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_output"]];
+    pub(super) const NAMES_2: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_output"]];
 }
 /// Draws kernels by the density and makes one virtual spherical Gaussian light of each.
 pub mod sample {
@@ -2434,6 +2789,8 @@ pub mod sample {
         pub filter: super::Filter,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
+        pub precision: super::Precision,
     }
     impl Sample {
         /// Every legal variant.
@@ -2442,7 +2799,14 @@ pub mod sample {
             for kernel in super::Kernel::ALL {
                 for filter in super::Filter::ALL {
                     for lobes in super::Lobes::ALL {
-                        all.push(Self { kernel, filter, lobes });
+                        for precision in super::Precision::ALL {
+                            all.push(Self {
+                                kernel,
+                                filter,
+                                lobes,
+                                precision,
+                            });
+                        }
                     }
                 }
             }
@@ -2451,7 +2815,10 @@ pub mod sample {
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}-{}", self.kernel, self.filter, self.lobes)
+            format!(
+                "{PASS}-{}-{}-{}-{}", self.kernel, self.filter, self.lobes, self
+                .precision
+            )
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -2473,7 +2840,7 @@ pub mod sample {
             workgroup_size: Some([64, 1, 1]),
         },
     ];
-    /// `sample-modified-exact-both`, `sample-previous-exact-both`.
+    /// `sample-modified-exact-both-f16`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -2495,8 +2862,26 @@ pub mod sample {
                 wgpu::TextureViewDimension::D2Array,
                 false,
             ),
-            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 48),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::texture(
+                7,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[
@@ -2506,9 +2891,11 @@ pub mod sample {
             "sglow_density_texture",
             "sglow_vsgls",
             "sglow_kernels",
+            "sglow_half_moments_texture",
+            "sglow_weight_texture",
         ],
     ];
-    /// `sample-modified-exact-diffuse`, `sample-previous-exact-diffuse`.
+    /// `sample-modified-exact-both-f32`, `sample-previous-exact-both-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -2530,7 +2917,7 @@ pub mod sample {
                 wgpu::TextureViewDimension::D2Array,
                 false,
             ),
-            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 80),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
         ],
     ];
@@ -2543,7 +2930,7 @@ pub mod sample {
             "sglow_kernels",
         ],
     ];
-    /// `sample-modified-hardware-both`.
+    /// `sample-modified-exact-diffuse-f16`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -2551,7 +2938,7 @@ pub mod sample {
                 1,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::TextureSampleType::Float {
-                    filterable: true,
+                    filterable: false,
                 },
                 wgpu::TextureViewDimension::D2Array,
                 false,
@@ -2560,17 +2947,30 @@ pub mod sample {
                 2,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::TextureSampleType::Float {
-                    filterable: true,
+                    filterable: false,
                 },
                 wgpu::TextureViewDimension::D2Array,
                 false,
             ),
-            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 32),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
-            super::sampler(
-                5,
+            super::texture(
+                6,
                 wgpu::ShaderStages::COMPUTE,
-                wgpu::SamplerBindingType::Filtering,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::texture(
+                7,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
             ),
         ],
     ];
@@ -2581,10 +2981,11 @@ pub mod sample {
             "sglow_density_texture",
             "sglow_vsgls",
             "sglow_kernels",
-            "sglow_trilinear_sampler",
+            "sglow_half_moments_texture",
+            "sglow_weight_texture",
         ],
     ];
-    /// `sample-modified-hardware-diffuse`.
+    /// `sample-modified-exact-diffuse-f32`, `sample-previous-exact-diffuse-f32`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -2592,7 +2993,7 @@ pub mod sample {
                 1,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::TextureSampleType::Float {
-                    filterable: true,
+                    filterable: false,
                 },
                 wgpu::TextureViewDimension::D2Array,
                 false,
@@ -2601,18 +3002,13 @@ pub mod sample {
                 2,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::TextureSampleType::Float {
-                    filterable: true,
+                    filterable: false,
                 },
                 wgpu::TextureViewDimension::D2Array,
                 false,
             ),
             super::storage(3, wgpu::ShaderStages::COMPUTE, false, 48),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
-            super::sampler(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::SamplerBindingType::Filtering,
-            ),
         ],
     ];
     pub(super) const NAMES_3: &[&[&str]] = &[
@@ -2622,10 +3018,9 @@ pub mod sample {
             "sglow_density_texture",
             "sglow_vsgls",
             "sglow_kernels",
-            "sglow_trilinear_sampler",
         ],
     ];
-    /// `sample-previous-hardware-both`.
+    /// `sample-modified-hardware-both-f32`.
     pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -2642,7 +3037,7 @@ pub mod sample {
                 2,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::TextureSampleType::Float {
-                    filterable: false,
+                    filterable: true,
                 },
                 wgpu::TextureViewDimension::D2Array,
                 false,
@@ -2666,8 +3061,90 @@ pub mod sample {
             "sglow_trilinear_sampler",
         ],
     ];
-    /// `sample-previous-hardware-diffuse`.
+    /// `sample-modified-hardware-diffuse-f32`.
     pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::sampler(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_5: &[&[&str]] = &[
+        &[
+            "sglow_sample_parameters",
+            "sglow_moments_texture",
+            "sglow_density_texture",
+            "sglow_vsgls",
+            "sglow_kernels",
+            "sglow_trilinear_sampler",
+        ],
+    ];
+    /// `sample-previous-hardware-both-f32`.
+    pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::sampler(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_6: &[&[&str]] = &[
+        &[
+            "sglow_sample_parameters",
+            "sglow_moments_texture",
+            "sglow_density_texture",
+            "sglow_vsgls",
+            "sglow_kernels",
+            "sglow_trilinear_sampler",
+        ],
+    ];
+    /// `sample-previous-hardware-diffuse-f32`.
+    pub(super) const LAYOUT_7: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
             super::texture(
@@ -2697,7 +3174,7 @@ pub mod sample {
             ),
         ],
     ];
-    pub(super) const NAMES_5: &[&[&str]] = &[
+    pub(super) const NAMES_7: &[&[&str]] = &[
         &[
             "sglow_sample_parameters",
             "sglow_moments_texture",
@@ -2725,6 +3202,8 @@ pub mod shade {
         pub ndf: super::Ndf,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
+        pub precision: super::Precision,
     }
     impl Shade {
         /// Every legal variant.
@@ -2734,12 +3213,15 @@ pub mod shade {
                 for specular in super::Specular::ALL {
                     for ndf in super::Ndf::ALL {
                         for lobes in super::Lobes::ALL {
-                            all.push(Self {
-                                diffuse,
-                                specular,
-                                ndf,
-                                lobes,
-                            });
+                            for precision in super::Precision::ALL {
+                                all.push(Self {
+                                    diffuse,
+                                    specular,
+                                    ndf,
+                                    lobes,
+                                    precision,
+                                });
+                            }
                         }
                     }
                 }
@@ -2750,7 +3232,8 @@ pub mod shade {
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
             format!(
-                "{PASS}-{}-{}-{}-{}", self.diffuse, self.specular, self.ndf, self.lobes
+                "{PASS}-{}-{}-{}-{}-{}", self.diffuse, self.specular, self.ndf, self
+                .lobes, self.precision
             )
         }
         /// The rule that excludes it, if it is illegal.
@@ -2808,67 +3291,8 @@ pub mod shade {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `shade-constant-asg-ggx-both`, `shade-constant-ndf_filtered-ggx-both`, `shade-constant-sg-ggx-both`, `shade-fitted-asg-ggx-both`, `shade-fitted-ndf_filtered-ggx-both`, `shade-fitted-sg-ggx-both`, `shade-gaussian-asg-ggx-both`, `shade-gaussian-ndf_filtered-ggx-both`, `shade-gaussian-sg-ggx-both`.
+    /// `shade-constant-asg-ggx-both-f16`, `shade-fitted-asg-ggx-both-f16`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                3,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage_texture(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::storage_texture(
-                6,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-        ],
-    ];
-    pub(super) const NAMES_0: &[&[&str]] = &[
-        &[
-            "sglow_shade_parameters",
-            "sglow_position_texture",
-            "sglow_normal_texture",
-            "sglow_base_color_texture",
-            "sglow_vsgls",
-            "sglow_diffuse_output",
-            "sglow_specular_output",
-        ],
-    ];
-    /// `shade-constant-asg-ggx-diffuse`, `shade-constant-ndf_filtered-ggx-diffuse`, `shade-constant-sg-ggx-diffuse`, `shade-fitted-asg-ggx-diffuse`, `shade-fitted-ndf_filtered-ggx-diffuse`, `shade-fitted-sg-ggx-diffuse`, `shade-gaussian-asg-ggx-diffuse`, `shade-gaussian-ndf_filtered-ggx-diffuse`, `shade-gaussian-sg-ggx-diffuse`.
-    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -2915,7 +3339,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[
+    pub(super) const NAMES_0: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -2926,8 +3350,8 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-none-none-both`, `shade-fitted-none-none-both`, `shade-gaussian-none-none-both`.
-    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    /// `shade-constant-asg-ggx-both-f32`, `shade-constant-ndf_filtered-ggx-both-f32`, `shade-constant-sg-ggx-both-f32`, `shade-fitted-asg-ggx-both-f32`, `shade-fitted-ndf_filtered-ggx-both-f32`, `shade-fitted-sg-ggx-both-f32`, `shade-gaussian-asg-ggx-both-f32`, `shade-gaussian-ndf_filtered-ggx-both-f32`, `shade-gaussian-sg-ggx-both-f32`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -2965,6 +3389,72 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+        ],
+    ];
+    /// `shade-constant-asg-ggx-diffuse-f16`, `shade-fitted-asg-ggx-diffuse-f16`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 32),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
         ],
     ];
     pub(super) const NAMES_2: &[&[&str]] = &[
@@ -2975,9 +3465,10 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
+            "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-none-none-diffuse`, `shade-fitted-none-none-diffuse`, `shade-gaussian-none-none-diffuse`.
+    /// `shade-constant-asg-ggx-diffuse-f32`, `shade-constant-ndf_filtered-ggx-diffuse-f32`, `shade-constant-sg-ggx-diffuse-f32`, `shade-fitted-asg-ggx-diffuse-f32`, `shade-fitted-ndf_filtered-ggx-diffuse-f32`, `shade-fitted-sg-ggx-diffuse-f32`, `shade-gaussian-asg-ggx-diffuse-f32`, `shade-gaussian-ndf_filtered-ggx-diffuse-f32`, `shade-gaussian-sg-ggx-diffuse-f32`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -3016,6 +3507,13 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
         ],
     ];
     pub(super) const NAMES_3: &[&[&str]] = &[
@@ -3026,10 +3524,215 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
+            "sglow_specular_output",
         ],
     ];
-    /// `shade-none-asg-ggx-both`, `shade-none-ndf_filtered-ggx-both`, `shade-none-sg-ggx-both`.
+    /// `shade-constant-none-none-both-f16`, `shade-fitted-none-none-both-f16`.
     pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_4: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+        ],
+    ];
+    /// `shade-constant-none-none-both-f32`, `shade-fitted-none-none-both-f32`, `shade-gaussian-none-none-both-f32`.
+    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_5: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+        ],
+    ];
+    /// `shade-constant-none-none-diffuse-f16`, `shade-fitted-none-none-diffuse-f16`.
+    pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 32),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_6: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+        ],
+    ];
+    /// `shade-constant-none-none-diffuse-f32`, `shade-fitted-none-none-diffuse-f32`, `shade-gaussian-none-none-diffuse-f32`.
+    pub(super) const LAYOUT_7: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_7: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+        ],
+    ];
+    /// `shade-none-asg-ggx-both-f32`, `shade-none-ndf_filtered-ggx-both-f32`, `shade-none-sg-ggx-both-f32`.
+    pub(super) const LAYOUT_8: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -3069,7 +3772,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_4: &[&[&str]] = &[
+    pub(super) const NAMES_8: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -3079,8 +3782,8 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-none-asg-ggx-diffuse`, `shade-none-ndf_filtered-ggx-diffuse`, `shade-none-sg-ggx-diffuse`.
-    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    /// `shade-none-asg-ggx-diffuse-f32`, `shade-none-ndf_filtered-ggx-diffuse-f32`, `shade-none-sg-ggx-diffuse-f32`.
+    pub(super) const LAYOUT_9: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -3120,7 +3823,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_5: &[&[&str]] = &[
+    pub(super) const NAMES_9: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -3875,10 +4578,33 @@ const _: () = {
     );
     equal(core::mem::offset_of!(SglowMaterialTextured, emission_coordinates), 112);
 };
-/// `SglowMomentsParameters` of the shaders.
+/// `SglowMomentsParameters` of the variants with precision = f16.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SglowMomentsParameters {
+pub struct SglowMomentsParametersF16 {
+    /// `SglowLight` at byte 0.
+    pub light: SglowLight,
+    /// Positions are kept relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 80)
+    pub origin: [f32; 3],
+    /// A power of two that brings the power of every photon to at most 32768; see the halves' output. (`f32` at byte 92)
+    pub power_scale: f32,
+}
+impl Default for SglowMomentsParametersF16 {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowMomentsParametersF16>(), 96);
+    equal(core::mem::offset_of!(SglowMomentsParametersF16, light), 0);
+    equal(core::mem::offset_of!(SglowMomentsParametersF16, origin), 80);
+    equal(core::mem::offset_of!(SglowMomentsParametersF16, power_scale), 92);
+};
+/// `SglowMomentsParameters` of the variants with precision = f32.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowMomentsParametersF32 {
     /// `SglowLight` at byte 0.
     pub light: SglowLight,
     /// Positions are kept relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 80)
@@ -3886,21 +4612,131 @@ pub struct SglowMomentsParameters {
     /// Not read by the shaders.
     pub _padding_0: [u8; 4],
 }
-impl Default for SglowMomentsParameters {
+impl Default for SglowMomentsParametersF32 {
     /// All bytes zero.
     fn default() -> Self {
         bytemuck::Zeroable::zeroed()
     }
 }
 const _: () = {
-    equal(size_of::<SglowMomentsParameters>(), 96);
-    equal(core::mem::offset_of!(SglowMomentsParameters, light), 0);
-    equal(core::mem::offset_of!(SglowMomentsParameters, origin), 80);
+    equal(size_of::<SglowMomentsParametersF32>(), 96);
+    equal(core::mem::offset_of!(SglowMomentsParametersF32, light), 0);
+    equal(core::mem::offset_of!(SglowMomentsParametersF32, origin), 80);
 };
-/// `SglowSampleParameters` of the shaders.
+/// One lobe of a virtual light in 16 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SglowSampleParameters {
+pub struct SglowPackedLobe {
+    /// The axis: its octahedral coordinates as signed 16-bit fractions, within 7e-5 of the unit vector. Halves would leave 5e-4, half the breadth of the sharpest lobe. (`u32` at byte 0)
+    pub axis: u32,
+    /// Red and green of the coefficient over the scale, unsigned 16-bit fractions. (`u32` at byte 4)
+    pub red_green: u32,
+    /// Low: blue over the scale, an unsigned 16-bit fraction. High: sharpness / 32, a half float, so that 2^20 is in range. (`u32` at byte 8)
+    pub blue_sharpness: u32,
+    /// The coefficient's largest channel, W/sr: f32, for intensities have no common range. (`f32` at byte 12)
+    pub scale: f32,
+}
+impl Default for SglowPackedLobe {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowPackedLobe>(), 16);
+    equal(core::mem::offset_of!(SglowPackedLobe, axis), 0);
+    equal(core::mem::offset_of!(SglowPackedLobe, red_green), 4);
+    equal(core::mem::offset_of!(SglowPackedLobe, blue_sharpness), 8);
+    equal(core::mem::offset_of!(SglowPackedLobe, scale), 12);
+};
+/// A virtual light in 32 bytes, or in 48 with a specular lobe.
+///
+/// `SglowPackedVsgl` of the variants with lobes = both.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowPackedVsglBoth {
+    /// Mean position, in world space: f32, for the shading point's is subtracted from it. (`vec3<f32>` at byte 0)
+    pub position: [f32; 3],
+    /// Positional variance: f32, for it has any range. (`f32` at byte 12)
+    pub variance: f32,
+    /// `SglowPackedLobe` at byte 16.
+    pub diffuse: SglowPackedLobe,
+    /// `SglowPackedLobe` at byte 32.
+    pub specular: SglowPackedLobe,
+}
+impl Default for SglowPackedVsglBoth {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowPackedVsglBoth>(), 48);
+    equal(core::mem::offset_of!(SglowPackedVsglBoth, position), 0);
+    equal(core::mem::offset_of!(SglowPackedVsglBoth, variance), 12);
+    equal(core::mem::offset_of!(SglowPackedVsglBoth, diffuse), 16);
+    equal(core::mem::offset_of!(SglowPackedVsglBoth, specular), 32);
+};
+/// A virtual light in 32 bytes, or in 48 with a specular lobe.
+///
+/// `SglowPackedVsgl` of the variants with lobes = diffuse.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowPackedVsglDiffuse {
+    /// Mean position, in world space: f32, for the shading point's is subtracted from it. (`vec3<f32>` at byte 0)
+    pub position: [f32; 3],
+    /// Positional variance: f32, for it has any range. (`f32` at byte 12)
+    pub variance: f32,
+    /// `SglowPackedLobe` at byte 16.
+    pub diffuse: SglowPackedLobe,
+}
+impl Default for SglowPackedVsglDiffuse {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowPackedVsglDiffuse>(), 32);
+    equal(core::mem::offset_of!(SglowPackedVsglDiffuse, position), 0);
+    equal(core::mem::offset_of!(SglowPackedVsglDiffuse, variance), 12);
+    equal(core::mem::offset_of!(SglowPackedVsglDiffuse, diffuse), 16);
+};
+/// `SglowSampleParameters` of the variants with precision = f16.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowSampleParametersF16 {
+    /// The origin that the moments' positions are relative to. (`vec3<f32>` at byte 0)
+    pub origin: [f32; 3],
+    /// Number of lights, 1 to 65536. (`u32` at byte 12)
+    pub count: u32,
+    /// K of Eq. (1) and Eq. (3), above 0; 1 by default. (`f32` at byte 16)
+    pub size_factor: f32,
+    /// The least positional variance: about that of one texel's footprint. (`f32` at byte 20)
+    pub minimum_variance: f32,
+    /// The power that a stored one stands for: a power of two. (`f32` at byte 24)
+    pub power_unit: f32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
+}
+impl Default for SglowSampleParametersF16 {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowSampleParametersF16>(), 32);
+    equal(core::mem::offset_of!(SglowSampleParametersF16, origin), 0);
+    equal(core::mem::offset_of!(SglowSampleParametersF16, count), 12);
+    equal(core::mem::offset_of!(SglowSampleParametersF16, size_factor), 16);
+    equal(core::mem::offset_of!(SglowSampleParametersF16, minimum_variance), 20);
+    equal(core::mem::offset_of!(SglowSampleParametersF16, power_unit), 24);
+};
+/// `SglowSampleParameters` of the variants with precision = f32.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowSampleParametersF32 {
     /// The origin that the moments' positions are relative to. (`vec3<f32>` at byte 0)
     pub origin: [f32; 3],
     /// Number of lights, 1 to 65536. (`u32` at byte 12)
@@ -3912,18 +4748,18 @@ pub struct SglowSampleParameters {
     /// Not read by the shaders.
     pub _padding_0: [u8; 8],
 }
-impl Default for SglowSampleParameters {
+impl Default for SglowSampleParametersF32 {
     /// All bytes zero.
     fn default() -> Self {
         bytemuck::Zeroable::zeroed()
     }
 }
 const _: () = {
-    equal(size_of::<SglowSampleParameters>(), 32);
-    equal(core::mem::offset_of!(SglowSampleParameters, origin), 0);
-    equal(core::mem::offset_of!(SglowSampleParameters, count), 12);
-    equal(core::mem::offset_of!(SglowSampleParameters, size_factor), 16);
-    equal(core::mem::offset_of!(SglowSampleParameters, minimum_variance), 20);
+    equal(size_of::<SglowSampleParametersF32>(), 32);
+    equal(core::mem::offset_of!(SglowSampleParametersF32, origin), 0);
+    equal(core::mem::offset_of!(SglowSampleParametersF32, count), 12);
+    equal(core::mem::offset_of!(SglowSampleParametersF32, size_factor), 16);
+    equal(core::mem::offset_of!(SglowSampleParametersF32, minimum_variance), 20);
 };
 /// `SglowShadeParameters` of the shaders.
 #[repr(C)]

@@ -13,7 +13,8 @@
 @group(0) @binding(0) var sglow_mip_source: texture_2d_array<f32>;
 @group(0) @binding(1) var sglow_mip_output: texture_storage_2d_array<r32float, write>;
 
-/// The mean of two by two texels, for every layer: mips of a power-of-two square then hold exact means.
+/// The mean of two by two texels, for every layer: mips of a power-of-two square then hold exact means, but for the
+/// rounding of each level to the format of its texels.
 @compute @workgroup_size(8, 8)
 fn sglow_mip(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_mip_output)) {
