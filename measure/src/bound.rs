@@ -5,6 +5,7 @@ use serde::Serialize;
 use sglow_shaders::Kernel;
 
 use crate::function::Function;
+use crate::halves::HalfCheck;
 use crate::hold::Held;
 
 /// What of a function is held against a bound.
@@ -237,6 +238,9 @@ impl Extreme {
     }
 }
 
+/// The most that the fitted cosine integral may take of the time of the published one it replaces.
+pub const FITTED_OVER_ERF: f64 = 1.3;
+
 /// The bounds of extreme cases.
 pub const EXTREMES: &[Extreme] = &[
     Extreme {
@@ -311,6 +315,35 @@ pub fn extreme(name: &str) -> Extreme {
         Extreme { name: "", at_most: Some(0.0), reason: "no bound is known", previous_too: true };
     EXTREMES.iter().copied().find(|bound| bound.name == name).unwrap_or(none)
 }
+
+/// RMSE of the indirect light in f16 over its mean in f32.
+pub const HALF_PICTURE: HalfCheck = HalfCheck {
+    name: "picture, RMSE over mean",
+    value: f64::NAN,
+    at_most: 4.9e-4,
+    reason: "half an ULP of a half is 2^-11; errors of many lights are independent and cancel in part",
+};
+/// The largest relative error of a light's power.
+pub const HALF_POWER: HalfCheck = HalfCheck {
+    name: "power of a lobe, relative",
+    value: f64::NAN,
+    at_most: 3.9e-3,
+    reason: "each of up to eight mips is rounded by 2^-11",
+};
+/// The largest error of a light's sharpness over the sharpness plus one.
+pub const HALF_SHARPNESS: HalfCheck = HalfCheck {
+    name: "sharpness of a lobe, over itself plus 1",
+    value: f64::NAN,
+    at_most: 5.9e-3,
+    reason: "the mean length of a diffuse lobe, 2/3, is off by as much as powers and its weight are, and is tripled in r/(1 - r)",
+};
+/// Numbers that are not finite.
+pub const HALF_NOT_FINITE: HalfCheck = HalfCheck {
+    name: "numbers that are not finite",
+    value: f64::NAN,
+    at_most: 0.0,
+    reason: "powers are stored in a unit that the brightest photon fits",
+};
 
 /// A bound that was held against what was measured.
 #[derive(Clone, Debug, Serialize)]

@@ -8,7 +8,7 @@ use sglow_runtime::package::Package;
 use sglow_runtime::readback;
 use sglow_runtime::scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
 use sglow_runtime::settings::{AXES, Settings, SettingsError};
-use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Specular};
+use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Specular};
 use thiserror::Error;
 
 use crate::bound;
@@ -237,6 +237,7 @@ fn values(axis: &str) -> Vec<&'static str> {
         "diffuse" => Diffuse::ALL.map(Diffuse::name).to_vec(),
         "specular" => Specular::ALL.map(Specular::name).to_vec(),
         "ndf" => Ndf::ALL.map(Ndf::name).to_vec(),
+        "precision" => Precision::ALL.map(Precision::name).to_vec(),
         _ => Vec::new(),
     }
 }
@@ -383,7 +384,7 @@ fn of_density(
     let base = Settings { rsm_size: STRESS_SIZE, count: STRESS_COUNT, ..Settings::default() };
     let bound = bound::extreme("density");
     let mut tried = Vec::new();
-    for (variant, settings) in variants(&base, &["kernel", "filter"], gpu) {
+    for (variant, settings) in variants(&base, &["kernel", "filter", "precision"], gpu) {
         let sampled = density::sample(gpu, package, &settings, &texels, &power)?;
         let sum: f64 = sampled.powers.iter().sum();
         let outcome = Outcome {

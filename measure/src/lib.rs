@@ -11,6 +11,7 @@ pub mod error;
 pub mod extreme;
 pub mod function;
 pub mod functions;
+pub mod halves;
 pub mod hold;
 pub mod input;
 pub mod mirror;

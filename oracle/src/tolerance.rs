@@ -10,8 +10,8 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::{half, math};
 use crate::real::Real;
+use crate::{half, math};
 
 /// The distance of neighbouring f32 numbers, relative to the lower end of their binade: 2^-23.
 pub const ULP: f64 = f32::EPSILON as f64;

@@ -112,18 +112,6 @@ fn halves_save_bytes() {
     }
 }
 
-/// Prints what the documentation says of f16; run with `--ignored --nocapture`.
-#[test]
-#[ignore = "a measurement"]
-fn table() {
-    for name in ["cornell", "cornell-glossy", "atrium"] {
-        let settings = Settings { size: [160, 90], ..Settings::default() };
-        let scene = Scene::builtin(name).unwrap();
-        let halved = measure(gpu(), &Package::embedded(), &scene, &settings, 15).unwrap();
-        println!("{name}: {halved:?}");
-    }
-}
-
 /// The unit of power brings the brightest photon of every kind of light below the largest half, and not far below.
 #[test]
 fn the_brightest_photon_is_near_the_largest_half() {

@@ -87,7 +87,8 @@ fn snapshots() {
             "sample-modified-exact-both-f32",
             "sample-previous-hardware-diffuse-f32",
             "shade-constant-none-none-diffuse-f32",
-            "shade-gaussian-asg-beckmann-both-f32",
+            "shade-constant-asg-ggx-both-f16",
+            "shade-fitted-ndf_filtered-ggx-both-f32",
             "surface-textured-cutout",
         ] {
             insta::assert_snapshot!(

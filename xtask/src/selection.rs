@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
+use sglow_runtime::package::Package;
 use sglow_runtime::scene::Scene;
+use sglow_shader_gen::generate;
 use sglow_shader_gen::library::{Library, Pass};
 use sglow_shader_gen::matrix::{Allowed, Because, Variant};
 
@@ -46,6 +48,14 @@ pub(crate) fn library_folder() -> PathBuf {
 /// Reads the library.
 pub(crate) fn library() -> Result<Library> {
     Library::load(&library_folder()).map_err(failure::rendered)
+}
+
+/// Every legal variant of the library, generated in memory: what is not committed too.
+pub(crate) fn whole_space() -> Result<Package> {
+    let library = library()?;
+    let variants = generate::variants(&library, &library.variants()).map_err(failure::rendered)?;
+    let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
+    Ok(Package::generated("every variant of the library", texts))
 }
 
 impl Choice {

@@ -12,6 +12,7 @@ use crate::json::Report;
 use crate::picture::{Image, Layer, Picture, compare, exr, png, tone};
 use crate::progress;
 use crate::say;
+use crate::selection::whole_space;
 use crate::shot::{self, Numbers, Shot};
 
 /// What `--help` shows below the options.
@@ -55,7 +56,7 @@ pub(crate) struct Arguments {
     /// Also compute the picture by brute force, and compare
     #[arg(long, value_enum, value_name = "HOW", default_value = "none")]
     reference: Reference,
-    /// A package that `gen-shaders --out` wrote [default: the committed one]
+    /// A package that `gen-shaders --out` wrote [default: made from the library, every variant]
     #[arg(long, value_name = "DIR")]
     package: Option<PathBuf>,
     #[command(flatten)]
@@ -173,17 +174,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.write(&arguments.out.with_extension("json"))
 }
 
-/// The package in a folder, or the committed one.
+/// The package in a folder, or every variant of the library.
 pub(crate) fn package(folder: Option<&Path>) -> Result<Package> {
-    folder.map_or_else(
-        || Ok(Package::embedded()),
-        |folder| {
-            Package::load(folder).map_err(|errors| {
-                let lines: Vec<_> = errors.iter().map(ToString::to_string).collect();
-                Failure::new(lines.join("\n"))
-            })
-        },
-    )
+    folder.map_or_else(whole_space, |folder| {
+        Package::load(folder).map_err(|errors| {
+            let lines: Vec<_> = errors.iter().map(ToString::to_string).collect();
+            Failure::new(lines.join("\n"))
+        })
+    })
 }
 
 /// The same frame with its indirect light by brute force.

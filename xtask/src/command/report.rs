@@ -49,7 +49,7 @@ pub(crate) struct Arguments {
     /// The folder that receives report.json
     #[arg(long, value_name = "DIR", default_value = "out/report")]
     out: PathBuf,
-    /// A package that `gen-shaders --out` wrote [default: the committed one]
+    /// A package that `gen-shaders --out` wrote [default: made from the library, every variant]
     #[arg(long, value_name = "DIR")]
     package: Option<PathBuf>,
     #[command(flatten)]

@@ -7,6 +7,7 @@ use clap::Args;
 use sglow_measure::arithmetic::Arithmetic;
 use sglow_measure::bound::Quantity;
 use sglow_measure::function::Function;
+use sglow_measure::halves::{HalvesReport, SCENES};
 use sglow_measure::hold::Extent;
 use sglow_measure::stability::{ExtremeReport, FunctionReport};
 use sglow_runtime::device::Gpu;
@@ -22,7 +23,7 @@ use crate::page::stability::{
 };
 use crate::progress;
 use crate::say;
-use crate::selection::library;
+use crate::selection::{library, whole_space};
 use crate::shot;
 use crate::table;
 use crate::write;
@@ -109,10 +110,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             bar.inc(1);
         })?;
     bar.finish_and_clear();
-    let extremes = if whole_run { extremes(&gpu)? } else { Vec::new() };
+    let (extremes, halves) = if whole_run { pipeline(&gpu)? } else { (Vec::new(), Vec::new()) };
     let minutes = start.elapsed().as_secs_f64() / 60.0;
 
-    checks(&mut report, &functions, &extremes);
+    checks(&mut report, &functions, &extremes, &halves);
     if whole_run && !arguments.quick {
         let inputs: usize = functions.iter().map(FunctionReport::inputs).sum();
         let check = Check::new("inputs", inputs as f64, "inputs", Relation::AtLeast, INPUTS);
@@ -123,12 +124,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 
     report.detail("functions", &functions)?;
     report.detail("extremes", &extremes)?;
+    report.detail("halves", &halves)?;
     report.detail("arithmetics", Arithmetic::ALL.map(Arithmetic::name))?;
     report.detail("does_not_show", DOES_NOT_SHOW)?;
     let findings = Findings {
         report: &report,
         functions: &functions,
         extremes: &extremes,
+        halves: &halves,
         minutes,
         does_not_show: &DOES_NOT_SHOW,
     };
@@ -172,23 +175,27 @@ fn variants() -> Result<Vec<Validated>> {
     generate::variants(&library, &variants).map_err(failure::rendered)
 }
 
-/// The whole pipeline in extreme cases, every variant generated in memory.
-fn extremes(gpu: &Gpu) -> Result<Vec<ExtremeReport>> {
-    let library = library()?;
-    let variants = generate::variants(&library, &library.variants()).map_err(failure::rendered)?;
-    let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
-    let package = Package::generated("every variant of the library", texts);
-    let bar = progress::bar("extremes", sglow_measure::extreme::count());
-    let reports = sglow_measure::extreme::all(gpu, &package, |name| {
+/// The whole pipeline in extreme cases and in both precisions, every variant generated in memory.
+fn pipeline(gpu: &Gpu) -> Result<(Vec<ExtremeReport>, Vec<HalvesReport>)> {
+    let package = whole_space()?;
+    let bar = progress::bar("extremes", sglow_measure::extreme::count() + SCENES.len());
+    let step = |name: &str| {
         bar.set_message(name.to_owned());
         bar.inc(1);
-    })?;
+    };
+    let extremes = sglow_measure::extreme::all(gpu, &package, step)?;
+    let halves = sglow_measure::halves::all(gpu, &package, step)?;
     bar.finish_and_clear();
-    Ok(reports)
+    Ok((extremes, halves))
 }
 
 /// Everything that was held against a bound, as checks.
-fn checks(report: &mut Report, functions: &[FunctionReport], extremes: &[ExtremeReport]) {
+fn checks(
+    report: &mut Report,
+    functions: &[FunctionReport],
+    extremes: &[ExtremeReport],
+    halves: &[HalvesReport],
+) {
     for verdict in functions.iter().flat_map(|function| &function.verdicts) {
         let name =
             format!("{}: {} ({})", verdict.function, verdict.quantity.name(), verdict.regime);
@@ -203,6 +210,23 @@ fn checks(report: &mut Report, functions: &[FunctionReport], extremes: &[Extreme
         let name = format!("{}: variants that fail", extreme.name);
         let check = Check::new(name, failing, "variants", Relation::AtMost, 0.0);
         report.check(check.note(extreme.reason));
+    }
+    for half in halves {
+        for held in &half.checks {
+            let name = format!("f16 in {}, {}", half.scene, held.name);
+            let check = Check::new(name, held.value, "", Relation::AtMost, held.at_most);
+            report.check(check.note(held.reason));
+        }
+    }
+    let net = |name: &str| {
+        let one = functions.iter().find(|function| function.name == name);
+        one.map(|function| function.net.median)
+    };
+    if let (Some(fitted), Some(erf)) = (net("sg_cosine_fitted"), net("sg_cosine_erf")) {
+        let name = "time of sg_cosine_fitted over that of sg_cosine_erf";
+        let bound = sglow_measure::bound::FITTED_OVER_ERF;
+        let check = Check::new(name, fitted / erf, "times", Relation::AtMost, bound);
+        report.check(check.note("a better form has to cost no more than a third on top"));
     }
 }
 
@@ -275,6 +299,12 @@ fn failing(findings: &Findings<'_>) -> Vec<String> {
         let variants: Vec<&str> = variants.map(|variant| variant.variant.as_str()).collect();
         lines.push(format!("FAILS {}: {}", extreme.name, variants.join(", ")));
     }
+    // Checks of functions and extremes have a colon in their names; the others say all there is to say.
+    let others = findings.report.checks.iter().filter(|check| !check.name.contains(": "));
+    for check in others.filter(|check| !check.holds) {
+        let (value, bound) = (measured(check.value), figure(check.bound));
+        lines.push(format!("FAILS {}: {value} {}, bound {bound}", check.name, check.unit));
+    }
     lines
 }
 
@@ -298,14 +328,16 @@ mod tests {
     fn every_bound_is_a_check_and_what_fails_is_told_with_its_input() {
         let (functions, extremes) = (made_up::functions(), made_up::extremes());
         let mut report = Report::new();
-        checks(&mut report, &functions, &extremes);
+        checks(&mut report, &functions, &extremes, &[]);
         let verdicts: usize = functions.iter().map(|function| function.verdicts.len()).sum();
-        assert_eq!(report.checks.len(), verdicts + extremes.len());
+        // One more: the time of the fitted form over that of the published one.
+        assert_eq!(report.checks.len(), verdicts + extremes.len() + 1);
         assert!(report.verdict().is_err());
         let findings = Findings {
             report: &report,
             functions: &functions,
             extremes: &extremes,
+            halves: &[],
             minutes: 1.0,
             does_not_show: &[],
         };
@@ -324,7 +356,7 @@ mod tests {
         extremes.truncate(1);
         extremes[0].variants.clear();
         let mut report = Report::new();
-        checks(&mut report, &[], &extremes);
+        checks(&mut report, &[], &extremes, &[]);
         assert!(report.verdict().is_err() && !holds(&extremes[0]));
     }
 }

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 use sglow_measure::arithmetic::Arithmetic;
 use sglow_measure::bound::{Quantity, Verdict};
 use sglow_measure::error::Worst;
+use sglow_measure::halves::HalvesReport;
 use sglow_measure::hold::Held;
 use sglow_measure::input::REGIMES;
 use sglow_measure::stability::{ExtremeReport, ExtremeVariant, FunctionReport, RELATIVE_TO};
@@ -22,6 +23,8 @@ pub(crate) struct Findings<'a> {
     pub(crate) functions: &'a [FunctionReport],
     /// Each extreme case of the pipeline.
     pub(crate) extremes: &'a [ExtremeReport],
+    /// Each scene in both precisions.
+    pub(crate) halves: &'a [HalvesReport],
     /// How long it took.
     pub(crate) minutes: f64,
     /// What must not be concluded.
@@ -73,6 +76,7 @@ impl Findings<'_> {
                 body: order_of_operations(self.functions),
             },
             Section { id: "extremes", title: "Extremes", body: extremes(self.extremes) },
+            Section { id: "halves", title: "Half precision", body: halves(self.halves) },
             Section { id: "bounds", title: "Bounds and their reasons", body: self.bounds() },
             Section {
                 id: "limits",
@@ -768,6 +772,62 @@ fn extremes(extremes: &[ExtremeReport]) -> Markup {
     }
 }
 
+/// What 16 bits save and cost, scene by scene.
+fn halves(halves: &[HalvesReport]) -> Markup {
+    if halves.is_empty() {
+        return html! { p.quiet { "No scene was rendered in both precisions." } };
+    }
+    let errors: Vec<Markup> = halves
+        .iter()
+        .flat_map(|half| half.checks.iter().map(move |check| (half.scene, check)))
+        .map(|(scene, check)| {
+            html! {
+                tr {
+                    th scope="row" { (scene) }
+                    td.t { (check.name) }
+                    td.n { (measured(check.value)) }
+                    td.n { (figure(check.at_most)) }
+                    td.t { (mark(check.holds())) }
+                }
+            }
+        })
+        .collect();
+    let costs: Vec<Markup> = halves
+        .iter()
+        .map(|half| {
+            let [full, halved] = half.bytes.map(|bytes| bytes as f64);
+            let time = |which: usize| -> f64 {
+                half.passes.iter().filter_map(|(_, times)| times[which]).sum()
+            };
+            html! {
+                tr {
+                    th scope="row" { (half.scene) }
+                    td.n { (count(half.bytes[0] as usize)) }
+                    td.n { (count(half.bytes[1] as usize)) }
+                    td.n { (figure(halved / full)) }
+                    td.n { (figure(half.axis)) }
+                    td.n { (figure(time(1) / time(0))) }
+                }
+            }
+        })
+        .collect();
+    let error_columns =
+        [text("scene"), text("error of f16"), number("value"), number("at most"), text("")];
+    let cost_columns = [
+        text("scene"),
+        number("bytes, f32"),
+        number("bytes, f16"),
+        number("ratio"),
+        number("axis, rad"),
+        number("frame time, f16 over f32"),
+    ];
+    html! {
+        p { "Moments, mips and virtual lights in 16 bits where they suffice, against 32 bits, with the same light. Positions, their weight and the specular direction stay in 32 bits: what is computed from them is a difference." }
+        (table("Bytes and time of half precision", "", &cost_columns, &costs))
+        (table("Errors of half precision", "", &error_columns, &errors))
+    }
+}
+
 /// The variants in a line.
 fn summary(extreme: &ExtremeReport) -> String {
     let deviations = extreme.variants.iter().filter_map(|variant| variant.deviation);
@@ -833,6 +893,7 @@ mod tests {
             report: &report,
             functions,
             extremes,
+            halves: &made_up::halves(),
             minutes: 3.25,
             does_not_show: &["how fast a GPU is & more"],
         };
@@ -848,6 +909,7 @@ mod tests {
             "Functions",
             "Order of operations",
             "Extremes",
+            "Half precision",
             "Bounds and their reasons",
             "What this does not show",
         ];
@@ -885,6 +947,7 @@ mod tests {
             report: &report,
             functions: &[],
             extremes: &[],
+            halves: &[],
             minutes: 0.0,
             does_not_show: &[],
         };
@@ -951,6 +1014,7 @@ mod tests {
             report: &report,
             functions: &[],
             extremes: &[],
+            halves: &[],
             minutes: 1.0,
             does_not_show: &[],
         };

@@ -4,6 +4,7 @@ use sglow_measure::arithmetic::Arithmetic;
 use sglow_measure::bound::{Quantity, Verdict};
 use sglow_measure::curve::Point;
 use sglow_measure::error::{Errors, Pair};
+use sglow_measure::halves::{HalfCheck, HalvesReport};
 use sglow_measure::hold::{Held, Time};
 use sglow_measure::input::REGIMES;
 use sglow_measure::stability::{ExtremeReport, ExtremeVariant, FunctionReport};
@@ -134,4 +135,14 @@ pub(crate) fn report() -> Report {
     report.check(Check::new("one", 0.5, "of the grant", Relation::AtMost, 1.0));
     report.check(Check::new("two", f64::INFINITY, "of the grant", Relation::AtMost, 1.0));
     report
+}
+
+pub(crate) fn halves() -> Vec<HalvesReport> {
+    vec![HalvesReport {
+        scene: "cornell",
+        bytes: [100, 70],
+        axis: 1e-4,
+        passes: vec![("density", [Some(1.0), None]), ("shade", [Some(3.0), Some(2.0)])],
+        checks: vec![HalfCheck { value: 1e-4, ..sglow_measure::bound::HALF_PICTURE }],
+    }]
 }
