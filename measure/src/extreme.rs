@@ -1,11 +1,13 @@
 //! The whole pipeline in extreme cases, its variants side by side.
 
+use sglow_oracle::Vector3;
 use sglow_oracle::fis::stress::{Random, Stress};
+use sglow_oracle::vsgl::{Lobe, Vsgl};
 use sglow_runtime::density;
 use sglow_runtime::device::{DeviceError, Gpu};
 use sglow_runtime::frame::{Frame, FrameError, Renderer};
 use sglow_runtime::package::Package;
-use sglow_runtime::readback;
+use sglow_runtime::reference;
 use sglow_runtime::scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
 use sglow_runtime::settings::{AXES, Settings, SettingsError};
 use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Specular};
@@ -258,10 +260,21 @@ fn render(
     let renderer = Renderer::new(gpu, package, scene, settings, 0)?;
     renderer.render()?;
     let frame = renderer.read()?;
-    let words: Vec<f32> = readback::buffer(gpu, renderer.indirect().vsgls())?;
     let mut outcome = of_frame(&frame);
-    outcome.not_finite += words.iter().filter(|word| !word.is_finite()).count();
+    let lights = reference::lights::<f64>(gpu, renderer.indirect())?;
+    outcome.not_finite += lights.iter().map(not_finite).sum::<usize>();
     Ok(outcome)
+}
+
+/// Numbers of a light that are not finite.
+fn not_finite(light: &Vsgl) -> usize {
+    let vector = |vector: Vector3| vector.to_array();
+    let lobe = |lobe: &Lobe| {
+        [&[lobe.sharpness][..], &vector(lobe.axis), &vector(lobe.coefficient)].concat()
+    };
+    let lobes = core::iter::once(&light.diffuse).chain(&light.specular).flat_map(lobe);
+    let place = vector(light.position).into_iter().chain([light.variance]);
+    place.chain(lobes).filter(|number| !number.is_finite()).count()
 }
 
 fn of_frame(frame: &Frame) -> Outcome {
