@@ -22,6 +22,13 @@ pub enum FunctionError {
 /// Three vectors of four numbers; which means what stands at the function's call in `shaders/src/function`.
 pub type Arguments = [f32; 12];
 
+/// A number of the arguments is NaN or infinite.
+pub const NOT_FINITE: u32 = 1;
+/// A number of the arguments is outside of its range.
+pub const OUT_OF_RANGE: u32 = 2;
+/// A direction among the arguments is not of length 1.
+pub const NOT_UNIT: u32 = 4;
+
 /// A function that is about to be timed.
 pub struct Stopwatch<'a> {
     function: &'a Function<'a>,
@@ -78,12 +85,31 @@ impl<'a> Function<'a> {
     ///
     /// When the device fails.
     pub fn evaluate(&self, arguments: &[Arguments]) -> Result<Vec<[f32; 4]>, DeviceError> {
+        self.at_all(&self.evaluate, arguments)
+    }
+
+    /// How each of the arguments breaks the function's contract: the bits of [`NOT_FINITE`], [`OUT_OF_RANGE`] and
+    /// [`NOT_UNIT`], 0 where all is right.
+    ///
+    /// # Errors
+    ///
+    /// When the device refuses the entry point, or fails.
+    pub fn check(&self, arguments: &[Arguments]) -> Result<Vec<u32>, FunctionError> {
+        let check = pipeline(self.gpu, &self.id, &self.module, "sglow_check_function", &[])?;
+        let results = self.at_all(&check, arguments)?;
+        Ok(results.into_iter().map(|[bits, ..]| bits as u32).collect())
+    }
+
+    fn at_all(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        arguments: &[Arguments],
+    ) -> Result<Vec<[f32; 4]>, DeviceError> {
         let mut results = Vec::with_capacity(arguments.len());
         for chunk in arguments.chunks(CHUNK) {
             let (inputs, outputs) = self.buffers(chunk, chunk.len());
-            let group = self.group(&self.evaluate, &inputs, &outputs);
-            let groups = (chunk.len() as u32).div_ceil(WORKGROUP);
-            self.dispatch(&self.evaluate, &group, groups);
+            let group = self.group(pipeline, &inputs, &outputs);
+            self.dispatch(pipeline, &group, (chunk.len() as u32).div_ceil(WORKGROUP));
             results.extend(readback::buffer::<[f32; 4]>(self.gpu, &outputs)?);
         }
         Ok(results)

@@ -26,6 +26,7 @@
 //!
 //! Shader texts come from a [`package::Package`] and are used as they are.
 
+pub mod check;
 pub mod density;
 pub mod device;
 pub mod direct;

@@ -13,7 +13,8 @@ use sglow_shader_gen::validate::Validated;
 
 use crate::common::gpu;
 
-fn variants() -> &'static [Validated] {
+/// The variants of all functions.
+pub(crate) fn variants() -> &'static [Validated] {
     static VARIANTS: OnceLock<Vec<Validated>> = OnceLock::new();
     VARIANTS.get_or_init(|| {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
@@ -117,5 +118,23 @@ fn every_bound_notices_what_it_is_for() {
                 .unwrap();
             assert!(!noticed.holds, "a broken {} goes unnoticed: {noticed:?}", function.name);
         }
+    }
+}
+
+/// What stability buys: the papers' literal forms do not keep the bounds that the stable ones keep. They are the negative
+/// control of the bounds on inputs that are right.
+#[test]
+fn literal_forms_fail_what_the_stable_ones_are_held_to() {
+    let literal: Vec<_> =
+        functions::all().into_iter().filter(|function| function.literal).collect();
+    assert!(literal.len() >= 6, "{}", literal.len());
+    for function in literal {
+        let held = held(&function, variant(&function), &Extent::QUICK);
+        let as_if_stable = Function { literal: false, ..function };
+        let failing: Vec<_> =
+            judge(&as_if_stable, &held).into_iter().filter(|verdict| !verdict.holds).collect();
+        let fails = |quantity| failing.iter().any(|verdict| verdict.quantity == quantity);
+        assert!(fails(Quantity::RoundingShare), "{}: {failing:?}", function.name);
+        assert!(fails(Quantity::ArithmeticShare), "{}: {failing:?}", function.name);
     }
 }

@@ -6,6 +6,8 @@
 #[cfg(test)]
 mod common;
 #[cfg(test)]
+mod contract;
+#[cfg(test)]
 mod direct;
 #[cfg(test)]
 mod frame;
@@ -13,6 +15,8 @@ mod frame;
 mod function;
 #[cfg(test)]
 mod half;
+#[cfg(test)]
+mod identity;
 #[cfg(test)]
 mod input;
 #[cfg(test)]

@@ -8,6 +8,34 @@ pub const MANIFEST: &str = include_str!("../manifest.json");
 /// The variants of the package, sorted by identifier.
 pub static VARIANTS: &[Variant] = &[
     Variant {
+        id: "check-both-f16",
+        pass: check::PASS,
+        entry_points: check::ENTRY_POINTS_0,
+        bind_groups: check::LAYOUT_0,
+        binding_names: check::NAMES_0,
+    },
+    Variant {
+        id: "check-both-f32",
+        pass: check::PASS,
+        entry_points: check::ENTRY_POINTS_0,
+        bind_groups: check::LAYOUT_1,
+        binding_names: check::NAMES_1,
+    },
+    Variant {
+        id: "check-diffuse-f16",
+        pass: check::PASS,
+        entry_points: check::ENTRY_POINTS_0,
+        bind_groups: check::LAYOUT_2,
+        binding_names: check::NAMES_2,
+    },
+    Variant {
+        id: "check-diffuse-f32",
+        pass: check::PASS,
+        entry_points: check::ENTRY_POINTS_0,
+        bind_groups: check::LAYOUT_3,
+        binding_names: check::NAMES_3,
+    },
+    Variant {
         id: "compose-both-none",
         pass: compose::PASS,
         entry_points: compose::ENTRY_POINTS_0,
@@ -626,6 +654,30 @@ pub static VARIANTS: &[Variant] = &[
 ];
 /// The WGSL of the variants, in the order of [`VARIANTS`].
 pub static EMBEDDED: &[Embedded] = &[
+    Embedded {
+        id: "check-both-f16",
+        pass: check::PASS,
+        text: include_str!("../wgsl/check-both-f16.wgsl"),
+        sha256: "8b13e7fc7a189d7897f809a5e806f76b093fad163be2f3e59fc1efabb4e1018b",
+    },
+    Embedded {
+        id: "check-both-f32",
+        pass: check::PASS,
+        text: include_str!("../wgsl/check-both-f32.wgsl"),
+        sha256: "369c56d66b6f6e6717a70039ad6b81c3c96f029723602f0a2605708fbf2caed5",
+    },
+    Embedded {
+        id: "check-diffuse-f16",
+        pass: check::PASS,
+        text: include_str!("../wgsl/check-diffuse-f16.wgsl"),
+        sha256: "6c6b5afaaf40398272358225824383b185eb21272dfc51d9ee09499ed4b18dac",
+    },
+    Embedded {
+        id: "check-diffuse-f32",
+        pass: check::PASS,
+        text: include_str!("../wgsl/check-diffuse-f32.wgsl"),
+        sha256: "27cb553f372b4f64eb5fd6344764441469b435f83f96e1530115977c4fe327f0",
+    },
     Embedded {
         id: "compose-both-none",
         pass: compose::PASS,
@@ -3185,6 +3237,237 @@ pub mod sample {
         ],
     ];
 }
+/// Counts the lights and the surfaces that break the contract of the shading pass: for debug builds.
+pub mod check {
+    /// The name of the pass.
+    pub const PASS: &str = "check";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `check`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct Check {
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+        /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
+        pub precision: super::Precision,
+    }
+    impl Check {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for lobes in super::Lobes::ALL {
+                for precision in super::Precision::ALL {
+                    all.push(Self { lobes, precision });
+                }
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}-{}", self.lobes, self.precision)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_check",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([8, 8, 1]),
+        },
+    ];
+    /// `check-both-f16`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 20),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_check_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_violations",
+        ],
+    ];
+    /// `check-both-f32`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 20),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_check_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_violations",
+        ],
+    ];
+    /// `check-diffuse-f16`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 32),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 20),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &[
+            "sglow_check_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_violations",
+        ],
+    ];
+    /// `check-diffuse-f32`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 20),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
+        &[
+            "sglow_check_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_violations",
+        ],
+    ];
+}
 /// Reflects the virtual lights towards the camera.
 pub mod shade {
     /// The name of the pass.
@@ -4366,6 +4649,23 @@ pub mod function {
 const fn equal(here: usize, shaders: usize) {
     assert!(here == shaders, "the layout of a struct is not that of the shaders");
 }
+/// `SglowCheckParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCheckParameters {
+    /// Number of lights. (`u32` at byte 0)
+    pub count: u32,
+}
+impl Default for SglowCheckParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCheckParameters>(), 4);
+    equal(core::mem::offset_of!(SglowCheckParameters, count), 0);
+};
 /// `SglowDirectParameters` of the variants with light = point.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -4800,6 +5100,35 @@ const _: () = {
     equal(size_of::<SglowView>(), 80);
     equal(core::mem::offset_of!(SglowView, clip_from_world), 0);
     equal(core::mem::offset_of!(SglowView, eye), 64);
+};
+/// How often inputs of the shading pass break its contract, and where first.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowViolations {
+    /// Lights and surfaces with a number that is NaN or infinite. (`atomic<u32>` at byte 0)
+    pub not_finite: u32,
+    /// Lights and surfaces with a number outside of its range. (`atomic<u32>` at byte 4)
+    pub out_of_range: u32,
+    /// Lights and surfaces with a direction whose length is not 1. (`atomic<u32>` at byte 8)
+    pub not_unit: u32,
+    /// The first light among them; all bits set without one. Clear the buffer to 0 and these two to all bits before. (`atomic<u32>` at byte 12)
+    pub first_light: u32,
+    /// The first pixel among them, row by row from the top. (`atomic<u32>` at byte 16)
+    pub first_pixel: u32,
+}
+impl Default for SglowViolations {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowViolations>(), 20);
+    equal(core::mem::offset_of!(SglowViolations, not_finite), 0);
+    equal(core::mem::offset_of!(SglowViolations, out_of_range), 4);
+    equal(core::mem::offset_of!(SglowViolations, not_unit), 8);
+    equal(core::mem::offset_of!(SglowViolations, first_light), 12);
+    equal(core::mem::offset_of!(SglowViolations, first_pixel), 16);
 };
 /// A virtual spherical Gaussian light: a cluster of virtual point lights. \[Tokuyoshi 2016, Appendix B\]
 ///
