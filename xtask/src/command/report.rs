@@ -1,7 +1,7 @@
 //! `report`: error against run time.
 
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ use sglow_runtime::frame::{Frame, Renderer};
 use sglow_runtime::package::Package;
 use sglow_runtime::reference;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Specular};
+use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Specular};
 
 use crate::command::render::{brute_force, package};
 use crate::failure::{Failure, Result};
@@ -139,28 +139,34 @@ const DOES_NOT_SHOW: &str = "Neither side has visibility, so that the error is t
                              reflection alone; the reference has the discretisation of the same map. Times on a \
                              software driver compare variants and promise nothing about GPUs.";
 
-/// The variants of both passes, those that this scene needs first.
+/// The variants of both passes, those that this scene needs first: every one of the sampling pass; of the shading pass
+/// those that differ from the scene's own in the diffuse or in the specular form, in the lobes or in the precision.
 fn variants(base: &Settings) -> Vec<(bool, bool, Settings)> {
     let mut all = Vec::new();
     let full = base.specular != Specular::None;
     for lobes in [Lobes::Both, Lobes::Diffuse] {
         for kernel in Kernel::ALL {
             for filter in Filter::ALL {
-                let needed = lobes == base.lobes;
-                all.push((true, needed, Settings { kernel, filter, lobes, ..base.clone() }));
+                for precision in Precision::ALL {
+                    let needed = lobes == base.lobes;
+                    let settings = Settings { kernel, filter, lobes, precision, ..base.clone() };
+                    all.push((true, needed, settings));
+                }
             }
         }
     }
     for lobes in [Lobes::Both, Lobes::Diffuse] {
-        for diffuse in Diffuse::ALL {
-            for specular in Specular::ALL {
-                for ndf in Ndf::ALL {
-                    let settings = Settings { lobes, diffuse, specular, ndf, ..base.clone() };
-                    let needed = lobes == base.lobes && (full || specular == Specular::None);
-                    if settings.shade().excluded().is_none() {
-                        all.push((false, needed, settings));
-                    }
-                }
+        let mut forms = vec![Settings { precision: Precision::F16, ..base.clone() }];
+        forms.extend(Diffuse::ALL.map(|diffuse| Settings { diffuse, ..base.clone() }));
+        for specular in Specular::ALL {
+            forms.extend(Ndf::ALL.map(|ndf| Settings { specular, ndf, ..base.clone() }));
+        }
+        let mut seen = BTreeSet::new();
+        for form in forms {
+            let settings = Settings { lobes, ..form };
+            let needed = lobes == base.lobes && (full || settings.specular == Specular::None);
+            if settings.shade().excluded().is_none() && seen.insert(settings.shade().id()) {
+                all.push((false, needed, settings));
             }
         }
     }
