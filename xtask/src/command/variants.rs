@@ -52,7 +52,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         say::line(variant);
     }
     for pass in &selection.left_out {
-        say::line(format!("pass {pass}: no legal variant remains"));
+        let why = if arguments.choice.is_committed() {
+            "none is committed; `--all` lists them"
+        } else {
+            "no legal variant remains"
+        };
+        say::line(format!("pass {pass}: {why}"));
     }
     if arguments.explain {
         if !selection.facts.is_empty() {
