@@ -970,13 +970,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-constant-ndf_filtered-ggx-both-f32",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-both-f32.wgsl"),
-        sha256: "4f9c54fbc39918b10ad0ce9bdb609e248b95f42c78f9d646edf47d86026c4fb9",
+        sha256: "cd08cc131cfcf6bcd357bc45ca7ded22ffe5136228da9eac96607e1d7384fd23",
     },
     Embedded {
         id: "shade-constant-ndf_filtered-ggx-diffuse-f32",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-diffuse-f32.wgsl"),
-        sha256: "2176fad5567d8545800314edf4fda9971eb3b9e855232c86d7de4df67a8a7129",
+        sha256: "02dd9a417292c74744d2e85c383ce148b42f198ce45a6ceac6de4eda59a97599",
     },
     Embedded {
         id: "shade-constant-none-none-both-f16",
@@ -1042,13 +1042,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-fitted-ndf_filtered-ggx-both-f32",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-both-f32.wgsl"),
-        sha256: "16672970413ecb4804baec6be6ef3877cda6f9ddbb82ebede3349b3607de2cb9",
+        sha256: "6a27940558f95149ec6c4835d0c2cc537a6339605c0627cdb9819cdfe0cf1113",
     },
     Embedded {
         id: "shade-fitted-ndf_filtered-ggx-diffuse-f32",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-diffuse-f32.wgsl"),
-        sha256: "2b49e476ded91e094e5c0e7f79c9ba4747779d98d1f70aeba82fccedb533b9f7",
+        sha256: "3165cdde511fa5f96aba2f12a2da8f9d61ffae366444a9e8615064e15ae7113c",
     },
     Embedded {
         id: "shade-fitted-none-none-both-f16",
@@ -1102,13 +1102,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-gaussian-ndf_filtered-ggx-both-f32",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-both-f32.wgsl"),
-        sha256: "0a7fd4778a726ea8fbfac15c9bf278c8f97d9b9eaad45d0c93d502312f10c31f",
+        sha256: "90285ece4cf6897f6947d3bc67308d1451b56ab6d9bfd45f883997e48110291d",
     },
     Embedded {
         id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-diffuse-f32.wgsl"),
-        sha256: "732c6c73661bcc17f53780d9fc74c5708dfa73cc26d57a6e475c32d4a48cbd5d",
+        sha256: "0b7145aa2be508a6bf6a28dd0aa1b03ae0e3b2ec221654a0ba73ad639ec186b7",
     },
     Embedded {
         id: "shade-gaussian-none-none-both-f32",
@@ -1150,13 +1150,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-none-ndf_filtered-ggx-both-f32",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-both-f32.wgsl"),
-        sha256: "7ad3d6e4df2b1e6eb23c7d304822ef2817431b8061fe11fd53e9c3a8cd522d64",
+        sha256: "1470042a9d2ed645891b379c628c5a86a6ac6f405c356e4ac292669d3d6a4a66",
     },
     Embedded {
         id: "shade-none-ndf_filtered-ggx-diffuse-f32",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-diffuse-f32.wgsl"),
-        sha256: "92e1b01caa0086f4e5c7d6ec3f06c00001f54ba425faa4fa6948c05acab40a94",
+        sha256: "f2551affb719d479dec30b9f171ad468e646079553073f465485e6371e3a446b",
     },
     Embedded {
         id: "shade-none-sg-ggx-both-f32",

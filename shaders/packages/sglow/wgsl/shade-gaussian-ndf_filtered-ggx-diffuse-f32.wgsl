@@ -334,7 +334,7 @@ fn sglow_ndf_filtered_cosine(cosine: f32, sharpness: f32) -> f32 {
 /// [Tokuyoshi 2024]
 ///
 /// Apart from the source, for smaller errors against quadrature (root mean square over sharpness 1 to 1000, alpha 0.05
-/// to 1 and angles up to 1.5, of the brightest: 0.041; 0.274 for the spherical, 0.313 for the anisotropic Gaussian; all
+/// to 1 and angles up to 1.5, of the brightest: 0.042; 0.274 for the spherical, 0.313 for the anisotropic Gaussian; all
 /// by the example specular_model_error of the oracle):
 /// - The light's width in half vectors is 1 / (l (1 + L(l))), L being the mean length of its directions, which makes
 ///   the peak in a perfect mirror right for every l; 2 / (4 l) is right for sharp lobes only.
