@@ -28,11 +28,13 @@ pub enum Quantity {
     RoundingOverPeak,
     /// Neighbouring inputs whose results run the wrong way by more than both may be off.
     NotMonotone,
+    /// The share of results for which GPU languages promise nothing, so that nothing holds them.
+    WithoutPromise,
 }
 
 impl Quantity {
     /// Every quantity.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::NotFinite,
         Self::Negative,
         Self::RoundingShare,
@@ -41,6 +43,7 @@ impl Quantity {
         Self::ModelOverPeak,
         Self::RoundingOverPeak,
         Self::NotMonotone,
+        Self::WithoutPromise,
     ];
 
     /// What was measured of it; nothing where it was not measured.
@@ -63,6 +66,10 @@ impl Quantity {
             Self::ModelOverPeak => held.model.as_ref().map(|errors| errors.over_peak.error),
             Self::RoundingOverPeak => Some(held.rounding.over_peak.error),
             Self::NotMonotone => (held.neighbours > 0).then_some(held.not_monotone as f64),
+            Self::WithoutPromise => {
+                let compared = held.rounding.compared.max(1) as f64;
+                Some(held.rounding.without_promise as f64 / compared)
+            }
         }
     }
 
@@ -74,6 +81,7 @@ impl Quantity {
             Self::RoundingShare | Self::ArithmeticShare => "of the grant",
             Self::TotalOverPeak | Self::ModelOverPeak | Self::RoundingOverPeak => "of the peak",
             Self::NotMonotone => "pairs",
+            Self::WithoutPromise => "of the results",
         }
     }
 
@@ -89,6 +97,7 @@ impl Quantity {
             Self::ModelOverPeak => "model",
             Self::RoundingOverPeak => "device against oracle",
             Self::NotMonotone => "not monotone",
+            Self::WithoutPromise => "held to nothing",
         }
     }
 }
@@ -148,6 +157,13 @@ pub const FUNCTIONS: &[Bound] = &[
         quantity: Quantity::NotMonotone,
         at_most: 0.0,
         reason: "no step the wrong way beyond what both results may be off",
+    },
+    Bound {
+        functions: &[],
+        regimes: USUAL,
+        quantity: Quantity::WithoutPromise,
+        at_most: 0.01,
+        reason: "a tolerance without end holds nothing: only where directions are parallel to rounding may one be",
     },
     Bound {
         functions: &["sg_product"],

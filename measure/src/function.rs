@@ -65,11 +65,7 @@ impl Function {
     pub fn is_of_cosine_and_sharpness(&self) -> bool {
         matches!(
             self.arguments,
-            [Argument { kind: Kind::Cosine, at: 0 }, Argument { kind: Kind::Sharpness, at: 3 }]
-                | [
-                    Argument { kind: Kind::Sharpness, at: 3 },
-                    Argument { kind: Kind::Cosine, at: 0 }
-                ]
+            [Argument { kind: Kind::Sharpness, at: 3 }, Argument { kind: Kind::Cosine, at: 0 }]
         )
     }
 

@@ -150,7 +150,8 @@ impl<'a> Inputs<'a> {
         let mut drawn = [0.0; 12];
         let mut axis = [0.0, 0.0, 1.0];
         for argument in self.arguments {
-            // By convention of the table the sharpness that other arguments are drawn around stands here.
+            // By convention of the table the sharpness that other arguments are drawn around stands here, and is drawn
+            // before them.
             let sharpness = drawn[3];
             let place = &mut drawn[argument.at..argument.at + argument.kind.width()];
             match argument.kind {
@@ -178,11 +179,11 @@ impl<'a> Inputs<'a> {
                     place.copy_from_slice(&axis);
                 }
                 Kind::OtherAxis => {
-                    let spread = 1.0 / (1.0 + f64::from(sharpness).max(0.0)).sqrt();
+                    let spread = self.spread(sharpness);
                     place.copy_from_slice(&self.other_axis(axis, spread));
                 }
                 Kind::FacingAxis => {
-                    let spread = 1.0 / (1.0 + f64::from(sharpness).max(0.0)).sqrt();
+                    let spread = self.spread(sharpness);
                     let other = self.other_axis(axis, spread);
                     let cosine: f64 =
                         axis.iter().zip(other).map(|(a, b)| f64::from(*a) * f64::from(b)).sum();
@@ -251,6 +252,15 @@ impl<'a> Inputs<'a> {
         let (sine, cosine) = (2.0 * core::f64::consts::PI * self.random.uniform()).sin_cos();
         let radius = (1.0 - z * z).max(0.0).sqrt();
         [rounded(radius * cosine), rounded(radius * sine), rounded(z)]
+    }
+
+    /// How far another axis lies: within a lobe of this sharpness, or at any distance down to 1e-6, where the lobes of
+    /// smooth surfaces have their shape.
+    fn spread(&mut self, sharpness: f32) -> f64 {
+        if self.random.uniform() < 0.5 {
+            return 1.0 / (1.0 + f64::from(sharpness).max(0.0)).sqrt();
+        }
+        (1e-6_f64.ln() * self.random.uniform()).exp()
     }
 
     /// Equal, opposite, across, one ULP apart, at a distance drawn around `spread`, or anywhere.

@@ -6,6 +6,7 @@ use sglow_measure::bound::{Quantity, judge};
 use sglow_measure::function::Function;
 use sglow_measure::functions;
 use sglow_measure::hold::{Extent, Held, Subject, hold};
+use sglow_oracle::{Bounded, Real};
 use sglow_runtime::package::Package;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::Library;
@@ -107,8 +108,8 @@ fn every_bound_notices_what_it_is_for() {
                 | Quantity::ArithmeticShare
                 | Quantity::TotalOverPeak
                 | Quantity::RoundingOverPeak => &off,
-                // That of the oracle: no shader can break it. See the next test.
-                Quantity::ModelOverPeak => continue,
+                // Those of the oracle: no shader can break them. See the next test.
+                Quantity::ModelOverPeak | Quantity::WithoutPromise => continue,
             };
             let noticed = judge(function, broken)
                 .into_iter()
@@ -119,6 +120,36 @@ fn every_bound_notices_what_it_is_for() {
             assert!(!noticed.holds, "a broken {} goes unnoticed: {noticed:?}", function.name);
         }
     }
+}
+
+/// The negative control of the bounds that only an oracle can break.
+#[test]
+fn a_broken_oracle_is_noticed() {
+    let extent = Extent { inputs: 256, truths: 64, neighbours: 0 };
+    let quantities = |function: &Function| -> Vec<Quantity> {
+        let held = held(function, variant(function), &extent);
+        let failing = judge(function, &held).into_iter().filter(|verdict| !verdict.holds);
+        failing.map(|verdict| verdict.quantity).collect()
+    };
+    let named = |name: &str| functions::all().into_iter().find(|one| one.name == name).unwrap();
+    // A millionth off: far below what the device's rounding could show.
+    let off = Function {
+        bounded: |x| {
+            let area = sglow_oracle::sg::integral(x[3]);
+            [area * Real::constant(1.0 + 1e-6), Real::zero(), Real::zero(), Real::zero()]
+        },
+        monotone: None,
+        ..named("sg_integral")
+    };
+    assert!(quantities(&off).contains(&Quantity::ModelOverPeak));
+    // A tolerance without end admits everything, and has to be noticed itself.
+    let vacuous = Function {
+        bounded: |_| [Bounded::with_error(1.0, f64::INFINITY); 4],
+        monotone: None,
+        truth: None,
+        ..named("sg_evaluate")
+    };
+    assert_eq!(quantities(&vacuous), [Quantity::WithoutPromise]);
 }
 
 /// What stability buys: the papers' literal forms do not keep the bounds that the stable ones keep. They are the negative

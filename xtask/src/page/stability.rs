@@ -259,7 +259,7 @@ pub(crate) fn worst<'a>(function: &'a FunctionReport, verdict: &Verdict) -> Opti
             .chain(held.conditioning.values())
             .map(|errors| &errors.ulps)
             .find(|worst| !worst.measured.is_finite())?,
-        Quantity::Negative | Quantity::NotMonotone => return None,
+        Quantity::Negative | Quantity::NotMonotone | Quantity::WithoutPromise => return None,
     };
     (!worst.input.bits.is_empty()).then_some(worst)
 }
