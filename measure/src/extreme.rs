@@ -317,64 +317,68 @@ fn verdict(
     }
 }
 
-/// How many extreme cases there are.
+/// The names of all extreme cases: those of scenes, then those of densities.
 #[must_use]
-pub fn count() -> usize {
-    CASES.len() + Stress::ALL.len()
+pub fn names() -> Vec<&'static str> {
+    CASES.iter().map(|case| case.name).chain(Stress::ALL.map(|(name, _)| name)).collect()
 }
 
-/// Tries every extreme case. `progress` is told the name of each before it is tried.
+/// What every case starts from.
+fn base() -> Settings {
+    Settings { size: [48, 27], rsm_size: 64, count: 256, ..Settings::default() }
+}
+
+/// Tries the extreme case of this name; nothing if there is none.
 ///
 /// # Errors
 ///
-/// When something does not render; that it renders wrong is in the reports.
-pub fn all(
+/// When something does not render; that it renders wrong is in the report.
+pub fn attempt(
     gpu: &Gpu,
     package: &Package,
-    mut progress: impl FnMut(&str),
-) -> Result<Vec<ExtremeReport>, ExtremeError> {
-    let base = Settings { size: [48, 27], rsm_size: 64, count: 256, ..Settings::default() };
+    name: &str,
+) -> Result<Option<ExtremeReport>, ExtremeError> {
+    if let Some(case) = CASES.iter().find(|case| case.name == name) {
+        return in_scene(gpu, package, case).map(Some);
+    }
+    match Stress::ALL.into_iter().find(|(stress, _)| *stress == name) {
+        Some((name, stress)) => of_density(gpu, package, name, stress).map(Some),
+        None => Ok(None),
+    }
+}
+
+fn in_scene(gpu: &Gpu, package: &Package, case: &Case) -> Result<ExtremeReport, ExtremeError> {
     let scene = Scene::load("cornell-glossy")?;
-    let mut plain = Vec::new();
-    for (_, settings) in variants(&base, &AXES, gpu) {
-        plain.push(render(gpu, package, &scene, &settings)?.mean);
+    let bound = bound::extreme(case.name);
+    let mut extreme = scene.clone();
+    (case.scene)(&mut extreme);
+    // What the mean is held against: the scene as it is, or its twin.
+    let mut plain = scene;
+    if let Expected::Twin(change) = case.expected {
+        change(&mut plain);
     }
-    let mut reports = Vec::new();
-    for case in CASES {
-        progress(case.name);
-        let mut extreme = scene.clone();
-        (case.scene)(&mut extreme);
-        let bound = bound::extreme(case.name);
-        let mut twin = scene.clone();
-        if let Expected::Twin(change) = case.expected {
-            change(&mut twin);
-        }
-        let mut tried = Vec::new();
-        for ((name, settings), plain) in variants(&base, &AXES, gpu).into_iter().zip(&plain) {
-            let mut settings = settings;
-            (case.settings)(&mut settings);
-            let expected = match case.expected {
-                Expected::Anything => None,
-                Expected::Times(factor) => Some(plain * factor),
-                Expected::Twin(_) => Some(render(gpu, package, &twin, &settings)?.mean),
-                Expected::Black => Some(0.0),
-            };
-            let outcome = render(gpu, package, &extreme, &settings)?;
-            tried.push(verdict(name, &outcome, expected, bound.of(settings.kernel)));
-        }
-        reports.push(ExtremeReport {
-            name: case.name,
-            description: case.description,
-            bound: bound.at_most,
-            reason: bound.reason,
-            variants: tried,
-        });
+    let mut tried = Vec::new();
+    for (name, plain_settings) in variants(&base(), &AXES, gpu) {
+        let mut settings = plain_settings.clone();
+        (case.settings)(&mut settings);
+        let expected = match case.expected {
+            Expected::Anything => None,
+            Expected::Times(factor) => {
+                Some(render(gpu, package, &plain, &plain_settings)?.mean * factor)
+            }
+            Expected::Twin(_) => Some(render(gpu, package, &plain, &settings)?.mean),
+            Expected::Black => Some(0.0),
+        };
+        let outcome = render(gpu, package, &extreme, &settings)?;
+        tried.push(verdict(name, &outcome, expected, bound.of(settings.kernel)));
     }
-    for (name, stress) in Stress::ALL {
-        progress(name);
-        reports.push(of_density(gpu, package, name, stress)?);
-    }
-    Ok(reports)
+    Ok(ExtremeReport {
+        name: case.name,
+        description: case.description,
+        bound: bound.at_most,
+        reason: bound.reason,
+        variants: tried,
+    })
 }
 
 /// Width and height of the densities, and the number of kernels on them.

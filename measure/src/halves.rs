@@ -49,40 +49,33 @@ impl HalfCheck {
 /// Built-in scenes that are rendered in both precisions: diffuse, glossy, and large with a sun.
 pub const SCENES: [&str; 3] = ["cornell", "cornell-glossy", "atrium"];
 
-/// Renders every scene in both precisions. `progress` is told the name of each before it is rendered.
+/// Renders a built-in scene in both precisions.
 ///
 /// # Errors
 ///
-/// When something does not render.
-pub fn all(
+/// When there is no such scene, or it does not render.
+pub fn compare(
     gpu: &Gpu,
     package: &Package,
-    mut progress: impl FnMut(&str),
-) -> Result<Vec<HalvesReport>, ExtremeError> {
+    scene: &'static str,
+) -> Result<HalvesReport, ExtremeError> {
     let settings = Settings { size: [96, 54], ..Settings::default() };
-    let mut reports = Vec::new();
-    for name in SCENES {
-        progress(name);
-        let scene = Scene::builtin(name)?;
-        let halved = halves::measure(gpu, package, &scene, &settings, 5)?;
-        let check = |bound: HalfCheck, value: f64| HalfCheck { value, ..bound };
-        let milliseconds = |time: std::time::Duration| time.as_secs_f64() * 1e3;
-        reports.push(HalvesReport {
-            scene: name,
-            bytes: halved.bytes,
-            axis: halved.direction,
-            passes: halved
-                .passes
-                .iter()
-                .map(|(pass, times)| (*pass, times.map(|time| time.map(milliseconds))))
-                .collect(),
-            checks: vec![
-                check(HALF_PICTURE, halved.picture),
-                check(HALF_POWER, halved.power),
-                check(HALF_SHARPNESS, halved.sharpness),
-                check(HALF_NOT_FINITE, halved.not_finite as f64),
-            ],
-        });
-    }
-    Ok(reports)
+    let halved = halves::measure(gpu, package, &Scene::builtin(scene)?, &settings, 5)?;
+    let check = |bound: HalfCheck, value: f64| HalfCheck { value, ..bound };
+    let milliseconds = |time: std::time::Duration| time.as_secs_f64() * 1e3;
+    let passes = halved.passes.iter();
+    Ok(HalvesReport {
+        scene,
+        bytes: halved.bytes,
+        axis: halved.direction,
+        passes: passes
+            .map(|(pass, times)| (*pass, times.map(|time| time.map(milliseconds))))
+            .collect(),
+        checks: vec![
+            check(HALF_PICTURE, halved.picture),
+            check(HALF_POWER, halved.power),
+            check(HALF_SHARPNESS, halved.sharpness),
+            check(HALF_NOT_FINITE, halved.not_finite as f64),
+        ],
+    })
 }

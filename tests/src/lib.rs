@@ -10,6 +10,8 @@ mod contract;
 #[cfg(test)]
 mod direct;
 #[cfg(test)]
+mod extreme;
+#[cfg(test)]
 mod frame;
 #[cfg(test)]
 mod function;

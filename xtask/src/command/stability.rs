@@ -178,13 +178,19 @@ fn variants() -> Result<Vec<Validated>> {
 /// The whole pipeline in extreme cases and in both precisions, every variant generated in memory.
 fn pipeline(gpu: &Gpu) -> Result<(Vec<ExtremeReport>, Vec<HalvesReport>)> {
     let package = whole_space()?;
-    let bar = progress::bar("extremes", sglow_measure::extreme::count() + SCENES.len());
-    let step = |name: &str| {
-        bar.set_message(name.to_owned());
+    let names = sglow_measure::extreme::names();
+    let bar = progress::bar("extremes", names.len() + SCENES.len());
+    let (mut extremes, mut halves) = (Vec::new(), Vec::new());
+    for name in names {
+        bar.set_message(name);
+        extremes.extend(sglow_measure::extreme::attempt(gpu, &package, name)?);
         bar.inc(1);
-    };
-    let extremes = sglow_measure::extreme::all(gpu, &package, step)?;
-    let halves = sglow_measure::halves::all(gpu, &package, step)?;
+    }
+    for scene in SCENES {
+        bar.set_message(scene);
+        halves.push(sglow_measure::halves::compare(gpu, &package, scene)?);
+        bar.inc(1);
+    }
     bar.finish_and_clear();
     Ok((extremes, halves))
 }
