@@ -363,11 +363,4 @@ impl Time {
             maximum: at(times.len().saturating_sub(1)),
         }
     }
-
-    /// What remains without so many nanoseconds that are spent on something else.
-    #[must_use]
-    pub fn less(self, nanoseconds: f64) -> Self {
-        let net = |time: f64| (time - nanoseconds).max(0.0);
-        Self { minimum: net(self.minimum), median: net(self.median), maximum: net(self.maximum) }
-    }
 }

@@ -30,7 +30,7 @@ pub struct FunctionReport {
     pub verdicts: Vec<Verdict>,
     /// Nanoseconds of one evaluation on the device, all cores at work, reading of arguments included.
     pub time: Time,
-    /// The same less the median of reading alone.
+    /// The same less that of reading alone, round by round.
     pub net: Time,
     /// The median less that of reading alone, over the same of `sg_cosine_constant`.
     pub relative_time: f64,
@@ -134,15 +134,19 @@ fn time(
             times.entry(*name).or_default().push(stopwatch.nanoseconds()?);
         }
     }
-    let times: BTreeMap<&str, Time> =
-        times.into_iter().map(|(name, times)| (name, Time::of(times))).collect();
-    let reading = times.get(READING).map_or(0.0, |time| time.median);
-    let net = |name: &str| times.get(name).map_or(f64::NAN, |time| time.less(reading).median);
-    let unit = net(RELATIVE_TO);
+    // Each round's reading is taken from the same round: what slows both is gone.
+    let reading = times.get(READING).cloned().unwrap_or_default();
+    let net = |name: &str| -> Time {
+        let all = times.get(name).map(Vec::as_slice).unwrap_or_default();
+        Time::of(
+            all.iter().zip(&reading).map(|(time, reading)| (time - reading).max(0.0)).collect(),
+        )
+    };
+    let unit = net(RELATIVE_TO).median;
     for report in reports {
-        report.time = times.get(report.name).copied().unwrap_or_default();
-        report.relative_time = net(report.name) / unit;
-        report.net = report.time.less(reading);
+        report.time = Time::of(times.get(report.name).cloned().unwrap_or_default());
+        report.net = net(report.name);
+        report.relative_time = report.net.median / unit;
     }
     Ok(())
 }
