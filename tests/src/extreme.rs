@@ -1,7 +1,7 @@
 //! Extreme cases of the whole pipeline, and that their bounds notice what they are for: `measure/src/extreme.rs`. All of
 //! them run in `cargo xtask stability`.
 
-use sglow_measure::extreme::{attempt, names};
+use sglow_measure::extreme::{LITERAL, attempt, names};
 use sglow_measure::stability::{ExtremeReport, ExtremeVariant};
 use sglow_runtime::package::Package;
 
@@ -65,6 +65,15 @@ fn bounds_of_extremes_notice_what_they_are_for() {
         let report = report(name, &broken(id, from, to));
         assert!(!variant(&report, "default").holds, "{name}: {from} as {to} goes unnoticed");
     }
+}
+
+#[test]
+fn moments_about_the_worlds_origin_lose_the_variance() {
+    let report = report("far away", whole_space());
+    let [stable, literal] = ["default", LITERAL].map(|name| variant(&report, name));
+    let deviation = |variant: &ExtremeVariant| variant.deviation.unwrap().abs();
+    println!("stable {:e}, literal {:e}", deviation(stable), deviation(literal));
+    assert!(stable.holds && deviation(literal) > report.bound.unwrap(), "{literal:?}");
 }
 
 #[test]
