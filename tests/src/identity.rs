@@ -153,6 +153,29 @@ fn horizon_ends_and_energy_are_within_the_error_of_each_form() {
 }
 
 #[test]
+fn fitted_forms_grow_with_the_cosine_and_are_never_negative() {
+    const STEPS: usize = 2001;
+    let grid = |sharpness: f64| -> Vec<Arguments> {
+        (0..STEPS).map(|step| at(step as f64 / 1000.0 - 1.0, sharpness)).collect()
+    };
+    let arguments: Vec<Arguments> =
+        sharpnesses().chain([0.0, 1e-30, 1e9, f64::from(f32::MAX)]).flat_map(grid).collect();
+    let wrong = |name: &str| -> (usize, usize) {
+        let values = on_device(name, &arguments);
+        let curves = values.chunks(STEPS);
+        let steps =
+            curves.flat_map(|curve| curve.windows(2)).filter(|pair| pair[1][0] < pair[0][0]);
+        let bad = values.iter().filter(|value| !(value[0] >= 0.0 && value[0].is_finite()));
+        (steps.count(), bad.count())
+    };
+    assert_eq!(wrong("sg_cosine_fitted"), (0, 0));
+    assert_eq!(wrong("sg_cosine_fitted_fine"), (0, 0));
+    // The negative control: the literal form is neither.
+    let (steps, bad) = wrong("sg_cosine_logistic_literal");
+    assert!(steps > 100 && bad > 1000, "{steps} {bad}");
+}
+
+#[test]
 fn a_product_is_the_same_from_both_sides() {
     let mut random = Random::new(11);
     let mut pairs = Vec::new();
