@@ -392,7 +392,7 @@ fn in_scene(gpu: &Gpu, package: &Package, case: &Case) -> Result<ExtremeReport, 
     })
 }
 
-/// The name of what [`about_the_worlds_origin`] makes of the default variants.
+/// The name of the default variants with the moments of the paper, about the origin of the world.
 pub const LITERAL: &str = "literal: moments about the world's origin";
 
 /// The default variants of the moments and of the lights as [Tokuyoshi 2016, Appendix B.2] has them: the variance is

@@ -34,6 +34,8 @@ pub struct Function {
     pub bounded: fn(Numbers<Bounded>) -> Results<Bounded>,
     /// What the formula approximates or equals, by quadrature or by another exact way; not cheap.
     pub truth: Option<fn(Numbers<f64>) -> Results<f64>>,
+    /// Whether the truth takes milliseconds: then it is known of few inputs.
+    pub slow_truth: bool,
     /// The largest value that each result can have at these arguments: what errors are seen against.
     pub peak: fn(Numbers<f64>) -> Results<f64>,
     /// The share of the peak below which an error is nothing whatever the grant says: 0 for nearly all.

@@ -39,6 +39,7 @@ pub(crate) const fn plain(name: &'static str) -> Function {
         oracle: |_| [0.0; 4],
         bounded: |_| [sglow_oracle::Bounded { value: 0.0, error: 0.0 }; 4],
         truth: None,
+        slow_truth: false,
         peak: crate::function::unit,
         floor: 0.0,
         never_negative: true,

@@ -59,6 +59,9 @@ impl Extent {
     pub const QUICK: Self = Self { inputs: 2_048, truths: 256, neighbours: 64 };
 }
 
+/// A slow truth is known of one in so many of the inputs that a fast one is known of.
+const SLOW: usize = 64;
+
 /// Everything that was found of one function in one regime.
 #[derive(Clone, Debug, Serialize)]
 pub struct Held {
@@ -255,7 +258,8 @@ fn in_regime(
     }
     let (mut model, mut total) = (None, None);
     if let Some(truth) = function.truth {
-        let count = extent.truths.min(inputs.len());
+        let share = if function.slow_truth { SLOW } else { 1 };
+        let count = (extent.truths / share).min(inputs.len());
         let truths = of_all(&inputs[..count], |input| truth(Function::exact(input)));
         let components = function.components();
         let errors = |values: &(dyn Fn(usize) -> Results<f64> + Sync)| {

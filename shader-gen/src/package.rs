@@ -202,7 +202,7 @@ fn lines(items: &[impl fmt::Display]) -> String {
     items.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
-/// What [`generate`] is about to do.
+/// What [`generate()`] is about to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// Nothing has changed since the folder was written.

@@ -2,9 +2,8 @@
 
 use core::f64::consts::PI;
 
-use sglow_oracle::Real;
-use sglow_oracle::brdf::{beckmann, ggx, ndf_filtered, reflection};
-use sglow_oracle::sg;
+use sglow_oracle::brdf::{Material, Ndf, beckmann, ggx, ndf_filtered, reflection};
+use sglow_oracle::{Real, math, sg, shade};
 
 use super::function;
 use crate::function::{Function, Monotone, Numbers, Results, one, unit, vector};
@@ -27,9 +26,14 @@ pub(super) const FUNCTIONS: &[Function] = &[
         peak: distribution_peak,
     ),
     function!(beckmann_masking(UpperCosine @ 0, Alpha @ 11) -> ["masking"],
+        truth: Some(|x| one(beckmann_masking_truth(x[0], x[11]))),
         peak: unit,
     ),
     function!(beckmann_visibility(UpperCosine @ 0, UpperCosine @ 1, Alpha @ 11) -> ["visibility"],
+        truth: Some(|x| {
+            let masking = beckmann_masking_truth(x[0], x[11]) * beckmann_masking_truth(x[1], x[11]);
+            one(masking / (4.0 * x[0] * x[1]))
+        }),
         peak: |x| [beckmann_visibility(x)[0]; 4],
     ),
     function!(sg_reflection_mirror(Axis @ 0, FacingAxis @ 4, Alpha @ 11) -> ["sharpness", "axis x", "axis y", "axis z"],
@@ -45,6 +49,8 @@ pub(super) const FUNCTIONS: &[Function] = &[
     function!(ndf_filtered_reflection(Axis @ 0, Sharpness @ 3, FacingAxis @ 4, OtherAxis @ 8, Alpha @ 11) ->
         ["radiance", "cosine"],
         filtered,
+        truth: Some(filtered_truth),
+        slow_truth: true,
         // What a mirror reflects is at most 1, what a rough surface does at most the lobe's integral over the horizon's
         // projected area; this is a scale, no bound.
         peak: |x| [sg::integral(x[3].min(4e37)).min(1.0), 1.0, 1.0, 1.0],
@@ -53,6 +59,31 @@ pub(super) const FUNCTIONS: &[Function] = &[
         floor: 1.0 / 16_777_216.0,
     ),
 ];
+
+/// Smith's masking of Beckmann, which Walter's rational function fits.
+// [Walter 2007, Eq. (26)]
+fn beckmann_masking_truth(cosine: f64, alpha: f64) -> f64 {
+    let a = cosine / (alpha * (1.0 - cosine * cosine).max(0.0).sqrt());
+    if a > 1e3 {
+        return 1.0;
+    }
+    2.0 / (1.0 + math::erf(a) + (-a * a).exp() / (a * PI.sqrt()))
+}
+
+/// The reflection of a white surface by quadrature, where that resolves lobe and surface. Of the cosine for Fresnel's
+/// term there is no truth.
+fn filtered_truth(x: Numbers<f64>) -> Results<f64> {
+    let (view, normal, axis) = (vector(&x, 0), vector(&x, 4), vector(&x, 8));
+    let [view, normal, axis] = [view, normal, axis].map(sglow_oracle::Vector3::normalized);
+    let mut truth = [f64::NAN; 4];
+    if x[11] >= 0.05 && x[3] <= 1e3 && view.dot(normal) >= 0.05 {
+        let one = sglow_oracle::Vector3::splat(1.0);
+        let arriving = shade::Incoming { axis, sharpness: x[3], coefficient: one };
+        let material = Material { diffuse: one * 0.0, specular: one, alpha: x[11] };
+        truth[0] = shade::specular::truth(&arriving, &material, Ndf::Ggx, view, normal).x;
+    }
+    truth
+}
 
 fn ggx_distribution<R: Real>(x: Numbers<R>) -> Results<R> {
     one(ggx::distribution_about(vector(&x, 0), vector(&x, 4), x[11]))

@@ -2,8 +2,9 @@
 
 use core::f64::consts::PI;
 
-use crate::asg::Asg;
-use crate::{Real, Vector3};
+use crate::asg::{Asg, evaluate};
+use crate::quadrature::SphereRule;
+use crate::{Real, Vector3, sg};
 
 /// The greatest sharpness that counts.
 pub const GREATEST_SHARPNESS: f64 = 1e30;
@@ -27,24 +28,24 @@ pub fn convolution<R: Real>(asg: &Asg<R>, axis: Vector3<R>, sharpness: R) -> R {
     R::constant(PI) * smooth * (-exponent).exp() / area
 }
 
+/// The same by quadrature, for bandwidths up to 1e3 and a sharpness up to 1e3 about the same axis, 400 elsewhere; milliseconds.
+#[must_use]
+pub fn truth(asg: &Asg, axis: Vector3, sharpness: f64) -> f64 {
+    let widest = asg.bandwidths[0].max(asg.bandwidths[1]);
+    SphereRule::around(asg.axes[2], 4.0 * widest)
+        .with_azimuths(1024)
+        .integrate(|at| evaluate(at, asg) * sg::evaluate(at, axis, sharpness))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::asg::evaluate;
-    use crate::quadrature::SphereRule;
-    use crate::{Bounded, sg};
+    use crate::Bounded;
 
     fn lobe(bandwidths: [f64; 2]) -> Asg {
         let z = Vector3::new(0.48, -0.6, 0.64);
         let (x, y) = z.basis();
         Asg { axes: [x, y, z], bandwidths }
-    }
-
-    fn truth(asg: &Asg, axis: Vector3, sharpness: f64) -> f64 {
-        let widest = asg.bandwidths[0].max(asg.bandwidths[1]);
-        SphereRule::around(asg.axes[2], 4.0 * widest)
-            .with_azimuths(1024)
-            .integrate(|at| evaluate(at, asg) * sg::evaluate(at, axis, sharpness))
     }
 
     #[test]
