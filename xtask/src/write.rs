@@ -46,7 +46,7 @@ pub(crate) fn file<E: Into<Failure>>(
     Ok(())
 }
 
-/// Writes `text` as [`file`] does.
+/// Writes `text` as [`file()`] does.
 pub(crate) fn text(path: &Path, text: &str) -> Result {
     file(path, |sink| sink.write_all(text.as_bytes()))
 }
