@@ -98,7 +98,7 @@ impl Default for Settings {
             precision: Precision::F32,
             kernel: Kernel::Modified,
             filter: Filter::Exact,
-            diffuse: Diffuse::Constant,
+            diffuse: Diffuse::Fitted,
             specular: Specular::Asg,
             ndf: Ndf::Ggx,
             complete: false,

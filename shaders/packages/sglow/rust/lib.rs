@@ -1345,7 +1345,6 @@ pub enum Diffuse {
     /// Left out.
     None,
     /// The cosine is constant over the incoming lobe \[Tokuyoshi 2016, Appendix C.2\].
-    #[default]
     Constant,
     /// The cosine is a spherical Gaussian \[Tokuyoshi 2015 supplement, Section 3.2\].
     Gaussian,
@@ -1354,6 +1353,7 @@ pub enum Diffuse {
     /// The cosine integral by an error function, largest error 1.6e-3 \[Tokuyoshi 2024\].
     Erf,
     /// The cosine integral from its exact odd part and a fit, largest error 6.0e-5.
+    #[default]
     Fitted,
     /// The cosine integral from its exact odd part and a finer fit, largest error 1.6e-5.
     FittedFine,
