@@ -142,7 +142,8 @@ fn time(
             all.iter().zip(&reading).map(|(time, reading)| (time - reading).max(0.0)).collect(),
         )
     };
-    let unit = net(RELATIVE_TO).median;
+    // Without it, or where it is not told from reading, there is nothing to be relative to.
+    let unit = Some(net(RELATIVE_TO).median).filter(|unit| *unit > 0.0).unwrap_or(f64::NAN);
     for report in reports {
         report.time = Time::of(times.get(report.name).cloned().unwrap_or_default());
         report.net = net(report.name);

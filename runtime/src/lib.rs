@@ -32,8 +32,6 @@ pub mod device;
 pub mod direct;
 pub mod frame;
 pub mod function;
-#[cfg(feature = "reference")]
-pub mod halves;
 pub mod indirect;
 pub mod light;
 pub mod package;

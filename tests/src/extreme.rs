@@ -79,7 +79,7 @@ fn moments_about_the_worlds_origin_lose_the_variance() {
 #[test]
 fn bounds_of_halves_notice_what_they_are_for() {
     let report =
-        |package: &Package| sglow_measure::halves::compare(gpu(), package, "cornell").unwrap();
+        |package: &Package| sglow_measure::halves::in_scene(gpu(), package, "cornell").unwrap();
     let failing = |package: &Package| -> Vec<&str> {
         report(package)
             .checks

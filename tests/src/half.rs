@@ -1,8 +1,8 @@
 //! Precision f16 as a whole: any power, what it saves, what it costs.
 
+use sglow_measure::halves::{Halved, measure};
 use sglow_oracle::{Vector3, metrics};
 use sglow_runtime::frame::Renderer;
-use sglow_runtime::halves::{Halved, measure};
 use sglow_runtime::package::Package;
 use sglow_runtime::reference;
 use sglow_runtime::scene::{LightKind, Scene};

@@ -6,6 +6,7 @@ use sglow_oracle::brdf::{Material, Ndf, beckmann, ggx, ndf_filtered, reflection}
 use sglow_oracle::{Real, math, sg, shade};
 
 use super::function;
+use crate::bound::FILTERED_FLOOR;
 use crate::function::{Function, Monotone, Numbers, Results, one, unit, vector};
 
 /// The most that a distribution can be.
@@ -54,9 +55,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         // What a mirror reflects is at most 1, what a rough surface does at most the lobe's integral over the horizon's
         // projected area; this is a scale, no bound.
         peak: |x| [sg::integral(x[3].min(4e37)).min(1.0), 1.0, 1.0, 1.0],
-        // Light from behind the view leaves 1e-20 of it, whose digits hang on the order in which the half vector, itself
-        // a rounding error, is projected. Added to a pixel it is lost below half an ULP of the peak.
-        floor: 1.0 / 16_777_216.0,
+        floor: FILTERED_FLOOR,
     ),
 ];
 

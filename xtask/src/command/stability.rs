@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     /// Only this function, without the pipeline; may be given more than once
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// A tenth of the inputs: to see whether something is broken, not to promise anything
+    /// A sixteenth of the inputs: to see whether something is broken, not to promise anything
     #[arg(long)]
     quick: bool,
     /// Also write the plot of error against time of the cosine forms, as SVG on white
@@ -188,7 +188,7 @@ fn pipeline(gpu: &Gpu) -> Result<(Vec<ExtremeReport>, Vec<HalvesReport>)> {
     }
     for scene in SCENES {
         bar.set_message(scene);
-        halves.push(sglow_measure::halves::compare(gpu, &package, scene)?);
+        halves.push(sglow_measure::halves::in_scene(gpu, &package, scene)?);
         bar.inc(1);
     }
     bar.finish_and_clear();
