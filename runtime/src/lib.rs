@@ -36,6 +36,7 @@ pub mod indirect;
 pub mod light;
 pub mod package;
 pub mod pipeline;
+mod pyramid;
 pub mod raster;
 pub mod readback;
 #[cfg(feature = "reference")]
