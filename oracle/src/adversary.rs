@@ -261,7 +261,7 @@ fn settings(kernel: Kernel) -> Settings {
 }
 
 fn pyramids<R: Real>(texels: Vec<Moments<R>>) -> (Pyramid<R>, Pyramid<Moments<R>>) {
-    let density = texels.iter().map(crate::rsm::density::density).collect();
+    let density = texels.iter().map(crate::density::power).collect();
     (Pyramid::build(SIZE, density).unwrap(), Pyramid::build(SIZE, texels).unwrap())
 }
 

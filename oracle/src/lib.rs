@@ -9,8 +9,9 @@
 //! error that Vulkan and WebGPU grant. That distance is the tolerance of a comparison: a function of the input.
 //!
 //! # Pipeline
-//! [`surface`] and [`light`] make virtual point lights; [`rsm`] makes their moments, density and mips; [`fis`] places
-//! the kernels; [`vsgl`] makes one light per kernel; [`shade`] reflects them; [`direct`] and [`compose`] add the rest.
+//! [`surface`] and [`light`] make virtual point lights; [`rsm`] makes their moments and mips; [`density`] says by
+//! what kernels are drawn; [`fis`] places the kernels; [`vsgl`] makes one light per kernel; [`shade`] reflects them;
+//! [`direct`] and [`compose`] add the rest.
 //! [`sg`] has the integrals of spherical Gaussians that shading is made of, on the functions of [`math`].
 //! The truths are [`quadrature`] for integrals over the sphere and [`vpl`] for whole pictures.
 //!
@@ -24,6 +25,7 @@
 //! - Kroeger 2015: Simple, admissible, and accurate approximants of the inverse Langevin and Brillouin functions,
 //!   relevant for strong polymer deformations and flows, J. Non-Newton. Fluid Mech. 223.
 //! - Meder 2018: Screen space approximate Gaussian hulls, EGSR Experimental Ideas and Implementations.
+//! - Ritschel 2011: Making imperfect shadow maps view-adaptive, Comput. Graph. Forum 30(8).
 //! - Schlick 1994: An inexpensive BRDF model for physically-based rendering, Comput. Graph. Forum 13(3).
 //! - Tokuyoshi 2015: Fast indirect illumination using two virtual spherical Gaussian lights, supplement.
 //! - Tokuyoshi 2016: Modified filtered importance sampling for virtual spherical Gaussian lights, CVM 2(4).
@@ -37,6 +39,7 @@
 pub mod asg;
 pub mod brdf;
 pub mod compose;
+pub mod density;
 pub mod direct;
 pub mod fis;
 pub mod half;

@@ -2,15 +2,14 @@
 
 use glam::Vec3;
 use sglow_shaders::{
-    Diffuse, Filter, Kernel, Lobes, Precision, SglowKernel, SglowMomentsParametersF16,
-    SglowMomentsParametersF32, SglowSampleParametersF16, SglowSampleParametersF32,
-    SglowShadeParameters, Specular, Texel,
+    Density, Diffuse, Light, Precision, SglowLight, SglowShadeParameters, Specular,
 };
 
+use crate::generation::{Generation, Importance, Labels, Plan, Sender};
 use crate::light::LightView;
 use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
-use crate::pyramid::{Pyramid, texture_bytes};
+use crate::pyramid::texture_bytes;
 use crate::settings::{Settings, SettingsError};
 use crate::timing::Timer;
 use thiserror::Error;
@@ -49,36 +48,25 @@ pub struct Inputs<'a> {
     pub eye: Vec3,
 }
 
-/// The moments that 16 bits suffice for, and the pass of their mips.
-struct Halves {
-    moments: Pyramid,
-    mip_pass: ComputePass,
+/// The camera's virtual lights, which the bidirectional density is made of.
+struct Camera {
+    generation: Generation,
 }
 
 /// The passes of indirect light, with all they keep between them.
 ///
 /// Nothing that the settings leave out exists: without specular lobes there are no specular moments, no mips of them,
-/// no fields for them in the lights, and no texture for their light.
+/// no fields for them in the lights, and no texture for their light; without the bidirectional density the camera has no
+/// lights.
 pub struct Indirect {
     device: wgpu::Device,
     queue: wgpu::Queue,
     settings: Settings,
-    moments: Pyramid,
-    halves: Option<Halves>,
-    density: Pyramid,
-    vsgls: wgpu::Buffer,
-    kernels: wgpu::Buffer,
-    sampler: Option<wgpu::Sampler>,
+    camera: Option<Camera>,
+    generation: Generation,
     diffuse: Option<(wgpu::Texture, wgpu::TextureView)>,
     specular: Option<(wgpu::Texture, wgpu::TextureView)>,
-    moments_parameters: wgpu::Buffer,
-    sample_parameters: wgpu::Buffer,
     shade_parameters: wgpu::Buffer,
-    moments_pass: ComputePass,
-    density_pass: Option<ComputePass>,
-    moments_mip_pass: ComputePass,
-    density_mip_pass: ComputePass,
-    sample_pass: ComputePass,
     shade_pass: ComputePass,
 }
 
@@ -107,114 +95,45 @@ impl Indirect {
         if !faults.is_empty() {
             return Err(IndirectError::Settings(faults));
         }
-        let half = settings.precision == Precision::F16;
-        let mip = |texel, label| {
-            let id = sglow_shaders::mip::Mip { texel }.id();
-            ComputePass::new(device, package, &id, label, &[])
-        };
-        let moments_id = sglow_shaders::moments::Moments {
-            light: settings.light,
-            lobes: settings.lobes,
-            precision: settings.precision,
-        }
-        .id();
-        let density_id = sglow_shaders::density::Density::default().id();
-        let sample = sglow_shaders::sample::Sample {
-            kernel: settings.kernel,
-            filter: settings.filter,
-            lobes: settings.lobes,
-            precision: settings.precision,
-        };
-        let iterations = [("sglow_iterations", f64::from(settings.iterations))];
-        let constants: &[_] = if settings.kernel == Kernel::Modified { &iterations } else { &[] };
-        let buffer = |label, size: usize| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: u64::from(settings.count) * size as u64,
-                usage: wgpu::BufferUsages::STORAGE
-                    | wgpu::BufferUsages::COPY_SRC
-                    | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        let vsgl_bytes = match (settings.precision, settings.lobes) {
-            (Precision::F32, Lobes::Both) => size_of::<sglow_shaders::SglowVsglBoth>(),
-            (Precision::F32, Lobes::Diffuse) => size_of::<sglow_shaders::SglowVsglDiffuse>(),
-            (Precision::F16, Lobes::Both) => size_of::<sglow_shaders::SglowPackedVsglBoth>(),
-            (Precision::F16, Lobes::Diffuse) => size_of::<sglow_shaders::SglowPackedVsglDiffuse>(),
-        };
-        let (moment_layers, half_layers) = match (settings.precision, settings.lobes) {
-            (Precision::F32, Lobes::Both) => (5, 0),
-            (Precision::F32, Lobes::Diffuse) => (3, 0),
-            (Precision::F16, Lobes::Both) => (2, 3),
-            (Precision::F16, Lobes::Diffuse) => (1, 2),
-        };
-        let halves = if half {
-            let format = wgpu::TextureFormat::Rgba16Float;
-            let size = settings.rsm_size;
-            Some(Halves {
-                moments: Pyramid::new(device, "sglow half moments", size, half_layers, format),
-                mip_pass: mip(Texel::Rgba16float, "mip half moments")?,
-            })
-        } else {
-            None
-        };
-        // With halves the moments pass writes the weight, which is the density, by itself.
-        let density_pass = if half {
-            None
-        } else {
-            Some(ComputePass::new(device, package, &density_id, "density", &[])?)
-        };
         let output = |label| {
             let texture = picture(device, label, settings.size, wgpu::TextureFormat::Rgba32Float);
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
             (texture, view)
         };
+        let plan = Plan {
+            labels: Labels::LIGHT,
+            size: [settings.rsm_size; 2],
+            count: settings.count,
+            size_factor: settings.size_factor,
+            iterations: settings.iterations,
+            light: settings.light,
+            lobes: settings.lobes,
+            precision: settings.precision,
+            density: settings.density,
+            kernel: settings.kernel,
+            filter: settings.filter,
+        };
+        let camera = if settings.density == Density::Bidirectional {
+            let plan = Plan {
+                labels: Labels::CAMERA,
+                size: settings.size,
+                count: settings.camera_count,
+                light: Light::Camera,
+                precision: Precision::F32,
+                density: Density::Reflectance,
+                ..plan.clone()
+            };
+            Some(Camera { generation: Generation::new(device, queue, plan, package)? })
+        } else {
+            None
+        };
         Ok(Self {
-            moments: Pyramid::new(
-                device,
-                "sglow moments",
-                settings.rsm_size,
-                moment_layers,
-                wgpu::TextureFormat::Rgba32Float,
-            ),
-            halves,
-            density: Pyramid::new(
-                device,
-                "sglow density",
-                settings.rsm_size,
-                1,
-                wgpu::TextureFormat::R32Float,
-            ),
-            vsgls: buffer("sglow vsgls", vsgl_bytes),
-            kernels: buffer("sglow kernels", size_of::<SglowKernel>()),
-            sampler: (settings.filter == Filter::Hardware).then(|| {
-                device.create_sampler(&wgpu::SamplerDescriptor {
-                    label: Some("sglow trilinear"),
-                    mag_filter: wgpu::FilterMode::Linear,
-                    min_filter: wgpu::FilterMode::Linear,
-                    mipmap_filter: wgpu::MipmapFilterMode::Linear,
-                    ..Default::default()
-                })
-            }),
+            camera,
+            generation: Generation::new(device, queue, plan, package)?,
             diffuse: (settings.diffuse != Diffuse::None).then(|| output("sglow indirect diffuse")),
             specular: (settings.specular != Specular::None)
                 .then(|| output("sglow indirect specular")),
-            // Both precisions' parameters take the same room.
-            moments_parameters: uniform::<SglowMomentsParametersF16>(
-                device,
-                "sglow moments parameters",
-            ),
-            sample_parameters: uniform::<SglowSampleParametersF16>(
-                device,
-                "sglow sample parameters",
-            ),
             shade_parameters: uniform::<SglowShadeParameters>(device, "sglow shade parameters"),
-            moments_pass: ComputePass::new(device, package, &moments_id, "moments", &[])?,
-            density_pass,
-            moments_mip_pass: mip(Texel::Rgba32float, "mip moments")?,
-            density_mip_pass: mip(Texel::R32float, "mip density")?,
-            sample_pass: ComputePass::new(device, package, &sample.id(), "sample", constants)?,
             shade_pass: ComputePass::new(device, package, &settings.shade().id(), "shade", &[])?,
             device: device.clone(),
             queue: queue.clone(),
@@ -230,11 +149,32 @@ impl Indirect {
         inputs: &Inputs<'_>,
         mut timer: Option<&mut Timer<'_>>,
     ) {
+        self.encode_camera(encoder, inputs, timer.as_deref_mut());
         self.encode_moments(encoder, inputs, timer.as_deref_mut());
-        self.encode_density(encoder, timer.as_deref_mut());
+        self.encode_density(encoder, inputs, timer.as_deref_mut());
         self.encode_mips(encoder, timer.as_deref_mut());
         self.encode_sample(encoder, inputs.light, timer.as_deref_mut());
         self.encode_shade(encoder, inputs.gbuffer, inputs.eye, timer);
+    }
+
+    /// Before all: the camera's virtual lights. Nothing without the bidirectional density.
+    /// [Ritschel 2011; Tokuyoshi 2016, Section 5]
+    pub fn encode_camera(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
+        mut timer: Option<&mut Timer<'_>>,
+    ) {
+        let Some(Camera { generation }) = &self.camera else { return };
+        let sender = Sender {
+            light: SglowLight { position: inputs.eye.into(), ..bytemuck::Zeroable::zeroed() },
+            power_unit: 1.0,
+            ..sender(inputs.light)
+        };
+        generation.encode_moments(encoder, inputs.gbuffer, &sender, timer.as_deref_mut());
+        generation.encode_density(encoder, inputs.gbuffer, None, timer.as_deref_mut());
+        generation.encode_mips(encoder, timer.as_deref_mut());
+        generation.encode_sample(encoder, &sender, timer);
     }
 
     /// The first stage: what clusters of the reflective shadow map sum.
@@ -244,80 +184,28 @@ impl Indirect {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) {
-        let (light, origin) = (inputs.light.uniform, inputs.light.origin.into());
-        match self.settings.precision {
-            Precision::F32 => {
-                let rest = bytemuck::Zeroable::zeroed();
-                let parameters = SglowMomentsParametersF32 { light, origin, ..rest };
-                self.write(&self.moments_parameters, &parameters);
-            }
-            Precision::F16 => {
-                let power_scale = 1.0 / inputs.light.power_unit;
-                let parameters = SglowMomentsParametersF16 { light, origin, power_scale };
-                self.write(&self.moments_parameters, &parameters);
-            }
-        }
-        let mut bindings = vec![
-            (0, self.moments_parameters.as_entire_binding()),
-            (1, wgpu::BindingResource::TextureView(inputs.rsm.position)),
-            (2, wgpu::BindingResource::TextureView(inputs.rsm.normal)),
-            (3, wgpu::BindingResource::TextureView(inputs.rsm.base_color)),
-            (4, wgpu::BindingResource::TextureView(&self.moments.levels[0])),
-        ];
-        if let Some(halves) = &self.halves {
-            bindings.push((5, wgpu::BindingResource::TextureView(&halves.moments.levels[0])));
-            bindings.push((6, wgpu::BindingResource::TextureView(&self.density.levels[0])));
-        }
-        let groups = self.settings.rsm_size.div_ceil(8);
-        self.moments_pass.encode(
-            &self.device,
-            encoder,
-            timer,
-            &[Dispatch { bindings: &bindings, workgroups: [groups, groups, 1] }],
-        );
+        self.generation.encode_moments(encoder, inputs.rsm, &sender(inputs.light), timer);
     }
 
-    fn write<T: bytemuck::NoUninit>(&self, buffer: &wgpu::Buffer, parameters: &T) {
-        self.queue.write_buffer(buffer, 0, bytemuck::bytes_of(parameters));
-    }
-
-    /// The second stage: level 0 of the density from level 0 of the moments. Nothing with 16-bit moments, whose own pass
-    /// writes the weight that the density is.
+    /// The second stage: level 0 of the density. Nothing with 16-bit moments drawn by power, whose own pass writes the
+    /// weight that the density is.
     pub fn encode_density(
         &self,
         encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) {
-        let Some(density_pass) = &self.density_pass else { return };
-        let groups = self.settings.rsm_size.div_ceil(8);
-        density_pass.encode(
-            &self.device,
-            encoder,
-            timer,
-            &[Dispatch {
-                bindings: &[
-                    (0, wgpu::BindingResource::TextureView(&self.moments.levels[0])),
-                    (1, wgpu::BindingResource::TextureView(&self.density.levels[0])),
-                ],
-                workgroups: [groups, groups, 1],
-            }],
-        );
+        let importance = self.camera.as_ref().map(|camera| Importance {
+            light: inputs.light.eye(),
+            lights: camera.generation.vsgls(),
+            count: self.settings.camera_count,
+        });
+        self.generation.encode_density(encoder, inputs.rsm, importance, timer);
     }
 
     /// The third stage: the mip chains from their levels 0.
-    pub fn encode_mips(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        mut timer: Option<&mut Timer<'_>>,
-    ) {
-        let mut encode = |pyramid: &Pyramid, pass| {
-            pyramid.encode_mips(&self.device, encoder, pass, timer.as_deref_mut());
-        };
-        encode(&self.moments, &self.moments_mip_pass);
-        if let Some(halves) = &self.halves {
-            encode(&halves.moments, &halves.mip_pass);
-        }
-        encode(&self.density, &self.density_mip_pass);
+    pub fn encode_mips(&self, encoder: &mut wgpu::CommandEncoder, timer: Option<&mut Timer<'_>>) {
+        self.generation.encode_mips(encoder, timer);
     }
 
     /// The fourth stage: kernels and virtual lights.
@@ -327,54 +215,7 @@ impl Indirect {
         light: &LightView,
         timer: Option<&mut Timer<'_>>,
     ) {
-        let (origin, minimum_variance) = (light.origin.into(), light.minimum_variance);
-        let Settings { count, size_factor, .. } = self.settings;
-        match self.settings.precision {
-            Precision::F32 => {
-                let rest = bytemuck::Zeroable::zeroed();
-                let parameters = SglowSampleParametersF32 {
-                    origin,
-                    count,
-                    size_factor,
-                    minimum_variance,
-                    ..rest
-                };
-                self.write(&self.sample_parameters, &parameters);
-            }
-            Precision::F16 => {
-                let rest = bytemuck::Zeroable::zeroed();
-                let parameters = SglowSampleParametersF16 {
-                    origin,
-                    count,
-                    size_factor,
-                    minimum_variance,
-                    power_unit: light.power_unit,
-                    ..rest
-                };
-                self.write(&self.sample_parameters, &parameters);
-            }
-        }
-        let mut bindings = vec![
-            (0, self.sample_parameters.as_entire_binding()),
-            (1, wgpu::BindingResource::TextureView(&self.moments.all)),
-            (2, wgpu::BindingResource::TextureView(&self.density.all)),
-            (3, self.vsgls.as_entire_binding()),
-            (4, self.kernels.as_entire_binding()),
-        ];
-        if let Some(sampler) = &self.sampler {
-            bindings.push((5, wgpu::BindingResource::Sampler(sampler)));
-        }
-        if let Some(halves) = &self.halves {
-            bindings.push((6, wgpu::BindingResource::TextureView(&halves.moments.all)));
-            bindings.push((7, wgpu::BindingResource::TextureView(&self.density.all)));
-        }
-        let workgroups = [self.settings.count.div_ceil(64), 1, 1];
-        self.sample_pass.encode(
-            &self.device,
-            encoder,
-            timer,
-            &[Dispatch { bindings: &bindings, workgroups }],
-        );
+        self.generation.encode_sample(encoder, &sender(light), timer);
     }
 
     /// The last stage: the virtual lights reflected towards the camera.
@@ -392,7 +233,7 @@ impl Indirect {
             (1, wgpu::BindingResource::TextureView(gbuffer.position)),
             (2, wgpu::BindingResource::TextureView(gbuffer.normal)),
             (3, wgpu::BindingResource::TextureView(gbuffer.base_color)),
-            (4, self.vsgls.as_entire_binding()),
+            (4, self.vsgls().as_entire_binding()),
         ];
         for (binding, output) in [(5, &self.diffuse), (6, &self.specular)] {
             if let Some((_, view)) = output {
@@ -425,44 +266,75 @@ impl Indirect {
     }
 
     /// The moments with their mips, rgba32float, one layer for each: all of them, or those that 16 bits do not suffice
-    /// for.
+    /// for. A power-of-two square; texels beyond the reflective shadow map are 0.
     pub fn moments(&self) -> &wgpu::Texture {
-        &self.moments.texture
+        self.generation.moments()
     }
 
     /// The moments that 16 bits suffice for with their mips, rgba16float, in [`LightView::power_unit`]; nothing with
     /// 32-bit precision.
     pub fn half_moments(&self) -> Option<&wgpu::Texture> {
-        self.halves.as_ref().map(|halves| &halves.moments.texture)
+        self.generation.half_moments()
+    }
+
+    /// The weights with their mips, r32float, where they are neither in the moments (32-bit precision) nor the density
+    /// (drawn by power).
+    pub fn weights(&self) -> Option<&wgpu::Texture> {
+        self.generation.weights()
     }
 
     /// The density with its mips, r32float.
     pub fn density(&self) -> &wgpu::Texture {
-        &self.density.texture
+        self.generation.density()
     }
 
     /// The virtual lights: `SglowVsglBoth` or `SglowVsglDiffuse`, after the lobes; with 16-bit precision
     /// `SglowPackedVsglBoth` or `SglowPackedVsglDiffuse`.
     pub fn vsgls(&self) -> &wgpu::Buffer {
-        &self.vsgls
+        self.generation.vsgls()
     }
 
     /// The kernels that the lights were made of: `SglowKernel`.
     pub fn kernels(&self) -> &wgpu::Buffer {
-        &self.kernels
+        self.generation.kernels()
+    }
+
+    /// The camera's virtual lights, in 32 bits: `SglowVsglBoth` or `SglowVsglDiffuse`; nothing without the bidirectional
+    /// density.
+    pub fn camera_vsgls(&self) -> Option<&wgpu::Buffer> {
+        self.camera.as_ref().map(|camera| camera.generation.vsgls())
+    }
+
+    /// The moments of the camera's G-buffer, as [`Self::moments`]; nothing without the bidirectional density.
+    pub fn camera_moments(&self) -> Option<&wgpu::Texture> {
+        self.camera.as_ref().map(|camera| camera.generation.moments())
+    }
+
+    /// The density on the camera's G-buffer, as [`Self::density`]; nothing without the bidirectional density.
+    pub fn camera_density(&self) -> Option<&wgpu::Texture> {
+        self.camera.as_ref().map(|camera| camera.generation.density())
     }
 
     /// The bytes of each texture, with its mips, and of each buffer that it keeps between its passes; those of the
     /// parameters are left out.
     pub fn bytes(&self) -> Vec<(&'static str, u64)> {
-        let mut bytes = vec![("moments", texture_bytes(&self.moments.texture))];
-        bytes.extend(self.half_moments().map(|texture| ("half moments", texture_bytes(texture))));
-        bytes.push(("density", texture_bytes(&self.density.texture)));
-        bytes.push(("vsgls", self.vsgls.size()));
-        bytes.push(("kernels", self.kernels.size()));
+        let mut bytes = self.generation.bytes();
+        if let Some(Camera { generation }) = &self.camera {
+            bytes.push(("camera", generation.bytes().iter().map(|(_, bytes)| bytes).sum()));
+        }
         bytes.extend(self.diffuse().map(|texture| ("diffuse", texture_bytes(texture))));
         bytes.extend(self.specular().map(|texture| ("specular", texture_bytes(texture))));
         bytes
+    }
+}
+
+/// Who sends what the light's map holds.
+fn sender(view: &LightView) -> Sender {
+    Sender {
+        light: view.uniform,
+        origin: view.origin,
+        minimum_variance: view.minimum_variance,
+        power_unit: view.power_unit,
     }
 }
 

@@ -32,6 +32,7 @@ pub mod device;
 pub mod direct;
 pub mod frame;
 pub mod function;
+mod generation;
 pub mod indirect;
 pub mod light;
 pub mod package;

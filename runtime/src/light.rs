@@ -137,6 +137,13 @@ impl LightView {
     }
 }
 
+impl LightView {
+    /// The light's position with w = 1, or the direction towards it with w = 0.
+    pub fn eye(&self) -> Vec4 {
+        self.faces.first().map_or(Vec4::ZERO, |face| face.eye)
+    }
+}
+
 /// The power of two that is 2^15 times less than a power, rounded up; its inverse is as exact.
 fn power_unit(brightest: f64) -> f32 {
     if !(brightest > 0.0 && brightest.is_finite()) {

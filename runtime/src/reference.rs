@@ -47,6 +47,7 @@ pub fn light(view: &LightView, kind: LightAxis) -> Light {
                 LightKind::Directional { half_extent: f64::from(uniform.half_extent) }
             }
             LightAxis::Point => LightKind::Point,
+            LightAxis::Camera => LightKind::Camera,
         },
         position: vector(uniform.position),
         right: vector(uniform.right),
@@ -109,6 +110,23 @@ pub fn model(settings: &Settings) -> Model {
 
 /// The virtual lights of an [`Indirect`], read back; packed ones as the oracle unpacks them.
 pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, DeviceError> {
+    let settings = indirect.settings();
+    lights_of(gpu, indirect.vsgls(), settings.precision, settings.lobes)
+}
+
+/// The virtual lights of the camera that the bidirectional density is made of; none without it.
+pub fn camera_lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, DeviceError> {
+    indirect.camera_vsgls().map_or(Ok(Vec::new()), |buffer| {
+        lights_of(gpu, buffer, Precision::F32, indirect.settings().lobes)
+    })
+}
+
+fn lights_of<R: Real>(
+    gpu: &Gpu,
+    buffer: &wgpu::Buffer,
+    precision: Precision,
+    lobes: Lobes,
+) -> Result<Vec<Vsgl<R>>, DeviceError> {
     let number = |value: f32| R::constant(f64::from(value));
     let vector = |[x, y, z]: [f32; 3]| Vector3::new(number(x), number(y), number(z));
     let lobe = |axis, sharpness, coefficient| Lobe {
@@ -116,9 +134,7 @@ pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, D
         sharpness: number(sharpness),
         coefficient: vector(coefficient),
     };
-    let buffer = indirect.vsgls();
-    let settings = indirect.settings();
-    Ok(match (settings.precision, settings.lobes) {
+    Ok(match (precision, lobes) {
         (Precision::F32, Lobes::Diffuse) => readback::buffer::<SglowVsglDiffuse>(gpu, buffer)?
             .into_iter()
             .map(|light| Vsgl {
@@ -187,7 +203,7 @@ fn packed_lobe(lobe: SglowPackedLobe) -> PackedLobe {
 
 /// One mip level of the moments of an [`Indirect`], read back: what its textures hold, in the layers of the oracle.
 ///
-/// In halves, powers are in the unit of `view`, the light of the last frame, and the weight is the density.
+/// In halves, powers are in the unit of `view`, the light of the last frame, and the weight is apart or the density.
 pub fn moments<R: Real>(
     gpu: &Gpu,
     indirect: &Indirect,
@@ -195,7 +211,8 @@ pub fn moments<R: Real>(
     level: u32,
 ) -> Result<Vec<rsm::Moments<R>>, DeviceError> {
     let moments = readback::texture(gpu, indirect.moments(), level)?;
-    let weights = readback::texture(gpu, indirect.density(), level)?;
+    let weights = indirect.weights().unwrap_or_else(|| indirect.density());
+    let weights = readback::texture(gpu, weights, level)?;
     let count = weights.len();
     let stack = |texels: &[[f32; 4]], index: usize| -> Vec<[f32; 4]> {
         texels.iter().skip(index).step_by(count).copied().collect()

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use sglow_shaders::{Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Specular};
+use sglow_shaders::{Density, Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Specular};
 use thiserror::Error;
 
 /// A setting that cannot be.
@@ -56,10 +56,13 @@ pub enum SettingsError {
 pub struct Settings {
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
-    /// Width and height of the reflective shadow map: a power of two, at least 8.
+    /// Width and height of the reflective shadow map, at least 1; a multiple of 4 with a point light. What is kept of a map
+    /// whose size is no power of two is padded to the next one.
     pub rsm_size: u32,
     /// Number of virtual lights, 1 to 65536.
     pub count: u32,
+    /// Number of the camera's virtual lights, 1 to 65536: what the bidirectional density is made of.
+    pub camera_count: u32,
     /// K of Eq. (1) and Eq. (3), above 0.
     pub size_factor: f32,
     /// Bisection steps of Algorithm 1, 1 to 24.
@@ -70,6 +73,8 @@ pub struct Settings {
     pub lobes: Lobes,
     /// The precision of moments and virtual lights in memory.
     pub precision: Precision,
+    /// What kernels are drawn by.
+    pub density: Density,
     /// How kernels are sized.
     pub kernel: Kernel,
     /// How mips are filtered.
@@ -91,11 +96,13 @@ impl Default for Settings {
             size: [640, 360],
             rsm_size: 256,
             count: 1024,
+            camera_count: 2048,
             size_factor: 1.0,
             iterations: 12,
             light: Light::Spot,
             lobes: Lobes::Both,
             precision: Precision::F32,
+            density: Density::Power,
             kernel: Kernel::Modified,
             filter: Filter::Exact,
             diffuse: Diffuse::Fitted,
@@ -107,8 +114,8 @@ impl Default for Settings {
 }
 
 /// The axes that `set` knows.
-pub const AXES: [&str; 8] =
-    ["light", "lobes", "precision", "kernel", "filter", "diffuse", "specular", "ndf"];
+pub const AXES: [&str; 9] =
+    ["light", "lobes", "precision", "density", "kernel", "filter", "diffuse", "specular", "ndf"];
 
 impl Settings {
     /// Sets one axis by the name of its value.
@@ -120,6 +127,7 @@ impl Settings {
             "light" => self.light = parse(value)?,
             "lobes" => self.lobes = parse(value)?,
             "precision" => self.precision = parse(value)?,
+            "density" => self.density = parse(value)?,
             "kernel" => self.kernel = parse(value)?,
             "filter" => self.filter = parse(value)?,
             "diffuse" => self.diffuse = parse(value)?,
@@ -154,10 +162,35 @@ impl Settings {
             );
         }
         range(
-            self.rsm_size.is_power_of_two() && (8..=most).contains(&self.rsm_size),
+            self.rsm_size > 0 && self.rsm_size.next_power_of_two() <= most,
             "the size of the reflective shadow map",
             self.rsm_size.to_string(),
-            format!("a power of two between 8 and {most}"),
+            format!("between 1 and {most}"),
+        );
+        range(
+            self.light != Light::Point || self.rsm_size.is_multiple_of(4),
+            "the size of a point light's reflective shadow map",
+            self.rsm_size.to_string(),
+            "a multiple of 4, for its six faces are tiles of it".to_owned(),
+        );
+        let bidirectional = self.density == Density::Bidirectional;
+        range(
+            !bidirectional || self.size.iter().all(|side| side.next_power_of_two() <= most),
+            "the picture of a bidirectional density",
+            format!("{} x {}", self.size[0], self.size[1]),
+            format!("at most {most} each way when it is padded to a power of two"),
+        );
+        range(
+            (1..=65536).contains(&self.camera_count),
+            "the number of the camera's lights",
+            self.camera_count.to_string(),
+            "1 to 65536".to_owned(),
+        );
+        range(
+            self.light != Light::Camera,
+            "the light",
+            self.light.to_string(),
+            "spot, directional or point; the camera lights nothing".to_owned(),
         );
         range(
             (1..=65536).contains(&self.count),

@@ -271,5 +271,5 @@ impl Run {
 
 /// Settings small enough for a test.
 pub(crate) fn small() -> Settings {
-    Settings { size: [24, 16], rsm_size: 32, count: 48, ..Settings::default() }
+    Settings { size: [24, 16], rsm_size: 32, count: 48, camera_count: 40, ..Settings::default() }
 }

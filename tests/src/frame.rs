@@ -40,7 +40,7 @@ fn difference(name: &str, settings: &Settings, package: &Package) -> f64 {
             rsm::moments(texel, power, towards, origin, lobes)
         })
         .collect();
-    let density: Vec<f64> = moments.iter().map(rsm::density::density).collect();
+    let density: Vec<f64> = moments.iter().map(sglow_oracle::density::power).collect();
     let half = settings.precision == Precision::F16;
     let unit = f64::from(view.power_unit);
     let moments = if half {

@@ -7,7 +7,7 @@ use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::pipeline::PipelineError;
 use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Ndf, Specular};
+use sglow_shaders::{Light, Ndf, Specular};
 
 use crate::common::{broken, gpu, small};
 
@@ -23,7 +23,9 @@ fn refused(settings: &Settings) -> String {
 fn settings_that_cannot_be_are_told_all_at_once() {
     let settings = Settings {
         size: [0, 1_000_000],
-        rsm_size: 100,
+        rsm_size: 0,
+        camera_count: 0,
+        light: Light::Camera,
         count: 0,
         size_factor: f32::NAN,
         iterations: 25,
@@ -35,7 +37,9 @@ fn settings_that_cannot_be_are_told_all_at_once() {
     for part in [
         "width is 0",
         "height is 1000000",
-        "reflective shadow map is 100, and must be a power of two",
+        "reflective shadow map is 0, and must be between 1 and",
+        "number of the camera's lights is 0",
+        "light is camera, and must be spot",
         "number of lights is 0",
         "size factor K is NaN",
         "iterations is 25, and must be 1 to 24",
@@ -43,7 +47,7 @@ fn settings_that_cannot_be_are_told_all_at_once() {
     ] {
         assert!(text.contains(part), "'{part}' is missing in: {text}");
     }
-    assert_eq!(text.lines().count(), 7, "{text}");
+    assert_eq!(text.lines().count(), 9, "{text}");
 }
 
 #[test]
@@ -101,4 +105,16 @@ fn a_lost_device_is_an_error() {
     let error = renderer.render().err().unwrap();
     assert!(matches!(error, FrameError::Device(DeviceError::Lost { .. })), "{error}");
     assert!(error.to_string().contains("open a new one"), "{error}");
+}
+
+#[test]
+fn a_point_light_needs_a_map_of_tiles() {
+    let text = refused(&Settings { rsm_size: 33, light: Light::Point, ..small() });
+    assert!(text.contains("is 33, and must be a multiple of 4"), "{text}");
+    let bidirectional =
+        Settings { density: sglow_shaders::Density::Bidirectional, size: [16_000, 20], ..small() };
+    let most = gpu().device.limits().max_texture_dimension_2d;
+    if most < 16_384 {
+        assert!(refused(&bidirectional).contains("padded"));
+    }
 }

@@ -8,6 +8,8 @@ mod common;
 #[cfg(test)]
 mod contract;
 #[cfg(test)]
+mod density;
+#[cfg(test)]
 mod direct;
 #[cfg(test)]
 mod extreme;

@@ -17,7 +17,7 @@ pub(crate) struct Numbers {
     /// Number of virtual lights, 1 to 65536
     #[arg(long, value_name = "N", default_value_t = 1024)]
     pub(crate) lights: u32,
-    /// Width and height of the reflective shadow map, a power of two
+    /// Width and height of the reflective shadow map, best a power of two
     #[arg(long, value_name = "TEXELS", default_value_t = 256)]
     pub(crate) rsm: u32,
     /// Bisection steps of Algorithm 1, 1 to 24

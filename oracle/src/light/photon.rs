@@ -22,6 +22,8 @@ pub enum LightKind {
     },
     /// All directions from a point.
     Point,
+    /// No light but the camera: each texel of its map sends an importance of 1.
+    Camera,
 }
 
 /// A light.
@@ -107,6 +109,8 @@ impl Light {
                 .filter_map(face_axes)
                 .map(|[right, up, forward]| Camera { right, up, forward, ..own })
                 .collect(),
+            // The camera's picture is drawn by itself.
+            LightKind::Camera => Vec::new(),
         }
     }
 
@@ -120,7 +124,7 @@ impl Light {
                     (cosine * R::constant(cone_scale) + R::constant(cone_offset)).clamp(0.0, 1.0);
                 intensity * cone.squared()
             }
-            LightKind::Directional { .. } | LightKind::Point => intensity,
+            LightKind::Directional { .. } | LightKind::Point | LightKind::Camera => intensity,
         }
     }
 
@@ -130,11 +134,12 @@ impl Light {
         let extent = match self.kind {
             LightKind::Spot { tan_half_angle, .. } => R::constant(tan_half_angle),
             LightKind::Directional { half_extent } => R::constant(half_extent),
-            LightKind::Point => R::one(),
+            LightKind::Point | LightKind::Camera => R::one(),
         };
         let area = extent.squared() * (R::constant(place.size[0]) * R::constant(place.size[1]));
         match self.kind {
             LightKind::Directional { .. } => Vector3::constant(self.intensity) * area,
+            LightKind::Camera => Vector3::splat(R::one()),
             LightKind::Point if place.face > 5 => Vector3::zero(),
             LightKind::Spot { .. } | LightKind::Point => {
                 let [u, v] = place.centre.map(|part| R::constant(part) * extent);
@@ -150,7 +155,7 @@ impl Light {
     pub fn towards<R: Real>(&self, position: Vector3<R>) -> (Vector3<R>, R) {
         match self.kind {
             LightKind::Directional { .. } => (-Vector3::constant(self.forward), R::one()),
-            LightKind::Spot { .. } | LightKind::Point => {
+            LightKind::Spot { .. } | LightKind::Point | LightKind::Camera => {
                 let path = Vector3::constant(self.position) - position;
                 (path.normalized(), path.length_squared())
             }

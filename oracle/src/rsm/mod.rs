@@ -1,6 +1,5 @@
-//! The additional reflective shadow map: moments, density and their mips.
+//! The additional reflective shadow map: moments and their mips.
 
-pub mod density;
 pub mod mip;
 pub mod moments;
 

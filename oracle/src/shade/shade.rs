@@ -47,11 +47,21 @@ pub fn shade<R: Real>(
     lights: impl IntoIterator<Item = Vsgl<R>>,
     model: &Model,
 ) -> Reflected<R> {
+    towards(surface, (eye - surface.position).normalized(), lights, model)
+}
+
+/// The radiance that a surface reflects in the unit direction `view`; none where there is no surface.
+// [Tokuyoshi 2016, Appendix C]
+pub fn towards<R: Real>(
+    surface: &SurfaceTexel<R>,
+    view: Vector3<R>,
+    lights: impl IntoIterator<Item = Vsgl<R>>,
+    model: &Model,
+) -> Reflected<R> {
     let mut sum = Reflected::none();
     if !surface.present {
         return sum;
     }
-    let view = (eye - surface.position).normalized();
     for light in lights {
         for lobe in core::iter::once(light.diffuse).chain(light.specular) {
             let arriving = incoming(surface.position, light.position, light.variance, &lobe);

@@ -134,7 +134,7 @@ mod tests {
     fn relative_power(stress: Stress, kernel: Kernel, break_factor: bool) -> f64 {
         let moments = wall(stress, 128);
         let density =
-            Pyramid::build(128, moments.level(0).iter().map(rsm::density::density).collect())
+            Pyramid::build(128, moments.level(0).iter().map(crate::density::power).collect())
                 .unwrap();
         let settings = Settings {
             count: 256,

@@ -78,11 +78,46 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: compose::NAMES_5,
     },
     Variant {
-        id: "density-power",
+        id: "density-bidirectional-both",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_0,
         binding_names: density::NAMES_0,
+    },
+    Variant {
+        id: "density-bidirectional-diffuse",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_1,
+        binding_names: density::NAMES_1,
+    },
+    Variant {
+        id: "density-power-both",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_2,
+        binding_names: density::NAMES_2,
+    },
+    Variant {
+        id: "density-power-diffuse",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_2,
+        binding_names: density::NAMES_2,
+    },
+    Variant {
+        id: "density-reflectance-both",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_3,
+        binding_names: density::NAMES_3,
+    },
+    Variant {
+        id: "density-reflectance-diffuse",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_3,
+        binding_names: density::NAMES_3,
     },
     Variant {
         id: "direct-directional-beckmann",
@@ -188,6 +223,34 @@ pub static VARIANTS: &[Variant] = &[
         entry_points: mip::ENTRY_POINTS_0,
         bind_groups: mip::LAYOUT_2,
         binding_names: mip::NAMES_2,
+    },
+    Variant {
+        id: "moments-camera-both-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-camera-both-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-camera-diffuse-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-camera-diffuse-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
     },
     Variant {
         id: "moments-directional-both-f16",
@@ -715,10 +778,40 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "821c847ee0014b87a1a30dd6b9ac8794f6e8b372146e64ec2d82a610ee737163",
     },
     Embedded {
-        id: "density-power",
+        id: "density-bidirectional-both",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-power.wgsl"),
-        sha256: "a799fcb67a2f7477c40685f1f0f3342696e0fe7690c32a7dccb547885bcf10e2",
+        text: include_str!("../wgsl/density-bidirectional-both.wgsl"),
+        sha256: "a5615e91b4d34f592bf780fba229e7ac79464593638d6cedac68e36f651a1b9a",
+    },
+    Embedded {
+        id: "density-bidirectional-diffuse",
+        pass: density::PASS,
+        text: include_str!("../wgsl/density-bidirectional-diffuse.wgsl"),
+        sha256: "5f88ba9a9fa98aa1df16db989ffcf48f7f47bdaf06aec842fe92b8c702af684c",
+    },
+    Embedded {
+        id: "density-power-both",
+        pass: density::PASS,
+        text: include_str!("../wgsl/density-power-both.wgsl"),
+        sha256: "2e18f6a435778474009065b153b5c21cbbcebc4b2fa66e264b5cbd7db06d7199",
+    },
+    Embedded {
+        id: "density-power-diffuse",
+        pass: density::PASS,
+        text: include_str!("../wgsl/density-power-diffuse.wgsl"),
+        sha256: "d487f9151b776dd804f0adc8bab7c88ac5ffef84b5883ee536314d56796e61da",
+    },
+    Embedded {
+        id: "density-reflectance-both",
+        pass: density::PASS,
+        text: include_str!("../wgsl/density-reflectance-both.wgsl"),
+        sha256: "29bd105e67761f92a71de35c285e8e29d117f7a6c440b63963542b7198d4b1ec",
+    },
+    Embedded {
+        id: "density-reflectance-diffuse",
+        pass: density::PASS,
+        text: include_str!("../wgsl/density-reflectance-diffuse.wgsl"),
+        sha256: "918087ece42c789763f2eafd52c589b11a787a85cd8306bf39d4f275558e8459",
     },
     Embedded {
         id: "direct-directional-beckmann",
@@ -811,76 +904,100 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "f4e8d01d808e47ffc2c5b17cd214ac50e523e9216d2c29e31da4b9f58112f773",
     },
     Embedded {
+        id: "moments-camera-both-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-camera-both-f16.wgsl"),
+        sha256: "eab8f18c5149226b7d99a3182f0949c3fdd6f8c0d4d00e0da9f91f2ee28c30d1",
+    },
+    Embedded {
+        id: "moments-camera-both-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-camera-both-f32.wgsl"),
+        sha256: "6fabc4efed0dba9fc3fb1f2875a91c7a0d6d1ffe52d9192fcd002c9ce34cfc72",
+    },
+    Embedded {
+        id: "moments-camera-diffuse-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-camera-diffuse-f16.wgsl"),
+        sha256: "f6e91c8b72076833cd314af639ae296b8538d45ba0c5987a9da14877d5be574a",
+    },
+    Embedded {
+        id: "moments-camera-diffuse-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-camera-diffuse-f32.wgsl"),
+        sha256: "0636f0d899cfd2cf76a9be4a13cd80bbcf1fd22a56dc00d6d627d2798b4cc168",
+    },
+    Embedded {
         id: "moments-directional-both-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-directional-both-f16.wgsl"),
-        sha256: "da4ea3230e0eba675697bc74a0ddcdee6973ffcfa626bfd6f7fd0ebc6fd8e195",
+        sha256: "04225a6e94b37df13a9ea3c32369199f21a41ccd0c95c48a79cb246ccc413d6d",
     },
     Embedded {
         id: "moments-directional-both-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-directional-both-f32.wgsl"),
-        sha256: "f11e84a00eab1bc74549069f18b66581bb875b874c6e7cd717b9ab158ad50386",
+        sha256: "64337c22480a540029459c31e247dd1e470480f712b813a206984797158dfeca",
     },
     Embedded {
         id: "moments-directional-diffuse-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-directional-diffuse-f16.wgsl"),
-        sha256: "015788c6322fd003807e2e64f28c88fff1af66eb2a297ad33bebd3fcb699946d",
+        sha256: "94d0aeb594998294bca7b3098f2bec9e7137d4694d645eb8af684fce1d987d72",
     },
     Embedded {
         id: "moments-directional-diffuse-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-directional-diffuse-f32.wgsl"),
-        sha256: "a608ae8f060f17279dc09b7d55e2ca3826b18c4c5f67f6e852b8107486df4de3",
+        sha256: "2cce2a1f1ba98e6f4a93648ca0d40ef2e34252cf5e817f01e917cbcdea6bd56b",
     },
     Embedded {
         id: "moments-point-both-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-point-both-f16.wgsl"),
-        sha256: "2e57297c662a3da1db4ea80131d0f43b6a063c7189476da0558884ef3ed19246",
+        sha256: "eccfafffbebcaf87928be0d46b85ce04f2d611923dbe6e6e4ac2577d9829e48a",
     },
     Embedded {
         id: "moments-point-both-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-point-both-f32.wgsl"),
-        sha256: "8db2db25c7fc7fa64def4e001ab1bd8d5a539234782fad702322cab622fa4579",
+        sha256: "0c10972eb026a14d1cf247a2d4b730ced33bff1afb5348a26730ca4b76a2a6ee",
     },
     Embedded {
         id: "moments-point-diffuse-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-point-diffuse-f16.wgsl"),
-        sha256: "53498a97b7b751b7745c9230abf0be62e9b7a170387947ec4b1411f037f0097e",
+        sha256: "c73b55dec4fe876363891d8d60f196f44fa2245f667d149dd1788a35e1953e4c",
     },
     Embedded {
         id: "moments-point-diffuse-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-point-diffuse-f32.wgsl"),
-        sha256: "9c13be7e8df5aee6e4c31752792c90607ec2705fbe1477fd612b89c5a6adf1cc",
+        sha256: "425c3f5004d0111e0d2035ec3fb7b5d2a7222b05434518fb5122ebb21e03b07f",
     },
     Embedded {
         id: "moments-spot-both-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-spot-both-f16.wgsl"),
-        sha256: "d827f0ba0875641a47867e52de297b29c2c1800ff819947c850383835079e754",
+        sha256: "a51cb980061ca1b539088efa34062d14bf579dd9bbb477b7fa881d7062bd3131",
     },
     Embedded {
         id: "moments-spot-both-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-spot-both-f32.wgsl"),
-        sha256: "c8f4f991f2322489225e347c200fe8ed1f45f3f34f812f564f461688da36f187",
+        sha256: "f9892acb62627fed4be3e5949ef4a904f2c45a68bee361bd27498a201437273a",
     },
     Embedded {
         id: "moments-spot-diffuse-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-spot-diffuse-f16.wgsl"),
-        sha256: "d7620a9f6c4b146aea932f3b196b3debaaf29bcaf5b88132fed0d2c4d49fc62f",
+        sha256: "50bbe4039ec1414abf6cb991d5ac85bfddcc597b9b1d15bfe1af512dee8ad441",
     },
     Embedded {
         id: "moments-spot-diffuse-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-spot-diffuse-f32.wgsl"),
-        sha256: "f0be408e9eb1a24f55382b5d45548bff131ae3ccd2ea5a645ac9d38626172cfc",
+        sha256: "99353f983c951f39999345f86ed3aa6ba0be369bef89ccf7b99ee72cadfa1953",
     },
     Embedded {
         id: "sample-modified-exact-both-f16",
@@ -1308,16 +1425,22 @@ pub enum Density {
     /// The power that a texel reflects.
     #[default]
     Power,
+    /// The reflectance of a texel, whatever light reaches it.
+    Reflectance,
+    /// The power that a texel reflects times the share of it that reaches what the camera sees \[Ritschel 2011\].
+    Bidirectional,
 }
 impl Density {
     /// The name of the axis.
     pub const AXIS: &str = "density";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 1] = [Self::Power];
+    pub const ALL: [Self; 3] = [Self::Power, Self::Reflectance, Self::Bidirectional];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Power => "power",
+            Self::Reflectance => "reflectance",
+            Self::Bidirectional => "bidirectional",
         }
     }
 }
@@ -1790,18 +1913,26 @@ pub enum Light {
     Directional,
     /// All around a point; its map is six faces in a grid of 4 by 2 tiles.
     Point,
+    /// No light but the camera, whose pixels each send the same importance: for the bidirectional density.
+    Camera,
 }
 impl Light {
     /// The name of the axis.
     pub const AXIS: &str = "light";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 3] = [Self::Spot, Self::Directional, Self::Point];
+    pub const ALL: [Self; 4] = [
+        Self::Spot,
+        Self::Directional,
+        Self::Point,
+        Self::Camera,
+    ];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Spot => "spot",
             Self::Directional => "directional",
             Self::Point => "point",
+            Self::Camera => "camera",
         }
     }
 }
@@ -2518,7 +2649,7 @@ pub mod moments {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `moments-directional-both-f16`, `moments-directional-diffuse-f16`, `moments-point-both-f16`, `moments-point-diffuse-f16`, `moments-spot-both-f16`, `moments-spot-diffuse-f16`.
+    /// `moments-camera-both-f16`, `moments-camera-diffuse-f16`, `moments-directional-both-f16`, `moments-directional-diffuse-f16`, `moments-point-both-f16`, `moments-point-diffuse-f16`, `moments-spot-both-f16`, `moments-spot-diffuse-f16`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
@@ -2583,7 +2714,7 @@ pub mod moments {
             "sglow_weight_output",
         ],
     ];
-    /// `moments-directional-both-f32`, `moments-directional-diffuse-f32`, `moments-point-both-f32`, `moments-point-diffuse-f32`, `moments-spot-both-f32`, `moments-spot-diffuse-f32`.
+    /// `moments-camera-both-f32`, `moments-camera-diffuse-f32`, `moments-directional-both-f32`, `moments-directional-diffuse-f32`, `moments-point-both-f32`, `moments-point-diffuse-f32`, `moments-spot-both-f32`, `moments-spot-diffuse-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
@@ -2644,20 +2775,24 @@ pub mod density {
     pub struct Density {
         /// The density by which kernels are drawn.
         pub density: super::Density,
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
     }
     impl Density {
         /// Every legal variant.
         pub fn all() -> Vec<Self> {
             let mut all = Vec::new();
             for density in super::Density::ALL {
-                all.push(Self { density });
+                for lobes in super::Lobes::ALL {
+                    all.push(Self { density, lobes });
+                }
             }
             all.retain(|variant| variant.is_legal());
             all
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}", self.density)
+            format!("{PASS}-{}-{}", self.density, self.lobes)
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -2679,8 +2814,130 @@ pub mod density {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `density-power`.
+    /// `density-bidirectional-both`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::uniform(5, wgpu::ShaderStages::COMPUTE, 48),
+            super::texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, true, 80),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_density_output",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_density_parameters",
+            "sglow_weight_texture",
+            "sglow_camera_vsgls",
+        ],
+    ];
+    /// `density-bidirectional-diffuse`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::uniform(5, wgpu::ShaderStages::COMPUTE, 48),
+            super::texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, true, 48),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_density_output",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_density_parameters",
+            "sglow_weight_texture",
+            "sglow_camera_vsgls",
+        ],
+    ];
+    /// `density-power-both`, `density-power-diffuse`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::texture(
                 0,
@@ -2700,8 +2957,41 @@ pub mod density {
             ),
         ],
     ];
-    pub(super) const NAMES_0: &[&[&str]] = &[
+    pub(super) const NAMES_2: &[&[&str]] = &[
         &["sglow_moments_texture", "sglow_density_output"],
+    ];
+    /// `density-reflectance-both`, `density-reflectance-diffuse`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
+        &["sglow_density_output", "sglow_position_texture", "sglow_base_color_texture"],
     ];
 }
 /// One level of a mip chain from the level below.
@@ -4149,6 +4439,12 @@ pub mod direct {
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.light, super::Light::Camera) {
+                return Some(super::Exclusion {
+                    name: "camera-without-light",
+                    reason: "the camera lights nothing",
+                });
+            }
             None
         }
         /// Whether no rule excludes it.
@@ -4665,6 +4961,34 @@ impl Default for SglowCheckParameters {
 const _: () = {
     equal(size_of::<SglowCheckParameters>(), 4);
     equal(core::mem::offset_of!(SglowCheckParameters, count), 0);
+};
+/// `SglowDensityParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowDensityParameters {
+    /// The light's position with w = 1, or the direction towards it with w = 0. (`vec4<f32>` at byte 0)
+    pub light: [f32; 4],
+    /// Times a texel of the weights, it is the weight: (0, 0, 0, 1) for moments in f32, (1, 0, 0, 0) for weights apart. (`vec4<f32>` at byte 16)
+    pub weight_channel: [f32; 4],
+    /// The layer that holds the weights: 1 for moments in f32, 0 for weights apart. (`u32` at byte 32)
+    pub weight_layer: u32,
+    /// Number of virtual lights of the camera, 1 to 65536. (`u32` at byte 36)
+    pub count: u32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 8],
+}
+impl Default for SglowDensityParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowDensityParameters>(), 48);
+    equal(core::mem::offset_of!(SglowDensityParameters, light), 0);
+    equal(core::mem::offset_of!(SglowDensityParameters, weight_channel), 16);
+    equal(core::mem::offset_of!(SglowDensityParameters, weight_layer), 32);
+    equal(core::mem::offset_of!(SglowDensityParameters, count), 36);
 };
 /// `SglowDirectParameters` of the variants with light = point.
 #[repr(C)]

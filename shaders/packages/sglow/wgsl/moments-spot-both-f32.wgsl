@@ -6,8 +6,9 @@
 // precision = f32: 32-bit floats
 //
 // Contract:
-// - surface textures: as the surface pass writes them, a power-of-two square, at least 8 by 8
+// - surface textures: as the surface pass writes them, of any size; with light point a multiple of 4 by 2
 // - intensity: at least 0, finite
+// - outputs: a power-of-two square at least as large as the surface textures; what lies beyond them stays 0
 // - output with precision f32: as many layers as the lobes need: 3 for diffuse, 5 for both
 // - outputs with precision f16: 1 layer for diffuse, 2 for both; of halves 2 for diffuse, 3 for both; the weight
 // - power_scale: above 0, finite; a power of two that brings every photon's power to at most 32768
@@ -161,7 +162,7 @@ fn sglow_specular_mean_direction(incoming: vec3<f32>, normal: vec3<f32>, alpha: 
 /// [Tokuyoshi 2016, Appendix B.3]
 @compute @workgroup_size(8, 8)
 fn sglow_moments(@builtin(global_invocation_id) id: vec3<u32>) {
-    let size = textureDimensions(sglow_moments_output);
+    let size = textureDimensions(sglow_position_texture);
     if any(id.xy >= size) {
         return;
     }
