@@ -15,4 +15,5 @@ pub mod halves;
 pub mod hold;
 pub mod input;
 pub mod mirror;
+pub mod rivals;
 pub mod stability;

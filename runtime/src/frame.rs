@@ -15,7 +15,7 @@ use crate::package::Package;
 use crate::pipeline::PipelineError;
 use crate::raster::{Raster, SurfaceTargets};
 use crate::readback;
-use crate::scene::{LightKind, Scene};
+use crate::scene::{self, Bounds, LightKind, Scene};
 use crate::settings::Settings;
 use crate::timing::{Clock, Timer};
 
@@ -31,6 +31,16 @@ pub enum FrameError {
     /// The device fails.
     #[error(transparent)]
     Device(#[from] DeviceError),
+    /// The light is of another kind than the renderer was made for.
+    #[error(
+        "the renderer was made for a {was} light and cannot take a {is} light; make another one"
+    )]
+    AnotherLight {
+        /// What it was made for.
+        was: Light,
+        /// What was given.
+        is: Light,
+    },
     /// The scene has no such light.
     #[error("the scene has no light {index}; it has {count}, counted from 0")]
     NoSuchLight {
@@ -39,6 +49,22 @@ pub enum FrameError {
         /// How many there are.
         count: usize,
     },
+}
+
+/// The kind of a light as an axis has it.
+fn kind(light: &scene::Light) -> Light {
+    match light.kind {
+        LightKind::Spot { .. } => Light::Spot,
+        LightKind::Directional => Light::Directional,
+        LightKind::Point => Light::Point,
+    }
+}
+
+/// The biases of a shadow map that is drawn by the light's view.
+fn shadow_bias(view: &LightView, rsm_size: u32) -> ShadowBias {
+    // A texel of the shadow map at the distance of the scene's radius, in world units.
+    let footprint = (6.0 * view.minimum_variance).sqrt() * rsm_size as f32 / SHADOW_SIZE as f32;
+    ShadowBias { depth: 1e-5, normal: 2.0 * footprint }
 }
 
 /// Pixels of a picture, row by row from the top; four floats each.
@@ -89,6 +115,7 @@ pub struct Renderer<'a> {
     raster: Raster,
     view: SglowView,
     eye: Vec3,
+    bounds: Bounds,
     light: LightView,
     rsm: SurfaceTargets,
     gbuffer: SurfaceTargets,
@@ -120,16 +147,12 @@ impl<'a> Renderer<'a> {
             return Err(FrameError::NoSuchLight { index: light_index, count: scene.lights.len() });
         };
         let mut settings = settings.clone();
-        settings.light = match light.kind {
-            LightKind::Spot { .. } => Light::Spot,
-            LightKind::Directional => Light::Directional,
-            LightKind::Point => Light::Point,
-        };
+        settings.light = kind(light);
         let device = &gpu.device;
         let indirect = Indirect::with_package(device, &gpu.queue, &settings, package)?;
         let bounds = scene.bounds();
         let size = settings.size;
-        let view = LightView::new(light, &bounds, settings.rsm_size);
+        let view_of_light = LightView::new(light, &bounds, settings.rsm_size);
         let emits = settings.complete
             || scene.meshes.iter().any(|mesh| scene.materials[mesh.material].emits());
         let terms = match (settings.diffuse, settings.specular) {
@@ -142,9 +165,6 @@ impl<'a> Renderer<'a> {
         let aspect = size[0] as f32 / size[1] as f32;
         let projection = perspective((0.5 * scene.camera.vertical_fov).tan(), aspect, near, far);
         let look = look_to_mat4(eye, scene.camera.forward.into(), scene.camera.up.into());
-        // A texel of the shadow map at the distance of the scene's radius, in world units.
-        let footprint =
-            (6.0 * view.minimum_variance).sqrt() * settings.rsm_size as f32 / SHADOW_SIZE as f32;
         Ok(Self {
             raster: Raster::new(gpu, package, scene, settings.complete)?,
             view: SglowView {
@@ -160,7 +180,7 @@ impl<'a> Renderer<'a> {
                 [SHADOW_SIZE; 2],
                 wgpu::TextureFormat::Depth32Float,
             ),
-            shadow_bias: ShadowBias { depth: 1e-5, normal: 2.0 * footprint },
+            shadow_bias: shadow_bias(&view_of_light, settings.rsm_size),
             direct: Direct::new(device, &gpu.queue, package, settings.light, settings.ndf, size)?,
             emission: emits
                 .then(|| picture(device, "sglow emission", size, wgpu::TextureFormat::Rgba16Float)),
@@ -171,10 +191,47 @@ impl<'a> Renderer<'a> {
                 if emits { Emission::Seen } else { Emission::None },
                 size,
             )?,
-            light: view,
+            bounds,
+            light: view_of_light,
             indirect,
             gpu,
         })
+    }
+
+    /// Moves the light, or turns it, or gives it another power, for the frames that follow.
+    ///
+    /// # Errors
+    ///
+    /// When it is of another kind: the shaders were chosen for the kind.
+    pub fn move_light(&mut self, light: &scene::Light) -> Result<(), FrameError> {
+        let (was, is) = (self.indirect.settings().light, kind(light));
+        if was != is {
+            return Err(FrameError::AnotherLight { was, is });
+        }
+        let size = self.indirect.settings().rsm_size;
+        self.light = LightView::new(light, &self.bounds, size);
+        self.shadow_bias = shadow_bias(&self.light, size);
+        Ok(())
+    }
+
+    /// Draws the light's map and the camera's G-buffer alone, and waits for them: what an [`Indirect`] of one's own then
+    /// reads by [`Self::inputs`].
+    pub fn draw_maps(&self) -> Result<(), FrameError> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        self.raster.encode_rsm(&mut encoder, &self.rsm, &self.light.faces, None);
+        self.raster.encode_gbuffer(&mut encoder, &self.gbuffer, &self.view, None);
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(self.gpu.finish()?)
+    }
+
+    /// What indirect light reads.
+    pub fn inputs(&self) -> Inputs<'_> {
+        Inputs {
+            rsm: self.rsm.views(),
+            gbuffer: self.gbuffer.views(),
+            light: &self.light,
+            eye: self.eye,
+        }
     }
 
     /// Renders one frame and waits for it. Returns the time of each pass and how it was taken.
@@ -195,13 +252,7 @@ impl<'a> Renderer<'a> {
         self.raster.encode_gbuffer(encoder, &self.gbuffer, &self.view, Some(timer));
         let depth = self.shadow_map.create_view(&Default::default());
         self.raster.encode_shadow(encoder, &depth, SHADOW_SIZE, faces, Some(timer));
-        let inputs = Inputs {
-            rsm: self.rsm.views(),
-            gbuffer: self.gbuffer.views(),
-            light: &self.light,
-            eye: self.eye,
-        };
-        self.indirect.encode(encoder, &inputs, Some(timer));
+        self.indirect.encode(encoder, &self.inputs(), Some(timer));
         let direct = DirectInputs {
             gbuffer: self.gbuffer.views(),
             light: &self.light,
@@ -236,6 +287,11 @@ impl<'a> Renderer<'a> {
             emission: optional(self.emission.as_ref())?,
             gbuffer: self.read_surfaces(&self.gbuffer)?,
         })
+    }
+
+    /// The camera's G-buffer of the last frame, read back.
+    pub fn read_gbuffer(&self) -> Result<Surfaces, FrameError> {
+        self.read_surfaces(&self.gbuffer)
     }
 
     /// The reflective shadow map of the last frame, read back.

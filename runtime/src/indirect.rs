@@ -203,6 +203,18 @@ impl Indirect {
         self.generation.encode_density(encoder, inputs.rsm, importance, timer);
     }
 
+    /// In place of the second stage: level 0 of the density from another that has encoded it. Both have maps of the same
+    /// size; copies as much as both hold.
+    pub fn encode_density_of(&self, encoder: &mut wgpu::CommandEncoder, other: &Self) {
+        let (from, to) = (other.density(), self.density());
+        let size = wgpu::Extent3d {
+            width: from.width().min(to.width()),
+            height: from.height().min(to.height()),
+            depth_or_array_layers: 1,
+        };
+        encoder.copy_texture_to_texture(from.as_image_copy(), to.as_image_copy(), size);
+    }
+
     /// The third stage: the mip chains from their levels 0.
     pub fn encode_mips(&self, encoder: &mut wgpu::CommandEncoder, timer: Option<&mut Timer<'_>>) {
         self.generation.encode_mips(encoder, timer);

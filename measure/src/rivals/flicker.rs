@@ -1,0 +1,305 @@
+//! Flicker: how much more a picture changes from frame to frame than it has to, while the light moves.
+
+use glam::Vec3;
+use serde::Serialize;
+use sglow_oracle::fis::stress::Random;
+use sglow_runtime::device::Gpu;
+use sglow_runtime::frame::{FrameError, Pixels, Renderer, Surfaces};
+use sglow_runtime::indirect::Indirect;
+use sglow_runtime::package::Package;
+use sglow_runtime::scene::{Light, LightKind, Scene};
+use sglow_runtime::settings::Settings;
+use sglow_runtime::{readback, reference};
+
+/// A way to make lights, by name.
+#[derive(Clone, Debug)]
+pub struct Contender {
+    /// What it is called.
+    pub name: String,
+    /// What it is made of; the size of the map, the density and the picture are those of all.
+    pub settings: Settings,
+}
+
+/// How long and on how much.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Walk {
+    /// Frames, at least 2.
+    pub frames: usize,
+    /// Pixels that the reference is computed for, spread over the picture by chance.
+    pub pixels: usize,
+    /// How far the light moves in each frame, as a share of the scene's radius; a directional light turns by this many
+    /// radians.
+    pub step: f32,
+}
+
+impl Default for Walk {
+    fn default() -> Self {
+        Self { frames: 17, pixels: 1500, step: 0.005 }
+    }
+}
+
+/// One contender's error and flicker, each over the mean of the reference.
+#[derive(Clone, Debug, Serialize)]
+pub struct Flicker {
+    /// The contender.
+    pub name: String,
+    /// RMSE against the reference over all frames.
+    pub error: f64,
+    /// Root of the mean square of the difference between its change from frame to frame and the reference's own.
+    pub flicker: f64,
+    /// The same of the worst pair of frames.
+    pub worst: f64,
+    /// Numbers that were not finite.
+    pub not_finite: usize,
+}
+
+/// What a walk found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Flickers {
+    /// The walk.
+    pub walk: Walk,
+    /// The reference's own change from frame to frame, RMS over its mean.
+    pub reference_change: f64,
+    /// Each contender.
+    pub contenders: Vec<Flicker>,
+}
+
+/// A light after some frames: moved to the side of where it shines, or turned about the vertical.
+#[must_use]
+pub fn moved(light: &Light, radius: f32, by: f32) -> Light {
+    let direction = Vec3::from(light.direction);
+    match light.kind {
+        LightKind::Directional => {
+            let turned = glam::Quat::from_rotation_y(by) * direction;
+            Light { direction: turned.normalize().into(), ..light.clone() }
+        }
+        LightKind::Spot { .. } | LightKind::Point => {
+            let side = direction.cross(Vec3::Y).try_normalize().unwrap_or(Vec3::X);
+            let position = Vec3::from(light.position) + side * (by * radius);
+            Light { position: position.into(), ..light.clone() }
+        }
+    }
+}
+
+/// Some of a picture's pixels that show a surface, by a fixed choice.
+#[must_use]
+pub fn some_pixels(surfaces: &Surfaces, count: usize) -> Vec<usize> {
+    let mut present: Vec<usize> =
+        (0..surfaces.position.len()).filter(|&at| surfaces.position[at][3] >= 0.0).collect();
+    let mut random = Random::new(4);
+    let count = count.min(present.len());
+    for at in 0..count {
+        let rest = present.len() - at;
+        let other = at + ((random.uniform() * rest as f64) as usize).min(rest - 1);
+        present.swap(at, other);
+    }
+    present.truncate(count);
+    present.sort_unstable();
+    present
+}
+
+/// The surfaces of some pixels.
+#[must_use]
+pub fn of_pixels(surfaces: &Surfaces, pixels: &[usize]) -> Surfaces {
+    let take = |all: &Pixels| pixels.iter().map(|&at| all[at]).collect();
+    Surfaces {
+        position: take(&surfaces.position),
+        normal: take(&surfaces.normal),
+        base_color: take(&surfaces.base_color),
+    }
+}
+
+/// Indirect radiance at some pixels, three numbers each.
+pub fn indirect_at(
+    gpu: &Gpu,
+    indirect: &Indirect,
+    pixels: &[usize],
+) -> Result<Vec<f64>, FrameError> {
+    let mut sum = vec![0.0; 3 * pixels.len()];
+    for texture in [indirect.diffuse(), indirect.specular()].into_iter().flatten() {
+        let picture = readback::texture(gpu, texture, 0)?;
+        for (index, &pixel) in pixels.iter().enumerate() {
+            for channel in 0..3 {
+                sum[3 * index + channel] += f64::from(picture[pixel][channel]);
+            }
+        }
+    }
+    Ok(sum)
+}
+
+/// Moves the first light of a scene and follows every contender. The density is computed once for all.
+///
+/// `progress` is told how many frames are done.
+///
+/// # Errors
+///
+/// When the scene does not render with one of the settings.
+pub fn flicker(
+    gpu: &Gpu,
+    package: &Package,
+    scene: &Scene,
+    contenders: &[Contender],
+    walk: Walk,
+    progress: impl Fn(usize),
+) -> Result<Flickers, FrameError> {
+    let Some((first, light)) = contenders.first().zip(scene.lights.first()) else {
+        return Ok(Flickers { walk, reference_change: 0.0, contenders: Vec::new() });
+    };
+    let mut renderer = Renderer::new(gpu, package, scene, &first.settings, 0)?;
+    let kind = renderer.indirect().settings().light;
+    let others = contenders
+        .iter()
+        .map(|contender| {
+            let settings = Settings { light: kind, ..contender.settings.clone() };
+            Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let radius = scene.bounds().radius();
+    let mut pixels = Vec::new();
+    let mut pictures = vec![Vec::new(); contenders.len()];
+    let mut references: Vec<Vec<f64>> = Vec::new();
+    for frame in 0..walk.frames {
+        renderer.move_light(&moved(light, radius, walk.step * frame as f32))?;
+        renderer.draw_maps()?;
+        let inputs = renderer.inputs();
+        let own = renderer.indirect();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        own.encode_camera(&mut encoder, &inputs, None);
+        own.encode_moments(&mut encoder, &inputs, None);
+        own.encode_density(&mut encoder, &inputs, None);
+        for other in &others {
+            other.encode_moments(&mut encoder, &inputs, None);
+            other.encode_density_of(&mut encoder, own);
+            other.encode_mips(&mut encoder, None);
+            other.encode_sample(&mut encoder, inputs.light, None);
+            other.encode_shade(&mut encoder, inputs.gbuffer, inputs.eye, None);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        gpu.finish()?;
+        let gbuffer = renderer.read_gbuffer()?;
+        if frame == 0 {
+            pixels = some_pixels(&gbuffer, walk.pixels);
+        }
+        for (other, pictures) in others.iter().zip(&mut pictures) {
+            pictures.push(indirect_at(gpu, other, &pixels)?);
+        }
+        let reflected = reference::virtual_point_lights(
+            renderer.light(),
+            own.settings(),
+            &renderer.read_rsm()?,
+            &of_pixels(&gbuffer, &pixels),
+            renderer.eye(),
+            |_, _| true,
+        )
+        .unwrap_or_default();
+        references.push(reflected.iter().flat_map(|one| one.total().to_array()).collect());
+        progress(frame + 1);
+    }
+    let found = contenders.iter().zip(&pictures);
+    Ok(Flickers {
+        walk,
+        reference_change: changes(&references, None).0,
+        contenders: found
+            .map(|(contender, pictures)| {
+                let (flicker, worst) = changes(pictures, Some(&references));
+                Flicker {
+                    name: contender.name.clone(),
+                    error: error(pictures, &references),
+                    flicker,
+                    worst,
+                    not_finite: pictures.iter().flatten().filter(|one| !one.is_finite()).count(),
+                }
+            })
+            .collect(),
+    })
+}
+
+fn mean(frames: &[Vec<f64>]) -> f64 {
+    let count = frames.iter().map(Vec::len).sum::<usize>().max(1);
+    let mean = frames.iter().flatten().sum::<f64>() / count as f64;
+    // Relative to nothing an error is what it is.
+    if mean > 0.0 { mean } else { 1.0 }
+}
+
+fn error(frames: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
+    let squares = frames.iter().flatten().zip(reference.iter().flatten());
+    let squares: Vec<f64> = squares.map(|(a, b)| (a - b).powi(2)).collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt() / mean(reference)
+}
+
+/// The RMS of changes from frame to frame that the reference's own do not explain, over all pairs and of the worst one,
+/// over the mean of the reference; without one of the frames themselves.
+fn changes(frames: &[Vec<f64>], reference: Option<&[Vec<f64>]>) -> (f64, f64) {
+    let scale = mean(reference.unwrap_or(frames));
+    let squares: Vec<f64> = (1..frames.len())
+        .map(|frame| {
+            let change = |frames: &[Vec<f64>], at: usize| frames[frame][at] - frames[frame - 1][at];
+            let count = frames[frame].len();
+            let sum: f64 = (0..count)
+                .map(|at| {
+                    let due = reference.map_or(0.0, |reference| change(reference, at));
+                    (change(frames, at) - due).powi(2)
+                })
+                .sum();
+            sum / count.max(1) as f64
+        })
+        .collect();
+    let all = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    (all.sqrt() / scale, squares.iter().copied().fold(0.0, f64::max).sqrt() / scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flicker_is_what_the_reference_does_not_do() {
+        let reference = [vec![1.0, 1.0], vec![2.0, 1.0], vec![3.0, 1.0]];
+        // A constant error does not flicker.
+        let offset: Vec<_> = reference.iter().map(|one| vec![one[0] + 0.5, one[1]]).collect();
+        assert_eq!(changes(&offset, Some(&reference)), (0.0, 0.0));
+        assert!(error(&offset, &reference) > 0.1);
+        // What stands still while the reference moves does.
+        let still = vec![vec![1.0, 1.0]; 3];
+        let (flicker, worst) = changes(&still, Some(&reference));
+        assert!((flicker - 0.5f64.sqrt() / 1.5).abs() < 1e-12 && (worst - flicker).abs() < 1e-12);
+        assert_eq!(changes(&still, None).0, 0.0);
+        assert!(changes(&reference, None).0 > 0.0);
+    }
+
+    #[test]
+    fn lights_move_by_as_much_as_they_should() {
+        let light = Light {
+            name: "test".to_owned(),
+            kind: LightKind::Directional,
+            position: [0.0; 3],
+            direction: [0.6, -0.8, 0.0],
+            intensity: [1.0; 3],
+            range: None,
+        };
+        let turned = Vec3::from(moved(&light, 3.0, 0.1).direction);
+        assert!((turned.x - 0.6 * 0.1f32.cos()).abs() < 1e-6 && turned.is_normalized());
+        let spot = Light { kind: LightKind::Spot { inner: 0.1, outer: 0.2 }, ..light };
+        let there = Vec3::from(moved(&spot, 3.0, 0.1).position);
+        assert!((there.length() - 0.3).abs() < 1e-6 && there.y == 0.0);
+        let down = Light { direction: [0.0, -1.0, 0.0], ..spot };
+        assert_eq!(moved(&down, 3.0, 0.1).position, [0.3, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn pixels_are_chosen_once_each_and_show_a_surface() {
+        let position = (0..100).map(|at| [0.0, 0.0, 0.0, if at % 4 == 0 { -1.0 } else { 0.0 }]);
+        let surfaces = Surfaces {
+            position: position.collect(),
+            normal: vec![[0.0; 4]; 100],
+            base_color: vec![[0.0; 4]; 100],
+        };
+        for count in [0, 10, 75, 1000] {
+            let pixels = some_pixels(&surfaces, count);
+            assert_eq!(pixels.len(), count.min(75));
+            assert!(pixels.windows(2).all(|pair| pair[0] < pair[1]));
+            assert!(pixels.iter().all(|pixel| pixel % 4 != 0));
+        }
+        assert_eq!(of_pixels(&surfaces, &[3, 5]).position.len(), 2);
+    }
+}
