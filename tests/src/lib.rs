@@ -8,6 +8,8 @@ mod common;
 #[cfg(test)]
 mod contract;
 #[cfg(test)]
+mod density;
+#[cfg(test)]
 mod direct;
 #[cfg(test)]
 mod extreme;
@@ -29,6 +31,8 @@ mod mip;
 mod moments;
 #[cfg(test)]
 mod package;
+#[cfg(test)]
+mod path;
 #[cfg(test)]
 mod pruning;
 #[cfg(test)]
