@@ -13,13 +13,15 @@
 //! what kernels are drawn; [`fis`] places the kernels; [`vsgl`] makes one light per kernel; [`shade`] reflects them;
 //! [`direct`] and [`compose`] add the rest.
 //! [`sg`] has the integrals of spherical Gaussians that shading is made of, on the functions of [`math`].
-//! The truths are [`quadrature`] for integrals over the sphere and [`vpl`] for whole pictures.
+//! The truths are [`quadrature`] for integrals over the sphere, and [`vpl`] (without visibility) and [`path`] (with it)
+//! for whole pictures.
 //!
 //! # Citations
 //! - Banerjee 2005: Clustering on the unit hypersphere using von Mises-Fisher distributions, JMLR 6.
 //! - Cigolle 2014: A survey of efficient representations for independent unit vectors, JCGT 3(2).
 //! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
 //! - DLMF: NIST Digital Library of Mathematical Functions, <https://dlmf.nist.gov>.
+//! - Dupuy 2023: Sampling visible GGX normals with spherical caps, Comput. Graph. Forum 42(8).
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
 //! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
 //! - Kroeger 2015: Simple, admissible, and accurate approximants of the inverse Langevin and Brillouin functions,
@@ -32,8 +34,10 @@
 //! - Tokuyoshi 2022: Accurate diffuse lighting from spherical Gaussian lights, SIGGRAPH Posters.
 //! - Tokuyoshi 2024: Hierarchical light sampling with accurate spherical Gaussian lighting, SIGGRAPH Asia.
 //! - Toksvig 2005: Mipmapping normal maps, J. Graph. Tools 10(3).
+//! - Veach 1997: Robust Monte Carlo methods for light transport simulation, dissertation, Stanford University.
 //! - Walter 2007: Microfacet models for refraction through rough surfaces, EGSR.
 //! - Wang 2009: All-frequency rendering of dynamic, spatially-varying reflectance, ACM Trans. Graph. 28(5).
+//! - Woop 2013: Watertight ray/triangle intersection, JCGT 2(1).
 //! - Xu 2013: Anisotropic spherical Gaussians, ACM Trans. Graph. 32(6).
 
 pub mod asg;
@@ -46,6 +50,7 @@ pub mod half;
 pub mod light;
 pub mod math;
 pub mod metrics;
+pub mod path;
 pub mod quadrature;
 pub mod real;
 pub mod rsm;

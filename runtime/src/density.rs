@@ -28,6 +28,22 @@ pub struct Sampled {
     pub time: Duration,
 }
 
+/// The least side of a density that the passes take.
+const LEAST_SIDE: usize = 8;
+
+/// A density of any size, padded with zeros to the right and below to a square whose side is a power of two, and that
+/// side; texels stay where they are, and none is resampled.
+pub fn padded([width, height]: [usize; 2], texels: &[f32]) -> (usize, Vec<f32>) {
+    let side = width.max(height).max(LEAST_SIDE).next_power_of_two();
+    let mut square = vec![0.0; side * side];
+    if width > 0 {
+        for (row, texels) in texels.chunks(width).take(height).enumerate() {
+            square[row * side..row * side + texels.len()].copy_from_slice(texels);
+        }
+    }
+    (side, square)
+}
+
 /// Draws `settings.count` kernels by a density of `settings.rsm_size` squared texels, row by row from the top, each at
 /// least 0, and sums `power`, the power of the same texels' photons on a wall that reflects diffusely.
 ///
@@ -124,4 +140,24 @@ fn lobe_power(coefficient: f32, sharpness: f32) -> f64 {
         return 4.0 * std::f64::consts::PI * f64::from(coefficient);
     }
     f64::from(coefficient) * std::f64::consts::TAU * -(-2.0 * sharpness).exp_m1() / sharpness
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn padding_moves_no_texel() {
+        let texels: Vec<f32> = (1_u8..=27).map(f32::from).collect();
+        let (side, square) = padded([9, 3], &texels);
+        assert_eq!((side, square.len()), (16, 256));
+        for (index, texel) in texels.iter().enumerate() {
+            assert_eq!(square[index / 9 * 16 + index % 9], *texel);
+        }
+        assert_eq!(square.iter().sum::<f32>(), texels.iter().sum::<f32>());
+        assert_eq!(padded([1, 1], &[5.0]).0, 8);
+        let same: Vec<f32> = vec![1.0; 64];
+        assert_eq!(padded([8, 8], &same), (8, same));
+        assert_eq!(padded([0, 0], &[]).0, 8);
+    }
 }

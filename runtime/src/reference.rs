@@ -1,4 +1,4 @@
-//! What the oracle needs to judge a frame: the runtime's data as the oracle's, and the brute-force picture.
+//! What the oracle needs to judge a frame: the runtime's data as the oracle's, and the brute-force pictures.
 //!
 //! Everything here is read back from the device or from the settings; nothing is computed that the oracle computes.
 
@@ -26,6 +26,10 @@ use crate::indirect::Indirect;
 use crate::light::LightView;
 use crate::readback;
 use crate::settings::Settings;
+
+pub mod path;
+
+pub use path::{SceneMaterials, facets, paths};
 
 /// A vector of the runtime as one of the oracle.
 pub fn vector(value: impl Into<Vec3>) -> Vector3 {

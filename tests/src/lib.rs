@@ -14,6 +14,8 @@ mod direct;
 #[cfg(test)]
 mod extreme;
 #[cfg(test)]
+mod footprint;
+#[cfg(test)]
 mod frame;
 #[cfg(test)]
 mod function;
@@ -31,6 +33,8 @@ mod mip;
 mod moments;
 #[cfg(test)]
 mod package;
+#[cfg(test)]
+mod path;
 #[cfg(test)]
 mod pruning;
 #[cfg(test)]

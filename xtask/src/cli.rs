@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
 
-use crate::command::{doctor, gen_shaders, render, report, stability, test, variants, verify};
+use crate::command::{
+    doctor, gen_shaders, kernels, render, report, stability, test, variants, verify,
+};
 use crate::failure::Result;
 
 /// Generates, verifies and runs shaders for real-time indirect light with spherical Gaussians.
@@ -28,6 +30,9 @@ pub(crate) enum Command {
     /// Render a scene to a picture
     #[command(after_help = render::EXAMPLES)]
     Render(render::Arguments),
+    /// Show where filtering kernels lie on an image, and what lies within them
+    #[command(after_help = kernels::EXAMPLES)]
+    Kernels(kernels::Arguments),
     /// Measure error against run time
     #[command(after_help = report::EXAMPLES)]
     Report(report::Arguments),
@@ -56,6 +61,7 @@ impl Command {
             Self::GenShaders(arguments) => gen_shaders::run(&arguments),
             Self::Variants(arguments) => variants::run(&arguments),
             Self::Render(arguments) => render::run(&arguments),
+            Self::Kernels(arguments) => kernels::run(&arguments),
             Self::Report(arguments) => report::run(&arguments),
             Self::Stability(arguments) => stability::run(&arguments),
             Self::Verify(arguments) => verify::run(&arguments),

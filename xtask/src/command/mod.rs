@@ -2,6 +2,7 @@
 
 pub(crate) mod doctor;
 pub(crate) mod gen_shaders;
+pub(crate) mod kernels;
 pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod stability;

@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use sglow_oracle::shade::Reflected;
 use sglow_runtime::frame::{Frame, Pixels, Renderer, Times};
 use sglow_runtime::package::Package;
 use sglow_runtime::reference;
+use sglow_runtime::scene::Scene;
 
 use crate::failure::{Failure, Result};
 use crate::json::Report;
@@ -21,6 +23,7 @@ Examples:
   cargo xtask render --scene cornell --out out/cornell.png
   cargo xtask render --scene atrium --size 960x540 --set kernel=previous --out out/previous.exr
   cargo xtask render --scene cornell-glossy --size 320x180 --reference vpl --out out/glossy.png
+  cargo xtask render --scene cornell --size 160x90 --reference path --samples 256 --out out/path.png
   cargo xtask render --scene cornell --layer normal --out out/normal.png";
 
 /// What a picture is compared with.
@@ -30,7 +33,12 @@ pub(crate) enum Reference {
     None,
     /// Every texel of the reflective shadow map as a virtual point light, in f64 on the CPU, without visibility.
     Vpl,
+    /// Paths of one bounce, in f64 on the CPU, with exact visibility; they have noise, which is stated.
+    Path,
 }
+
+/// The seed of paths: the same line gives the same picture.
+const SEED: u64 = 2016;
 
 /// Options of `render`.
 #[derive(Debug, Args)]
@@ -56,6 +64,9 @@ pub(crate) struct Arguments {
     /// Also compute the picture by brute force, and compare
     #[arg(long, value_enum, value_name = "HOW", default_value = "none")]
     reference: Reference,
+    /// Paths per pixel of `--reference path`, at least 2
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..))]
+    samples: u32,
     /// A package that `gen-shaders --out` wrote [default: made from the library, every variant]
     #[arg(long, value_name = "DIR")]
     package: Option<PathBuf>,
@@ -128,37 +139,61 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     }
     say::line(format!("{}", arguments.out.display()));
 
-    if arguments.reference == Reference::Vpl {
-        let theirs = picture(&brute_force(&renderer, &frame)?)?;
+    if let Some(theirs) = truth(arguments, &renderer, &shot.scene, &frame)? {
+        let noise = theirs.standard_error;
+        let (what, key) = match noise {
+            None => ("virtual point lights (without visibility)", "against_virtual_point_lights"),
+            Some(_) => ("paths of one bounce (with visibility)", "against_paths"),
+        };
+        let theirs = picture(&theirs.frame)?;
         let (ours_light, theirs_light) = (indirect(&ours)?, indirect(&theirs)?);
         let metrics = sglow_oracle::metrics::compare(&flat(&ours_light), &flat(&theirs_light))
             .ok_or_else(|| Failure::new("the reference has no finite pixel"))?;
-        let relative = metrics.rmse / metrics.reference_mean;
+        // Where nothing is lit there is nothing to relate to.
+        let lit = metrics.reference_mean > 0.0;
+        let relative = |value: f64| lit.then_some(value / metrics.reference_mean);
+        let percent = |value: Option<f64>| {
+            value.map_or_else(|| "no light".to_owned(), |value| format!("{:.1} %", 100.0 * value))
+        };
+        let bias = lit.then_some(metrics.bias);
         say::line(format!(
-            "indirect light against virtual point lights (without visibility): RMSE {:.3e} ({:.1} % of the mean), \
-             relative MSE {:.3e}, bias {:+.1} %",
+            "indirect light against {what}: RMSE {:.3e} ({} of the mean), relative MSE {:.3e}, bias {}",
             metrics.rmse,
-            100.0 * relative,
+            percent(relative(metrics.rmse)),
             metrics.relative_mse,
-            100.0 * metrics.bias
+            bias.map_or_else(|| "none".to_owned(), |bias| format!("{:+.1} %", 100.0 * bias)),
         ));
-        report.detail(
-            "against_virtual_point_lights",
-            serde_json::json!({
-                "rmse": metrics.rmse,
-                "rmse_over_mean": relative,
-                "relative_mse": metrics.relative_mse,
-                "bias": metrics.bias,
-                "reference_mean": metrics.reference_mean,
-            }),
-        )?;
+        let mut numbers = serde_json::json!({
+            "rmse": metrics.rmse,
+            "rmse_over_mean": relative(metrics.rmse),
+            "relative_mse": metrics.relative_mse,
+            "bias": bias,
+            "reference_mean": metrics.reference_mean,
+        });
+        if let Some(noise) = noise {
+            say::line(format!(
+                "the reference's own standard error: {:.3e} root mean square ({} of the mean), from {} paths per pixel; \
+                 of its mean {:.3e} ({})",
+                noise.pixel,
+                percent(relative(noise.pixel)),
+                arguments.samples,
+                noise.mean,
+                percent(relative(noise.mean)),
+            ));
+            numbers["samples"] = arguments.samples.into();
+            numbers["seed"] = SEED.into();
+            numbers["standard_error"] = noise.pixel.into();
+            numbers["standard_error_over_mean"] = serde_json::to_value(relative(noise.pixel))?;
+            numbers["standard_error_of_mean"] = noise.mean.into();
+        }
+        report.detail(key, numbers)?;
         let path = beside(&arguments.out, "reference");
         if exr {
             exr::write(&path, &theirs, &comment)?;
         } else {
             png::write(&path, &developed(&theirs)?)?;
             let sheet = beside(&arguments.out, "comparison");
-            let scale = 0.5 * metrics.reference_mean as f32;
+            let scale = if lit { 0.5 * metrics.reference_mean as f32 } else { 1.0 };
             let difference = compare::difference(&ours_light, &theirs_light, scale)?;
             let (ours, theirs) = (developed(&ours)?, developed(&theirs)?);
             png::write(&sheet, &compare::side_by_side(&[&ours, &theirs, &difference]))?;
@@ -203,13 +238,71 @@ pub(crate) fn brute_force(renderer: &Renderer<'_>, frame: &Frame) -> Result<Fram
     )
     .ok_or_else(|| Failure::new("the reference was not finished"))?;
     bar.finish_and_clear();
-    let diffuse = reference::pixels(&reflected, |pixel| pixel.diffuse);
-    let specular = reference::pixels(&reflected, |pixel| pixel.specular);
-    Ok(Frame {
+    Ok(with_indirect(frame, &reflected))
+}
+
+/// A reference.
+struct Truth {
+    /// The frame with the reference's indirect light; all else is ours.
+    frame: Frame,
+    /// How uncertain it is, if it is.
+    standard_error: Option<Noise>,
+}
+
+/// How far the noise of paths may be off, in the unit of the picture.
+#[derive(Clone, Copy)]
+struct Noise {
+    /// Root mean square over the picture's numbers.
+    pixel: f64,
+    /// Of the mean over the whole picture.
+    mean: f64,
+}
+
+/// The reference that is asked for, if any.
+fn truth(
+    arguments: &Arguments,
+    renderer: &Renderer<'_>,
+    scene: &Scene,
+    frame: &Frame,
+) -> Result<Option<Truth>> {
+    match arguments.reference {
+        Reference::None => Ok(None),
+        Reference::Vpl => {
+            Ok(Some(Truth { frame: brute_force(renderer, frame)?, standard_error: None }))
+        }
+        Reference::Path => paths(renderer, scene, frame, arguments.samples).map(Some),
+    }
+}
+
+/// The same frame with its indirect light by paths.
+fn paths(renderer: &Renderer<'_>, scene: &Scene, frame: &Frame, samples: u32) -> Result<Truth> {
+    let bar = progress::bar("paths of one bounce", frame.gbuffer.position.len());
+    let settings = renderer.indirect().settings();
+    let (light, gbuffer, eye) = (renderer.light(), &frame.gbuffer, renderer.eye());
+    let progress = |done, _| {
+        bar.set_position(done as u64);
+        true
+    };
+    let estimates =
+        reference::paths(light, settings, scene, gbuffer, eye, samples, SEED, progress)?
+            .ok_or_else(|| Failure::new("the reference was not finished"))?;
+    bar.finish_and_clear();
+    let squares: f64 = estimates.iter().map(|one| one.standard_error.length_squared()).sum();
+    let numbers = 3.0 * estimates.len() as f64;
+    let noise = Noise { pixel: (squares / numbers).sqrt(), mean: squares.sqrt() / numbers };
+    let reflected: Vec<_> = estimates.iter().map(|one| one.mean).collect();
+    Ok(Truth { frame: with_indirect(frame, &reflected), standard_error: Some(noise) })
+}
+
+/// A frame with other indirect light, of the reflections that it has.
+fn with_indirect(frame: &Frame, reflected: &[Reflected]) -> Frame {
+    let diffuse = reference::pixels(reflected, |pixel| pixel.diffuse);
+    let specular = reference::pixels(reflected, |pixel| pixel.specular);
+    Frame {
         indirect_diffuse: frame.indirect_diffuse.is_some().then_some(diffuse),
         indirect_specular: frame.indirect_specular.is_some().then_some(specular),
         ..frame.clone()
-    })
+    }
 }
 
 /// A frame as layers.

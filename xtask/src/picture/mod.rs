@@ -5,7 +5,9 @@ use clap::ValueEnum;
 use crate::failure::{Failure, Result};
 
 pub(crate) mod compare;
+pub(crate) mod density;
 pub(crate) mod exr;
+pub(crate) mod kernels;
 pub(crate) mod png;
 pub(crate) mod tone;
 
