@@ -1,15 +1,40 @@
 //! Flicker: how much more a picture changes from frame to frame than it has to, while the light moves.
+//!
+//! The reference are paths of one bounce whose random numbers are the same in every frame: scene and camera stand still,
+//! so that each path's two ends do too, and only the light at its second end changes, smoothly but for the edge of a
+//! shadow. The sum over the texels of a map would not do: the texels move with the light, and the sum flickers itself.
 
 use glam::Vec3;
 use serde::Serialize;
 use sglow_oracle::fis::stress::Random;
-use sglow_runtime::device::Gpu;
+use sglow_oracle::path::Paths;
+use sglow_oracle::surface;
+use sglow_runtime::device::{DeviceError, Gpu};
 use sglow_runtime::frame::{FrameError, Pixels, Renderer, Surfaces};
-use sglow_runtime::indirect::Indirect;
+use sglow_runtime::indirect::{Indirect, IndirectError};
 use sglow_runtime::package::Package;
+use sglow_runtime::reference::path::{SceneMaterials, facets};
 use sglow_runtime::scene::{Light, LightKind, Scene};
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
+use thiserror::Error;
+
+/// Why nothing could be followed.
+#[derive(Debug, Error)]
+pub enum FlickerError {
+    /// The scene does not render.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// The settings are not possible.
+    #[error(transparent)]
+    Indirect(#[from] IndirectError),
+    /// Its triangles cannot be traced.
+    #[error(transparent)]
+    Scene(#[from] surface::SceneError),
+    /// The device fails.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+}
 
 /// A way to make lights, by name.
 #[derive(Clone, Debug)]
@@ -27,6 +52,8 @@ pub struct Walk {
     pub frames: usize,
     /// Pixels that the reference is computed for, spread over the picture by chance.
     pub pixels: usize,
+    /// Paths for each of them.
+    pub samples: u32,
     /// How far the light moves in each frame, as a share of the scene's radius; a directional light turns by this many
     /// radians.
     pub step: f32,
@@ -34,7 +61,7 @@ pub struct Walk {
 
 impl Default for Walk {
     fn default() -> Self {
-        Self { frames: 17, pixels: 1500, step: 0.005 }
+        Self { frames: 17, pixels: 1500, samples: 512, step: 0.001 }
     }
 }
 
@@ -45,6 +72,8 @@ pub struct Flicker {
     pub name: String,
     /// RMSE against the reference over all frames.
     pub error: f64,
+    /// Its own change from frame to frame, RMS over the mean of the reference.
+    pub change: f64,
     /// Root of the mean square of the difference between its change from frame to frame and the reference's own.
     pub flicker: f64,
     /// The same of the worst pair of frames.
@@ -141,7 +170,7 @@ pub fn flicker(
     contenders: &[Contender],
     walk: Walk,
     progress: impl Fn(usize),
-) -> Result<Flickers, FrameError> {
+) -> Result<Flickers, FlickerError> {
     let Some((first, light)) = contenders.first().zip(scene.lights.first()) else {
         return Ok(Flickers { walk, reference_change: 0.0, contenders: Vec::new() });
     };
@@ -155,6 +184,7 @@ pub fn flicker(
         })
         .collect::<Result<Vec<_>, _>>()?;
     let radius = scene.bounds().radius();
+    let (traced, materials) = (surface::Scene::new(facets(scene))?, SceneMaterials(scene));
     let mut pixels = Vec::new();
     let mut pictures = vec![Vec::new(); contenders.len()];
     let mut references: Vec<Vec<f64>> = Vec::new();
@@ -183,16 +213,18 @@ pub fn flicker(
         for (other, pictures) in others.iter().zip(&mut pictures) {
             pictures.push(indirect_at(gpu, other, &pixels)?);
         }
-        let reflected = reference::virtual_point_lights(
-            renderer.light(),
-            own.settings(),
-            &renderer.read_rsm()?,
-            &of_pixels(&gbuffer, &pixels),
-            renderer.eye(),
-            |_, _| true,
-        )
-        .unwrap_or_default();
-        references.push(reflected.iter().flat_map(|one| one.total().to_array()).collect());
+        let paths = Paths {
+            scene: &traced,
+            materials: &materials,
+            light: &reference::light(renderer.light(), kind),
+            ndf: reference::ndf(own.settings().ndf),
+            samples: walk.samples,
+            seed: 1,
+        };
+        let receivers = reference::texels(&of_pixels(&gbuffer, &pixels));
+        let eye = reference::vector(renderer.eye());
+        let reflected = paths.reflect(&receivers, eye, &|_| true).unwrap_or_default();
+        references.push(reflected.iter().flat_map(|one| one.mean.total().to_array()).collect());
         progress(frame + 1);
     }
     let found = contenders.iter().zip(&pictures);
@@ -205,6 +237,7 @@ pub fn flicker(
                 Flicker {
                     name: contender.name.clone(),
                     error: error(pictures, &references),
+                    change: changes(pictures, None).0 * mean(pictures) / mean(&references),
                     flicker,
                     worst,
                     not_finite: pictures.iter().flatten().filter(|one| !one.is_finite()).count(),
