@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 use sglow_shaders::{
-    Diffuse, Filter, Kernel, Lobes, Precision, SglowKernel, SglowMomentsParametersF16,
+    Diffuse, Filter, Lobes, Precision, SglowKernel, SglowMomentsParametersF16,
     SglowMomentsParametersF32, SglowSampleParametersF16, SglowSampleParametersF32,
-    SglowShadeParameters, Specular, Texel,
+    SglowShadeParameters, Solver, Specular, Texel,
 };
 
 use crate::light::LightView;
@@ -119,14 +119,9 @@ impl Indirect {
         }
         .id();
         let density_id = sglow_shaders::density::Density::default().id();
-        let sample = sglow_shaders::sample::Sample {
-            kernel: settings.kernel,
-            filter: settings.filter,
-            lobes: settings.lobes,
-            precision: settings.precision,
-        };
+        let sample = settings.sample();
         let iterations = [("sglow_iterations", f64::from(settings.iterations))];
-        let constants: &[_] = if settings.kernel == Kernel::Modified { &iterations } else { &[] };
+        let constants: &[_] = if sample.solver == Solver::Bisection { &iterations } else { &[] };
         let buffer = |label, size: usize| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use sglow_shaders::{Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Specular};
+use sglow_shaders::{Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Solver, Specular};
 use thiserror::Error;
 
 /// A setting that cannot be.
@@ -62,7 +62,7 @@ pub struct Settings {
     pub count: u32,
     /// K of Eq. (1) and Eq. (3), above 0.
     pub size_factor: f32,
-    /// Bisection steps of Algorithm 1, 1 to 24.
+    /// Bisection steps of Algorithm 1, 1 to 24; of no account with another solver.
     pub iterations: u32,
     /// The kind of the light.
     pub light: Light,
@@ -72,6 +72,9 @@ pub struct Settings {
     pub precision: Precision,
     /// How kernels are sized.
     pub kernel: Kernel,
+    /// How the equation for the size of modified kernels is solved; of no account with previous kernels, whose size is
+    /// in closed form.
+    pub solver: Solver,
     /// How mips are filtered.
     pub filter: Filter,
     /// Diffuse reflection.
@@ -97,6 +100,7 @@ impl Default for Settings {
             lobes: Lobes::Both,
             precision: Precision::F32,
             kernel: Kernel::Modified,
+            solver: Solver::Bracketed,
             filter: Filter::Exact,
             diffuse: Diffuse::Fitted,
             specular: Specular::Asg,
@@ -107,8 +111,8 @@ impl Default for Settings {
 }
 
 /// The axes that `set` knows.
-pub const AXES: [&str; 8] =
-    ["light", "lobes", "precision", "kernel", "filter", "diffuse", "specular", "ndf"];
+pub const AXES: [&str; 9] =
+    ["light", "lobes", "precision", "kernel", "solver", "filter", "diffuse", "specular", "ndf"];
 
 impl Settings {
     /// Sets one axis by the name of its value.
@@ -121,6 +125,7 @@ impl Settings {
             "lobes" => self.lobes = parse(value)?,
             "precision" => self.precision = parse(value)?,
             "kernel" => self.kernel = parse(value)?,
+            "solver" => self.solver = parse(value)?,
             "filter" => self.filter = parse(value)?,
             "diffuse" => self.diffuse = parse(value)?,
             "specular" => self.specular = parse(value)?,
@@ -182,6 +187,11 @@ impl Settings {
             let (rule, reason) = (exclusion.name, exclusion.reason);
             faults.push(SettingsError::Excluded { id: shade.id(), rule, reason });
         }
+        let sample = self.sample();
+        if let Some(exclusion) = sample.excluded() {
+            let (rule, reason) = (exclusion.name, exclusion.reason);
+            faults.push(SettingsError::Excluded { id: sample.id(), rule, reason });
+        }
         if self.filter == Filter::Hardware
             && !device.features().contains(wgpu::Features::FLOAT32_FILTERABLE)
         {
@@ -192,6 +202,20 @@ impl Settings {
             });
         }
         faults
+    }
+
+    /// The variant of the sampling pass.
+    pub fn sample(&self) -> sglow_shaders::sample::Sample {
+        sglow_shaders::sample::Sample {
+            kernel: self.kernel,
+            solver: match self.kernel {
+                Kernel::Previous => Solver::None,
+                Kernel::Modified => self.solver,
+            },
+            filter: self.filter,
+            lobes: self.lobes,
+            precision: self.precision,
+        }
     }
 
     /// The variant of the shading pass.

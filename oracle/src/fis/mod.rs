@@ -1,12 +1,14 @@
 //! Filtered importance sampling: where the filtering kernels lie and how large they are.
 
+pub mod bracketed;
 pub mod filter;
 pub mod kernel;
 pub mod lattice;
 pub mod stress;
 pub mod warp;
 
-pub use filter::trilinear;
+pub use bracketed::{Bracketed, bracketed_level};
+pub use filter::{bilinear, trilinear};
 pub use kernel::{
     Level, all_roots, kernel_mass, modified_factor, modified_level, previous_factor, previous_level,
 };
