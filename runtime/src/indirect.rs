@@ -10,7 +10,7 @@ use sglow_shaders::{
 use crate::light::LightView;
 use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
-use crate::pyramid::{Pyramid, texture_bytes};
+use crate::pyramid::{MipPasses, Pyramid, texture_bytes};
 use crate::settings::{Settings, SettingsError};
 use crate::timing::Timer;
 use thiserror::Error;
@@ -52,7 +52,7 @@ pub struct Inputs<'a> {
 /// The moments that 16 bits suffice for, and the pass of their mips.
 struct Halves {
     moments: Pyramid,
-    mip_pass: ComputePass,
+    mip_pass: MipPasses,
 }
 
 /// The passes of indirect light, with all they keep between them.
@@ -76,8 +76,8 @@ pub struct Indirect {
     shade_parameters: wgpu::Buffer,
     moments_pass: ComputePass,
     density_pass: Option<ComputePass>,
-    moments_mip_pass: ComputePass,
-    density_mip_pass: ComputePass,
+    moments_mip_pass: MipPasses,
+    density_mip_pass: MipPasses,
     sample_pass: ComputePass,
     shade_pass: ComputePass,
 }
@@ -108,10 +108,7 @@ impl Indirect {
             return Err(IndirectError::Settings(faults));
         }
         let half = settings.precision == Precision::F16;
-        let mip = |texel, label| {
-            let id = sglow_shaders::mip::Mip { texel }.id();
-            ComputePass::new(device, package, &id, label, &[])
-        };
+        let mip = |texel, label| MipPasses::new(device, package, texel, label);
         let moments_id = sglow_shaders::moments::Moments {
             light: settings.light,
             lobes: settings.lobes,
@@ -306,7 +303,8 @@ impl Indirect {
         mut timer: Option<&mut Timer<'_>>,
     ) {
         let mut encode = |pyramid: &Pyramid, pass| {
-            pyramid.encode_mips(&self.device, encoder, pass, timer.as_deref_mut());
+            let extent = [self.settings.rsm_size; 2];
+            pyramid.encode_mips(&self.device, encoder, pass, extent, timer.as_deref_mut());
         };
         encode(&self.moments, &self.moments_mip_pass);
         if let Some(halves) = &self.halves {

@@ -34,6 +34,7 @@ pub mod frame;
 pub mod function;
 pub mod indirect;
 pub mod light;
+pub mod mips;
 pub mod package;
 pub mod pipeline;
 mod pyramid;

@@ -4,14 +4,18 @@ use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_runtime::density::{Sampled, sample};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::Kernel;
+use sglow_shaders::{Kernel, Solver};
 
 use crate::common::{broken, gpu};
 
 const SIZE: u32 = 256;
 
 fn run(stress: Stress, kernel: Kernel, package: &Package) -> Sampled {
-    let settings = Settings { rsm_size: SIZE, count: 1024, kernel, ..Settings::default() };
+    run_solver(stress, kernel, Settings::default().solver, package)
+}
+
+fn run_solver(stress: Stress, kernel: Kernel, solver: Solver, package: &Package) -> Sampled {
+    let settings = Settings { rsm_size: SIZE, count: 1024, kernel, solver, ..Settings::default() };
     let density = stress.texels(SIZE as usize, 1);
     // Power that follows the density but for a reflectance; with the density itself Eq. (5) is exact by construction.
     let mut random = Random::new(2);
@@ -29,7 +33,10 @@ fn ratio(sampled: &Sampled) -> f64 {
 fn modified_keeps_the_power_where_previous_does_not() {
     for (name, stress) in [("ring", Stress::Ring), ("noise-2", Stress::Noise { sigma: 2.0 })] {
         let modified = ratio(&run(stress, Kernel::Modified, &Package::embedded()));
-        let previous = ratio(&run(stress, Kernel::Previous, &Package::embedded()));
+        let package = Package::embedded();
+        let bisected = ratio(&run_solver(stress, Kernel::Modified, Solver::Bisection, &package));
+        assert!((bisected - 1.0).abs() <= 0.03, "{name}: bisection gives {bisected} of the total");
+        let previous = ratio(&run(stress, Kernel::Previous, &package));
         println!("{name}: modified {modified:.4}, previous {previous:.4}");
         assert!((modified - 1.0).abs() <= 0.03, "{name}: modified gives {modified} of the total");
         assert!((previous - 1.0).abs() > 0.03, "{name}: previous gives {previous} of the total");
@@ -38,8 +45,11 @@ fn modified_keeps_the_power_where_previous_does_not() {
 
 #[test]
 fn a_dropped_factor_is_noticed() {
-    let package =
-        broken("sample-modified-exact-diffuse-f32", "texels / (count", "0.95 * texels / (count");
+    let package = broken(
+        "sample-modified-bracketed-exact-diffuse-f32",
+        "texels / (count",
+        "0.95 * texels / (count",
+    );
     let modified = ratio(&run(Stress::Ring, Kernel::Modified, &package));
     assert!((modified - 1.0).abs() > 0.03, "{modified}");
 }
@@ -47,14 +57,54 @@ fn a_dropped_factor_is_noticed() {
 #[test]
 fn every_density_gives_finite_lights() {
     for (name, stress) in Stress::ALL {
-        for kernel in [Kernel::Previous, Kernel::Modified] {
-            let sampled = run(stress, kernel, &Package::embedded());
+        for (kernel, solver) in [
+            (Kernel::Previous, Solver::None),
+            (Kernel::Modified, Solver::Bisection),
+            (Kernel::Modified, Solver::Bracketed),
+        ] {
+            let sampled = run_solver(stress, kernel, solver, &Package::embedded());
             assert!(
                 sampled.powers.iter().all(|power| power.is_finite() && *power >= 0.0),
-                "{name}, {kernel}"
+                "{name}, {kernel}, {solver}"
             );
             let lit = sampled.powers.iter().any(|&power| power > 0.0);
             assert_eq!(lit, stress != Stress::Zero, "{name}, {kernel}");
         }
     }
+}
+
+/// The text of the bracketed solver with the number of its look-ups in the place of the level that it finds.
+fn counting(look_ups: &str, end: &str) -> Package {
+    let id = "sample-modified-bracketed-exact-diffuse-f32";
+    let mut package = broken(id, "var ground = 1.0;", "var ground = 1.0;\n    var counted = 0.0;");
+    for (from, to) in [
+        ("ground = select(", "counted += 1.0;\n        ground = select("),
+        ("return SglowSize(0.0, ground)", "return SglowSize(counted, ground)"),
+        ("return SglowSize(found,", "return SglowSize(counted,"),
+        ("SGLOW_LOOK_UPS: i32 = 5;", look_ups),
+        ("abs(more_level - less_level) <= 1", end),
+    ] {
+        let text = package.text(id).unwrap().to_owned();
+        assert!(text.contains(from), "{id} has no '{from}'");
+        package = package.with_text(id, text.replace(from, to));
+    }
+    package
+}
+
+#[test]
+fn five_look_ups_are_the_most() {
+    let most = |stress, package: &Package| {
+        let sampled = run(stress, Kernel::Modified, package);
+        sampled.kernels.iter().map(|kernel| kernel.level).fold(0.0, f32::max)
+    };
+    let package = counting("SGLOW_LOOK_UPS: i32 = 5;", "abs(more_level - less_level) <= 1");
+    for (name, stress) in Stress::ALL {
+        let most = most(stress, &package);
+        println!("{name}: {most} look-ups");
+        assert!(most <= 5.0, "{name}: {most}");
+    }
+    // Negative control: one that goes on to a sixth.
+    let package = counting("SGLOW_LOOK_UPS: i32 = 6;", "abs(more_level - less_level) < 0");
+    let most = most(Stress::Noise { sigma: 3.0 }, &package);
+    assert!(most > 5.0, "{most}");
 }
