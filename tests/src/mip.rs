@@ -154,7 +154,7 @@ fn differing(package: &Package, size: u32, extent: [u32; 2], texels: &[f32]) -> 
 /// part of the square holds anything, no more than that part is dispatched over.
 #[test]
 fn levels_are_the_same_to_the_bit() {
-    for size in [2, 4, 8, 64, 128] {
+    for size in [2_u32, 4, 8, 64, 128] {
         for extent in [[size; 2], [(37 * size).div_ceil(64), (21 * size).div_ceil(64)]] {
             let texels = random_texels(extent);
             assert_eq!(differing(whole_space(), size, extent, &texels), 0, "{size} {extent:?}");
