@@ -50,7 +50,7 @@ fn settings_that_cannot_be_are_told_all_at_once() {
 fn unknown_axes_and_values_list_the_known_ones() {
     let mut settings = small();
     let text = settings.set("colour", "red").unwrap_err().to_string();
-    assert!(text.contains("'colour'") && text.contains("kernel, filter"), "{text}");
+    assert!(text.contains("'colour'") && text.contains("kernel, solver, filter"), "{text}");
     let text = settings.set("kernel", "cubic").unwrap_err().to_string();
     assert!(text.contains("'cubic'") && text.contains("previous, modified"), "{text}");
     settings.set("kernel", "previous").unwrap();

@@ -170,7 +170,7 @@ fn a_broken_kernel_is_noticed() {
         (bisection, "exp2(2.0 * level)", "exp2(2.0 * level + 2.0)", "a level off by one"),
         (bisection, "* filtered < target_mass", "* filtered > target_mass", "the wrong way"),
         (bisection, "if level == below.level {", "if level >= below.level {", "another pair"),
-        (bracketed, "step < 2;", "step < 1;", "one step less"),
+        (bracketed, "step < 2;", "step < 0;", "the first guess alone"),
         (
             bracketed,
             "min(less_level, more_level)",
@@ -180,7 +180,7 @@ fn a_broken_kernel_is_noticed() {
         (
             bracketed,
             "* filtered < target_mass",
-            "* filtered < 1.01 * target_mass",
+            "* filtered < 0.25 * target_mass",
             "a wrong bracket",
         ),
         (previous, "0.5 * log2", "0.49 * log2", "another exponent"),

@@ -1,12 +1,15 @@
 //! Kernels on densities that stress them: powers that must be kept, and those that the previous method loses.
 
+use sglow_oracle::Bounded;
 use sglow_oracle::fis::stress::{Random, Stress};
+use sglow_oracle::fis::{bracketed_level, lattice, warp};
+use sglow_oracle::rsm::Pyramid;
 use sglow_runtime::density::{Sampled, sample};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Kernel, Solver};
 
-use crate::common::{broken, gpu};
+use crate::common::{Comparison, broken, gpu};
 
 const SIZE: u32 = 256;
 
@@ -107,4 +110,45 @@ fn five_look_ups_are_the_most() {
     let package = counting("SGLOW_LOOK_UPS: i32 = 6;", "abs(more_level - less_level) < 0");
     let most = most(Stress::Noise { sigma: 3.0 }, &package);
     assert!(most > 5.0, "{most}");
+}
+
+/// The levels of the bracketed solver against the oracle's.
+fn levels(stress: Stress, package: &Package) -> Comparison {
+    let sampled = run(stress, Kernel::Modified, package);
+    let texels = stress.texels(SIZE as usize, 1).into_iter().map(Bounded::exact).collect();
+    let density = Pyramid::build(SIZE as usize, texels).unwrap();
+    let mut comparison = Comparison::default();
+    let mut undecided = 0;
+    for (index, kernel) in (0..).zip(&sampled.kernels) {
+        let warped = warp(&density, lattice::point::<Bounded>(index, 1024));
+        if !warped.certain {
+            undecided += 1;
+            continue;
+        }
+        let centre = kernel.centre.map(Bounded::exact);
+        let [low, high] = bracketed_level(&density, centre, warped.texel, 1024, 1.0).level.certain;
+        undecided += usize::from(high - low > 0.5);
+        let expected = Bounded::with_error(0.5 * (low + high), 0.5 * (high - low) + 1e-12);
+        comparison.number(|| format!("level of kernel {index}"), kernel.level, expected);
+    }
+    assert!(undecided * 10 < 1024, "{undecided} of 1024 are left open by rounding");
+    comparison
+}
+
+#[test]
+fn the_bracketed_levels_agree_with_the_oracle() {
+    for (name, stress) in Stress::ALL {
+        // On equal texels, as on a checkerboard's levels, every second comparison of the warp is a tie.
+        if !matches!(stress, Stress::Zero | Stress::Checkerboard) {
+            levels(stress, &Package::embedded()).assert_holds(name);
+        }
+    }
+    let id = "sample-modified-bracketed-exact-diffuse-f32";
+    for (from, to, what) in [
+        ("step < 2;", "step < 1;", "one step less"),
+        ("select(-1.0, 1.0, rising)", "1.0", "the other zero"),
+        ("min(guided.ample, SGLOW_LOOK_UPS)", "1", "no look for the lowest root"),
+    ] {
+        levels(Stress::Noise { sigma: 3.0 }, &broken(id, from, to)).assert_fails(what);
+    }
 }
