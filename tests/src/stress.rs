@@ -4,7 +4,7 @@ use sglow_oracle::Bounded;
 use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_oracle::fis::{bracketed_level, lattice, warp};
 use sglow_oracle::rsm::Pyramid;
-use sglow_runtime::density::{Sampled, sample};
+use sglow_runtime::density::{Sampled, sample, times};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Kernel, Solver};
@@ -151,4 +151,20 @@ fn the_bracketed_levels_agree_with_the_oracle() {
     ] {
         levels(Stress::Noise { sigma: 3.0 }, &broken(id, from, to)).assert_fails(what);
     }
+}
+
+/// Times are for people to read; here they have to come out at all, one for each of the settings.
+#[test]
+fn settings_are_timed_in_turn() {
+    let settings =
+        |kernel, solver| Settings { rsm_size: 64, kernel, solver, ..Settings::default() };
+    let candidates = [
+        settings(Kernel::Previous, Solver::None),
+        settings(Kernel::Modified, Solver::Bisection),
+        settings(Kernel::Modified, Solver::Bracketed),
+    ];
+    let density = Stress::Ring.texels(64, 1);
+    let times = times(gpu(), &Package::embedded(), &candidates, &density, &density).unwrap();
+    println!("{times:?}");
+    assert!(times.len() == 3 && times.iter().all(|time| !time.is_zero()));
 }
