@@ -10,7 +10,7 @@ use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::reference;
 use sglow_runtime::scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
 use sglow_runtime::settings::{AXES, Settings, SettingsError};
-use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Specular};
+use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Solver, Specular};
 use thiserror::Error;
 
 use crate::bound;
@@ -238,6 +238,8 @@ fn values(axis: &str) -> Vec<&'static str> {
     match axis {
         "lobes" => Lobes::ALL.map(Lobes::name).to_vec(),
         "kernel" => Kernel::ALL.map(Kernel::name).to_vec(),
+        // The third one is for previous kernels, which have nothing to solve.
+        "solver" => [Solver::Bisection, Solver::Bracketed].map(Solver::name).to_vec(),
         "filter" => Filter::ALL.map(Filter::name).to_vec(),
         "diffuse" => Diffuse::ALL.map(Diffuse::name).to_vec(),
         "specular" => Specular::ALL.map(Specular::name).to_vec(),
@@ -404,7 +406,11 @@ fn about_the_worlds_origin(package: &Package) -> Result<Package, ExtremeError> {
             "surface.position - sglow_moments_parameters.origin",
             "surface.position",
         ),
-        ("sample-modified-exact-both-f32", "sglow_sample_parameters.origin + mean", "mean"),
+        (
+            "sample-modified-bracketed-exact-both-f32",
+            "sglow_sample_parameters.origin + mean",
+            "mean",
+        ),
     ];
     let mut literal = package.clone();
     for (id, stable, form) in changes {
@@ -434,7 +440,7 @@ fn of_density(
     let base = Settings { rsm_size: STRESS_SIZE, count: STRESS_COUNT, ..Settings::default() };
     let bound = bound::extreme("density");
     let mut tried = Vec::new();
-    for (variant, settings) in variants(&base, &["kernel", "filter", "precision"], gpu) {
+    for (variant, settings) in variants(&base, &["kernel", "solver", "filter", "precision"], gpu) {
         let sampled = density::sample(gpu, package, &settings, &texels, &power)?;
         let sum: f64 = sampled.powers.iter().sum();
         let outcome = Outcome {

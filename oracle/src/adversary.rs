@@ -19,7 +19,7 @@ use crate::tolerance::{
     erfc_ulps, exp_ulps, expm1_ulps, one_minus_exp_ulps,
 };
 use crate::vsgl::sample::light_of_kernel;
-use crate::vsgl::{Kernel, Settings, Vsgl, sample};
+use crate::vsgl::{Kernel, Settings, Solver, Vsgl, sample};
 use crate::{Bounded, Linear, Real, Vector3, asg, vmf};
 
 /// A number between -1 and 1, mostly one of both, that only depends on a value and on what is asked about it.
@@ -319,7 +319,11 @@ fn kernels_and_lights_stay_within_their_tolerances() {
     });
     let bounded = pyramids(exact.collect());
     let found = pyramids(texels);
-    for kernel in [Kernel::Previous, Kernel::Modified { iterations: 12 }] {
+    for kernel in [
+        Kernel::Previous,
+        Kernel::Modified(Solver::Bisection { iterations: 12 }),
+        Kernel::Modified(Solver::Bracketed),
+    ] {
         let (mut used, mut doubtful) = (Use::default(), 0);
         for index in 0..32 {
             let settings = settings(kernel);
@@ -339,11 +343,12 @@ fn kernels_and_lights_stay_within_their_tolerances() {
                 "{level} {:?}",
                 ours.level
             );
-            if ours.level.certain[0] == ours.level.certain[1] || kernel == Kernel::Previous {
+            let [low, high] = ours.level.certain;
+            if low == high || kernel == Kernel::Previous {
                 used.light(&theirs.light, &ours.light);
             } else {
                 // Another level is another light, but the light of that level is known.
-                doubtful += 1;
+                doubtful += usize::from(high - low > 1e-3);
                 let exact = |value: Adversary| Bounded::constant(value.0);
                 let light = light_of_kernel(
                     &bounded.0,

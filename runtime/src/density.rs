@@ -56,8 +56,80 @@ pub fn sample(
     density: &[f32],
     power: &[f32],
 ) -> Result<Sampled, FrameError> {
+    let settings = Settings { lobes: Lobes::Diffuse, ..settings.clone() };
+    let (indirect, view) = prepare(gpu, package, &settings, density, power)?;
+    // The first run compiles; the median of the next five is the time.
+    let mut times = Vec::new();
+    for _ in 0..6 {
+        times.push(time(gpu, &indirect, &view)?);
+    }
+    let lights: Vec<SglowVsglDiffuse> = crate::readback::buffer(gpu, indirect.vsgls())?;
+    Ok(Sampled {
+        kernels: crate::readback::buffer(gpu, indirect.kernels())?,
+        powers: lights
+            .iter()
+            .map(|light| lobe_power(light.diffuse_coefficient[0], light.diffuse_sharpness))
+            .collect(),
+        total: power.iter().map(|&weight| f64::from(weight)).sum(),
+        time: median(times.split_off(1)),
+    })
+}
+
+/// Rounds of [`times`].
+const ROUNDS: usize = 15;
+
+/// Median time of one sampling pass for each of several settings, which take turns within one run, by the wall's clock
+/// around many; `density` and `power` as for [`sample`]. The lobes are the settings' own, the precision is `f32`.
+pub fn times(
+    gpu: &Gpu,
+    package: &Package,
+    candidates: &[Settings],
+    density: &[f32],
+    power: &[f32],
+) -> Result<Vec<Duration>, FrameError> {
+    let mut prepared = Vec::new();
+    for settings in candidates {
+        prepared.push((prepare(gpu, package, settings, density, power)?, Vec::new()));
+    }
+    // The first round compiles.
+    for round in 0..=ROUNDS {
+        for ((indirect, view), times) in &mut prepared {
+            let time = time(gpu, indirect, view)?;
+            if round > 0 {
+                times.push(time);
+            }
+        }
+    }
+    Ok(prepared.into_iter().map(|(_, times)| median(times)).collect())
+}
+
+fn median(mut times: Vec<Duration>) -> Duration {
+    times.sort();
+    times.get(times.len() / 2).copied().unwrap_or_default()
+}
+
+/// One sampling pass; a dispatch is shorter than its submission, so that many are timed together.
+fn time(gpu: &Gpu, indirect: &Indirect, view: &LightView) -> Result<Duration, FrameError> {
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    for _ in 0..DISPATCHES {
+        indirect.encode_sample(&mut encoder, view, None);
+    }
+    let commands = encoder.finish();
+    let start = Instant::now();
+    gpu.queue.submit([commands]);
+    gpu.finish()?;
+    Ok(start.elapsed() / DISPATCHES)
+}
+
+/// Passes whose moments and density, with their mips, are those of a wall.
+fn prepare(
+    gpu: &Gpu,
+    package: &Package,
+    settings: &Settings,
+    density: &[f32],
+    power: &[f32],
+) -> Result<(Indirect, LightView), FrameError> {
     let mut settings = settings.clone();
-    settings.lobes = Lobes::Diffuse;
     settings.precision = Precision::F32;
     settings.specular = sglow_shaders::Specular::None;
     settings.ndf = sglow_shaders::Ndf::None;
@@ -76,7 +148,16 @@ pub fn sample(
         powers.push([weight; 4]);
         direction.push([0.0, 0.0, weight * 2.0 / 3.0, 0.0]);
     }
-    let layers = [position, powers, direction].concat();
+    let mut layers = [position, powers, direction];
+    // The specular layers, where there are any, hold the same numbers: only their time counts.
+    let (count, layers) = match settings.lobes {
+        Lobes::Diffuse => (3, layers.concat()),
+        Lobes::Both => {
+            let diffuse = layers.concat();
+            let [_, powers, direction] = &mut layers;
+            (5, [diffuse, std::mem::take(powers), std::mem::take(direction)].concat())
+        }
+    };
     let write = |texture: &wgpu::Texture, bytes: &[u8], layers: u32, texel: u32| {
         gpu.queue.write_texture(
             texture.as_image_copy(),
@@ -89,7 +170,7 @@ pub fn sample(
             wgpu::Extent3d { width: size, height: size, depth_or_array_layers: layers },
         );
     };
-    write(indirect.moments(), bytemuck::cast_slice(&layers), 3, 16);
+    write(indirect.moments(), bytemuck::cast_slice(&layers), count, 16);
     write(indirect.density(), bytemuck::cast_slice(density), 1, 4);
     let light = Light {
         name: "density".to_owned(),
@@ -104,32 +185,7 @@ pub fn sample(
     indirect.encode_mips(&mut encoder, None);
     gpu.queue.submit([encoder.finish()]);
     gpu.finish()?;
-    // One dispatch is shorter than its submission, so that many are timed together. The first run compiles; the median
-    // of the next five is the time.
-    let mut times = Vec::new();
-    for _ in 0..6 {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        for _ in 0..DISPATCHES {
-            indirect.encode_sample(&mut encoder, &view, None);
-        }
-        let commands = encoder.finish();
-        let start = Instant::now();
-        gpu.queue.submit([commands]);
-        gpu.finish()?;
-        times.push(start.elapsed() / DISPATCHES);
-    }
-    times.remove(0);
-    times.sort();
-    let lights: Vec<SglowVsglDiffuse> = crate::readback::buffer(gpu, indirect.vsgls())?;
-    Ok(Sampled {
-        kernels: crate::readback::buffer(gpu, indirect.kernels())?,
-        powers: lights
-            .iter()
-            .map(|light| lobe_power(light.diffuse_coefficient[0], light.diffuse_sharpness))
-            .collect(),
-        total: power.iter().map(|&weight| f64::from(weight)).sum(),
-        time: times[times.len() / 2],
-    })
+    Ok((indirect, view))
 }
 
 /// The power that a lobe emits: its coefficient times the integral of its spherical Gaussian.

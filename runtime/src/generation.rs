@@ -2,15 +2,15 @@
 
 use glam::{Vec3, Vec4};
 use sglow_shaders::{
-    Density, Filter, Kernel, Light, Lobes, Precision, SglowDensityParameters, SglowKernel,
-    SglowLight, SglowMomentsParametersF16, SglowMomentsParametersF32, SglowSampleParametersF16,
-    SglowSampleParametersF32, Texel,
+    Density, Filter, Light, Lobes, Precision, SglowDensityParameters, SglowKernel, SglowLight,
+    SglowMomentsParametersF16, SglowMomentsParametersF32, SglowSampleParametersF16,
+    SglowSampleParametersF32, Solver, Texel, sample::Sample,
 };
 
 use crate::indirect::SurfaceViews;
 use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
-use crate::pyramid::{Pyramid, texture_bytes};
+use crate::pyramid::{MipPasses, Pyramid, texture_bytes};
 use crate::timing::Timer;
 
 /// What times are called.
@@ -58,8 +58,7 @@ pub(crate) struct Plan {
     pub(crate) lobes: Lobes,
     pub(crate) precision: Precision,
     pub(crate) density: Density,
-    pub(crate) kernel: Kernel,
-    pub(crate) filter: Filter,
+    pub(crate) sample: Sample,
 }
 
 /// Who sends what the map holds, and in what numbers its lights are kept.
@@ -83,7 +82,7 @@ pub(crate) struct Importance<'a> {
 /// The moments that 16 bits suffice for, and the pass of their mips.
 struct Halves {
     moments: Pyramid,
-    mip_pass: ComputePass,
+    mip_pass: MipPasses,
     /// The weights, where kernels are drawn by another density.
     weights: Option<Pyramid>,
 }
@@ -104,8 +103,8 @@ pub(crate) struct Generation {
     sample_parameters: wgpu::Buffer,
     moments_pass: ComputePass,
     density_pass: Option<ComputePass>,
-    moments_mip_pass: ComputePass,
-    density_mip_pass: ComputePass,
+    moments_mip_pass: MipPasses,
+    density_mip_pass: MipPasses,
     sample_pass: ComputePass,
 }
 
@@ -118,21 +117,13 @@ impl Generation {
     ) -> Result<Self, PipelineError> {
         let Plan { labels, lobes, precision, density, .. } = plan;
         let half = precision == Precision::F16;
-        let mip = |texel, label| {
-            let id = sglow_shaders::mip::Mip { texel }.id();
-            ComputePass::new(device, package, &id, label, &[])
-        };
+        let mip = |texel, label| MipPasses::new(device, package, texel, label);
         let moments_id =
             sglow_shaders::moments::Moments { light: plan.light, lobes, precision }.id();
         let density_id = sglow_shaders::density::Density { density, lobes }.id();
-        let sample = sglow_shaders::sample::Sample {
-            kernel: plan.kernel,
-            filter: plan.filter,
-            lobes,
-            precision,
-        };
+        let sample = plan.sample;
         let iterations = [("sglow_iterations", f64::from(plan.iterations))];
-        let constants: &[_] = if plan.kernel == Kernel::Modified { &iterations } else { &[] };
+        let constants: &[_] = if sample.solver == Solver::Bisection { &iterations } else { &[] };
         // Mips of a power-of-two square hold exact means; what lies beyond the map stays zero.
         let size = plan.size[0].max(plan.size[1]).next_power_of_two();
         let pyramid = |label, layers, format| Pyramid::new(device, label, size, layers, format);
@@ -168,7 +159,7 @@ impl Generation {
             density: pyramid("sglow density", 1, wgpu::TextureFormat::R32Float),
             vsgls: vsgl_buffer(device, plan.count, lobes, precision),
             kernels: buffer(device, "sglow kernels", plan.count, size_of::<SglowKernel>()),
-            sampler: (plan.filter == Filter::Hardware).then(|| {
+            sampler: (sample.filter == Filter::Hardware).then(|| {
                 device.create_sampler(&wgpu::SamplerDescriptor {
                     label: Some("sglow trilinear"),
                     mag_filter: wgpu::FilterMode::Linear,
@@ -295,7 +286,7 @@ impl Generation {
         mut timer: Option<&mut Timer<'_>>,
     ) {
         let mut encode = |pyramid: &Pyramid, pass| {
-            pyramid.encode_mips(&self.device, encoder, pass, timer.as_deref_mut());
+            pyramid.encode_mips(&self.device, encoder, pass, self.plan.size, timer.as_deref_mut());
         };
         encode(&self.moments, &self.moments_mip_pass);
         if let Some(halves) = &self.halves {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use sglow_shaders::{
-    Density, Diffuse, Light, Precision, SglowLight, SglowShadeParameters, Specular,
+    Density, Diffuse, Light, Precision, SglowLight, SglowShadeParameters, Specular, sample::Sample,
 };
 
 use crate::generation::{Generation, Importance, Labels, Plan, Sender};
@@ -110,8 +110,7 @@ impl Indirect {
             lobes: settings.lobes,
             precision: settings.precision,
             density: settings.density,
-            kernel: settings.kernel,
-            filter: settings.filter,
+            sample: settings.sample(),
         };
         let camera = if settings.density == Density::Bidirectional {
             let plan = Plan {
@@ -121,6 +120,7 @@ impl Indirect {
                 light: Light::Camera,
                 precision: Precision::F32,
                 density: Density::Reflectance,
+                sample: Sample { precision: Precision::F32, ..plan.sample },
                 ..plan.clone()
             };
             Some(Camera { generation: Generation::new(device, queue, plan, package)? })

@@ -35,6 +35,7 @@ pub mod function;
 mod generation;
 pub mod indirect;
 pub mod light;
+pub mod mips;
 pub mod package;
 pub mod pipeline;
 mod pyramid;

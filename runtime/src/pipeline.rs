@@ -147,37 +147,49 @@ impl ComputePass {
         timer: Option<&mut Timer<'_>>,
         dispatches: &[Dispatch<'_>],
     ) {
-        let groups: Vec<_> = dispatches
-            .iter()
-            .map(|dispatch| {
-                let entries: Vec<_> = dispatch
-                    .bindings
-                    .iter()
-                    .map(|(binding, resource)| wgpu::BindGroupEntry {
-                        binding: *binding,
-                        resource: resource.clone(),
-                    })
-                    .collect();
-                device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some(self.label),
-                    layout: &self.group,
-                    entries: &entries,
-                })
-            })
-            .collect();
-        timed(encoder, timer, self.label, |encoder, stamps| {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(self.label),
-                timestamp_writes: stamps.map(|stamps| stamps.compute()),
-            });
-            pass.set_pipeline(&self.pipeline);
-            for (dispatch, group) in dispatches.iter().zip(&groups) {
-                let [x, y, z] = dispatch.workgroups;
-                pass.set_bind_group(0, group, &[]);
-                pass.dispatch_workgroups(x, y, z);
-            }
-        });
+        let steps: Vec<_> = dispatches.iter().map(|dispatch| (self, dispatch)).collect();
+        encode_steps(device, encoder, timer, self.label, &steps);
     }
+}
+
+/// Encodes dispatches of several variants that follow upon each other, timed as one pass.
+pub(crate) fn encode_steps(
+    device: &wgpu::Device,
+    encoder: &mut wgpu::CommandEncoder,
+    timer: Option<&mut Timer<'_>>,
+    label: &'static str,
+    steps: &[(&ComputePass, &Dispatch<'_>)],
+) {
+    let groups: Vec<_> = steps
+        .iter()
+        .map(|(variant, dispatch)| {
+            let entries: Vec<_> = dispatch
+                .bindings
+                .iter()
+                .map(|(binding, resource)| wgpu::BindGroupEntry {
+                    binding: *binding,
+                    resource: resource.clone(),
+                })
+                .collect();
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout: &variant.group,
+                entries: &entries,
+            })
+        })
+        .collect();
+    timed(encoder, timer, label, |encoder, stamps| {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(label),
+            timestamp_writes: stamps.map(|stamps| stamps.compute()),
+        });
+        for ((variant, dispatch), group) in steps.iter().zip(&groups) {
+            let [x, y, z] = dispatch.workgroups;
+            pass.set_pipeline(&variant.pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(x, y, z);
+        }
+    });
 }
 
 /// Encodes one pass between the beginning and the end of its time.

@@ -1,6 +1,9 @@
 //! Textures with their mip chains.
 
-use crate::pipeline::{ComputePass, Dispatch};
+use sglow_shaders::{Levels, Texel};
+
+use crate::package::Package;
+use crate::pipeline::{ComputePass, Dispatch, PipelineError, encode_steps};
 use crate::timing::Timer;
 
 /// A texture with its mip chain, and the views that its passes need.
@@ -50,33 +53,62 @@ impl Pyramid {
         self.texture.depth_or_array_layers()
     }
 
-    /// Dispatches that make every level from the one below it.
+    /// Dispatches that make every level from the one below it, as far as `extent`, width and height of what level 0
+    /// holds, reaches. The rest of each level stays as it is, zero in a new texture.
     pub(crate) fn encode_mips(
         &self,
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
-        pass: &ComputePass,
+        passes: &MipPasses,
+        extent: [u32; 2],
         timer: Option<&mut Timer<'_>>,
     ) {
-        let bindings: Vec<_> = self
-            .levels
-            .windows(2)
-            .map(|pair| {
-                [
-                    (0, wgpu::BindingResource::TextureView(&pair[0])),
-                    (1, wgpu::BindingResource::TextureView(&pair[1])),
-                ]
-            })
-            .collect();
-        let dispatches: Vec<_> = bindings
+        let mut dispatches = Vec::new();
+        let mut from = 0;
+        while from + 1 < self.levels.len() {
+            let made = (self.levels.len() - 1 - from).min(passes.by_levels.len());
+            let bindings: Vec<_> = (0..)
+                .zip(&self.levels[from..=from + made])
+                .map(|(binding, view)| (binding, wgpu::BindingResource::TextureView(view)))
+                .collect();
+            from += made;
+            // Texels of the highest level that is made, in workgroups of 8 x 8.
+            let groups = extent.map(|side| side.div_ceil(1 << from).div_ceil(8));
+            dispatches.push((made, bindings, [groups[0], groups[1], self.layers()]));
+        }
+        let dispatches: Vec<_> = dispatches
             .iter()
-            .enumerate()
-            .map(|(level, bindings)| {
-                let groups = (self.texture.width() >> (level + 1)).div_ceil(8);
-                Dispatch { bindings, workgroups: [groups, groups, self.layers()] }
+            .map(|(made, bindings, workgroups)| {
+                (&passes.by_levels[made - 1], Dispatch { bindings, workgroups: *workgroups })
             })
             .collect();
-        pass.encode(device, encoder, timer, &dispatches);
+        let steps: Vec<_> = dispatches.iter().map(|(pass, dispatch)| (*pass, dispatch)).collect();
+        encode_steps(device, encoder, timer, passes.label, &steps);
+    }
+}
+
+/// The passes of a mip chain.
+pub(crate) struct MipPasses {
+    /// Those that make one level, two and three at once.
+    by_levels: [ComputePass; 3],
+    label: &'static str,
+}
+
+impl MipPasses {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        package: &Package,
+        texel: Texel,
+        label: &'static str,
+    ) -> Result<Self, PipelineError> {
+        let pass = |levels| {
+            let id = sglow_shaders::mip::Mip { texel, levels }.id();
+            ComputePass::new(device, package, &id, label, &[])
+        };
+        Ok(Self {
+            by_levels: [pass(Levels::One)?, pass(Levels::Two)?, pass(Levels::Three)?],
+            label,
+        })
     }
 }
 

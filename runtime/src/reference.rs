@@ -12,12 +12,13 @@ use sglow_oracle::shade::{Model, Reflected};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vpl::VirtualPointLights;
 use sglow_oracle::vsgl::{
-    Kernel as OracleKernel, Lobe, PackedLobe, Settings as SampleSettings, Vsgl,
+    Kernel as OracleKernel, Lobe, PackedLobe, Settings as SampleSettings, Solver as OracleSolver,
+    Vsgl,
 };
 use sglow_oracle::{Real, Vector3, shade};
 use sglow_shaders::{
-    Diffuse, Kernel, Light as LightAxis, Lobes, Ndf, Precision, SglowPackedLobe,
-    SglowPackedVsglBoth, SglowPackedVsglDiffuse, SglowVsglBoth, SglowVsglDiffuse, Specular,
+    Diffuse, Light as LightAxis, Lobes, Ndf, Precision, SglowPackedLobe, SglowPackedVsglBoth,
+    SglowPackedVsglDiffuse, SglowVsglBoth, SglowVsglDiffuse, Solver, Specular,
 };
 
 use crate::device::{DeviceError, Gpu};
@@ -244,9 +245,12 @@ pub fn moments<R: Real>(
 pub fn sample_settings(settings: &Settings, view: &LightView) -> SampleSettings {
     SampleSettings {
         count: settings.count,
-        kernel: match settings.kernel {
-            Kernel::Previous => OracleKernel::Previous,
-            Kernel::Modified => OracleKernel::Modified { iterations: settings.iterations },
+        kernel: match settings.sample().solver {
+            Solver::None => OracleKernel::Previous,
+            Solver::Bisection => {
+                OracleKernel::Modified(OracleSolver::Bisection { iterations: settings.iterations })
+            }
+            Solver::Bracketed => OracleKernel::Modified(OracleSolver::Bracketed),
         },
         scale: f64::from(settings.size_factor),
         origin: vector(view.origin),

@@ -2,7 +2,9 @@
 
 use std::str::FromStr;
 
-use sglow_shaders::{Density, Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Specular};
+use sglow_shaders::{
+    Density, Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Solver, Specular,
+};
 use thiserror::Error;
 
 /// A setting that cannot be.
@@ -65,7 +67,7 @@ pub struct Settings {
     pub camera_count: u32,
     /// K of Eq. (1) and Eq. (3), above 0.
     pub size_factor: f32,
-    /// Bisection steps of Algorithm 1, 1 to 24.
+    /// Bisection steps of Algorithm 1, 1 to 24; of no account with another solver.
     pub iterations: u32,
     /// The kind of the light.
     pub light: Light,
@@ -77,6 +79,9 @@ pub struct Settings {
     pub density: Density,
     /// How kernels are sized.
     pub kernel: Kernel,
+    /// How the equation for the size of modified kernels is solved; of no account with previous kernels, whose size is
+    /// in closed form.
+    pub solver: Solver,
     /// How mips are filtered.
     pub filter: Filter,
     /// Diffuse reflection.
@@ -104,6 +109,7 @@ impl Default for Settings {
             precision: Precision::F32,
             density: Density::Power,
             kernel: Kernel::Modified,
+            solver: Solver::Bracketed,
             filter: Filter::Exact,
             diffuse: Diffuse::Fitted,
             specular: Specular::Asg,
@@ -114,8 +120,18 @@ impl Default for Settings {
 }
 
 /// The axes that `set` knows.
-pub const AXES: [&str; 9] =
-    ["light", "lobes", "precision", "density", "kernel", "filter", "diffuse", "specular", "ndf"];
+pub const AXES: [&str; 10] = [
+    "light",
+    "lobes",
+    "precision",
+    "density",
+    "kernel",
+    "solver",
+    "filter",
+    "diffuse",
+    "specular",
+    "ndf",
+];
 
 impl Settings {
     /// Sets one axis by the name of its value.
@@ -129,6 +145,7 @@ impl Settings {
             "precision" => self.precision = parse(value)?,
             "density" => self.density = parse(value)?,
             "kernel" => self.kernel = parse(value)?,
+            "solver" => self.solver = parse(value)?,
             "filter" => self.filter = parse(value)?,
             "diffuse" => self.diffuse = parse(value)?,
             "specular" => self.specular = parse(value)?,
@@ -215,6 +232,11 @@ impl Settings {
             let (rule, reason) = (exclusion.name, exclusion.reason);
             faults.push(SettingsError::Excluded { id: shade.id(), rule, reason });
         }
+        let sample = self.sample();
+        if let Some(exclusion) = sample.excluded() {
+            let (rule, reason) = (exclusion.name, exclusion.reason);
+            faults.push(SettingsError::Excluded { id: sample.id(), rule, reason });
+        }
         if self.filter == Filter::Hardware
             && !device.features().contains(wgpu::Features::FLOAT32_FILTERABLE)
         {
@@ -225,6 +247,20 @@ impl Settings {
             });
         }
         faults
+    }
+
+    /// The variant of the sampling pass.
+    pub fn sample(&self) -> sglow_shaders::sample::Sample {
+        sglow_shaders::sample::Sample {
+            kernel: self.kernel,
+            solver: match self.kernel {
+                Kernel::Previous => Solver::None,
+                Kernel::Modified => self.solver,
+            },
+            filter: self.filter,
+            lobes: self.lobes,
+            precision: self.precision,
+        }
     }
 
     /// The variant of the shading pass.

@@ -54,7 +54,7 @@ fn settings_that_cannot_be_are_told_all_at_once() {
 fn unknown_axes_and_values_list_the_known_ones() {
     let mut settings = small();
     let text = settings.set("colour", "red").unwrap_err().to_string();
-    assert!(text.contains("'colour'") && text.contains("kernel, filter"), "{text}");
+    assert!(text.contains("'colour'") && text.contains("kernel, solver, filter"), "{text}");
     let text = settings.set("kernel", "cubic").unwrap_err().to_string();
     assert!(text.contains("'cubic'") && text.contains("previous, modified"), "{text}");
     settings.set("kernel", "previous").unwrap();
@@ -76,22 +76,22 @@ fn a_light_that_is_not_there_is_named() {
 
 #[test]
 fn a_missing_variant_is_an_error_and_never_a_similar_one() {
-    let error = Package::embedded().text("sample-modified-exact-none").unwrap_err();
+    let error = Package::embedded().text("sample-modified-bracketed-exact-none").unwrap_err();
     assert!(
-        matches!(&error, PackageError::Missing { similar, .. } if similar.len() == 10),
+        matches!(&error, PackageError::Missing { similar, .. } if similar.len() == 14),
         "{error}"
     );
-    assert!(error.to_string().contains("sample-modified-exact-both-f32"), "{error}");
+    assert!(error.to_string().contains("sample-modified-bracketed-exact-both-f32"), "{error}");
 }
 
 #[test]
 fn a_shader_that_does_not_compile_is_named() {
-    let package = broken("mip-r32float", "0.25", "nonsense");
+    let package = broken("mip-r32float-three", "0.25", "nonsense");
     let made = Indirect::with_package(&gpu().device, &gpu().queue, &small(), &package);
     let Err(IndirectError::Pipeline(PipelineError::Refused { id, message })) = made else {
         panic!("it was not refused")
     };
-    assert_eq!(id, "mip-r32float");
+    assert_eq!(id, "mip-r32float-three");
     assert!(message.contains("nonsense"), "{message}");
 }
 

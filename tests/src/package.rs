@@ -80,12 +80,12 @@ fn snapshots() {
     settings.bind(|| {
         for id in [
             "compose-diffuse-none",
-            "mip-r32float",
+            "mip-r32float-three",
             "moments-point-both-f32",
             "moments-point-both-f16",
-            "sample-modified-exact-both-f16",
-            "sample-modified-exact-both-f32",
-            "sample-previous-hardware-diffuse-f32",
+            "sample-modified-bracketed-exact-both-f16",
+            "sample-modified-bracketed-exact-both-f32",
+            "sample-previous-none-hardware-diffuse-f32",
             "shade-constant-none-none-diffuse-f32",
             "shade-constant-asg-ggx-both-f16",
             "shade-fitted-ndf_filtered-ggx-both-f32",
@@ -99,7 +99,9 @@ fn snapshots() {
         let manifest: serde_json::Value =
             serde_json::from_str(&read(folder.path(), "manifest.json")).unwrap();
         let variants = manifest["variants"].as_array().unwrap();
-        for id in ["sample-modified-exact-both-f32", "shade-constant-none-none-diffuse-f32"] {
+        for id in
+            ["sample-modified-bracketed-exact-both-f32", "shade-constant-none-none-diffuse-f32"]
+        {
             let variant = variants.iter().find(|variant| variant["id"] == id).unwrap();
             let text = serde_json::to_string_pretty(variant).unwrap();
             insta::assert_snapshot!(format!("manifest__{id}"), text);
@@ -134,7 +136,7 @@ fn what_was_changed_by_hand_is_named() {
     let folder = generated(&[Target::Wgsl]);
     Package::load(folder.path()).unwrap();
     assert!(verify_hashes(folder.path()).unwrap().is_empty());
-    let shader = folder.path().join("wgsl/mip-r32float.wgsl");
+    let shader = folder.path().join("wgsl/mip-r32float-three.wgsl");
     let text = std::fs::read_to_string(&shader).unwrap();
     std::fs::write(&shader, text.replace("0.25", "0.26")).unwrap();
 
@@ -145,7 +147,7 @@ fn what_was_changed_by_hand_is_named() {
     );
     let differences = verify_hashes(folder.path()).unwrap();
     assert_eq!(differences.len(), 1);
-    assert_eq!(differences[0].path, "wgsl/mip-r32float.wgsl");
+    assert_eq!(differences[0].path, "wgsl/mip-r32float-three.wgsl");
     let mut options = Options::new(folder.path());
     options.targets = BTreeSet::from([Target::Wgsl]);
     options.check = true;

@@ -1,5 +1,6 @@
 //! Filtered importance sampling: where the filtering kernels lie and how large they are.
 
+pub mod bracketed;
 pub mod filter;
 pub mod footprint;
 pub mod kernel;
@@ -7,7 +8,8 @@ pub mod lattice;
 pub mod stress;
 pub mod warp;
 
-pub use filter::trilinear;
+pub use bracketed::{Bracketed, bracketed_level};
+pub use filter::{bilinear, trilinear};
 pub use footprint::Footprints;
 pub use kernel::{
     Level, all_roots, kernel_mass, modified_factor, modified_level, previous_factor, previous_level,

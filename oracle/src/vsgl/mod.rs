@@ -6,5 +6,5 @@ pub mod sample;
 pub mod vsgl;
 
 pub use packed::PackedLobe;
-pub use sample::{Kernel, Sample, Settings, sample};
+pub use sample::{Kernel, Sample, Settings, Solver, sample};
 pub use vsgl::{Lobe, Vsgl};

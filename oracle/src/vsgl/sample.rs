@@ -11,10 +11,36 @@ pub enum Kernel {
     /// From the density at the centre: Eq. (1) and Eq. (4).
     Previous,
     /// From the density's integral within the kernel: Eq. (3) and Eq. (5).
-    Modified {
+    Modified(Solver),
+}
+
+/// How Eq. (3) is solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Solver {
+    /// By bisection.
+    Bisection {
         /// Number of bisections of Algorithm 1; 12 in the paper.
         iterations: u32,
     },
+    /// Between two integer levels around the root.
+    Bracketed,
+}
+
+/// The level of a modified kernel.
+pub fn level_by<R: Real>(
+    solver: Solver,
+    density: &Pyramid<R>,
+    centre: [R; 2],
+    texel: [usize; 2],
+    settings: &Settings,
+) -> Level<R> {
+    let Settings { count, scale, .. } = *settings;
+    match solver {
+        Solver::Bisection { iterations } => {
+            fis::modified_level(density, centre, count, scale, iterations)
+        }
+        Solver::Bracketed => fis::bracketed_level(density, centre, texel, count, scale).level,
+    }
 }
 
 /// What a set of kernels has in common.
@@ -65,8 +91,8 @@ pub fn sample<R: Real>(
                 settings.scale,
             )
         }
-        Kernel::Modified { iterations } => {
-            fis::modified_level(density, warped.centre, settings.count, settings.scale, iterations)
+        Kernel::Modified(solver) => {
+            level_by(solver, density, warped.centre, warped.texel, settings)
         }
     };
     let light =
@@ -86,7 +112,7 @@ pub fn light_of_kernel<R: Real>(
     let (top, texels) = (density.top(), density.texel_count());
     let factor = match settings.kernel {
         Kernel::Previous => fis::previous_factor(density.at(0, x, y), top, texels, settings.count),
-        Kernel::Modified { .. } => {
+        Kernel::Modified(_) => {
             fis::modified_factor(trilinear(density, centre, level), top, texels, settings.count)
         }
     };
@@ -158,7 +184,11 @@ mod tests {
 
     #[test]
     fn the_lights_of_a_smooth_density_carry_its_power() {
-        for kernel in [Kernel::Previous, Kernel::Modified { iterations: 12 }] {
+        for kernel in [
+            Kernel::Previous,
+            Kernel::Modified(Solver::Bisection { iterations: 12 }),
+            Kernel::Modified(Solver::Bracketed),
+        ] {
             let power = relative_power(Stress::Smooth, kernel, false);
             assert!((power - 1.0).abs() < 5e-3, "{kernel:?} {power}");
             // Negative control: without the factor 4^l.
@@ -168,7 +198,12 @@ mod tests {
 
     #[test]
     fn the_modified_lights_of_a_ring_carry_its_power() {
-        let modified = relative_power(Stress::Ring, Kernel::Modified { iterations: 12 }, false);
-        assert!((modified - 1.0).abs() < 1e-9, "density and power share the kernel: {modified}");
+        for solver in [Solver::Bisection { iterations: 12 }, Solver::Bracketed] {
+            let modified = relative_power(Stress::Ring, Kernel::Modified(solver), false);
+            assert!(
+                (modified - 1.0).abs() < 1e-9,
+                "density and power share the kernel: {modified}"
+            );
+        }
     }
 }

@@ -17,7 +17,7 @@ use sglow_runtime::frame::{Frame, Renderer};
 use sglow_runtime::package::Package;
 use sglow_runtime::reference;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Specular};
+use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Solver, Specular};
 
 use crate::command::render::{brute_force, package};
 use crate::failure::{Failure, Result};
@@ -139,17 +139,25 @@ const DOES_NOT_SHOW: &str = "Neither side has visibility, so that the error is t
                              reflection alone; the reference has the discretisation of the same map. Times on a \
                              software driver compare variants and promise nothing about GPUs.";
 
+/// The kernels, and how their size is found.
+const KERNELS: [(Kernel, Solver); 3] = [
+    (Kernel::Previous, Solver::None),
+    (Kernel::Modified, Solver::Bisection),
+    (Kernel::Modified, Solver::Bracketed),
+];
+
 /// The variants of both passes, those that this scene needs first: every one of the sampling pass; of the shading pass
 /// those that differ from the scene's own in the diffuse or in the specular form, in the lobes or in the precision.
 fn variants(base: &Settings) -> Vec<(bool, bool, Settings)> {
     let mut all = Vec::new();
     let full = base.specular != Specular::None;
     for lobes in [Lobes::Both, Lobes::Diffuse] {
-        for kernel in Kernel::ALL {
+        for (kernel, solver) in KERNELS {
             for filter in Filter::ALL {
                 for precision in Precision::ALL {
                     let needed = lobes == base.lobes;
-                    let settings = Settings { kernel, filter, lobes, precision, ..base.clone() };
+                    let settings =
+                        Settings { kernel, solver, filter, lobes, precision, ..base.clone() };
                     all.push((true, needed, settings));
                 }
             }
@@ -220,17 +228,7 @@ fn scene(
         let (ours, theirs) = terms(&frame, &references[&beckmann]);
         let compared = metrics::compare(&ours, &theirs)
             .ok_or_else(|| Failure::new("there is nothing to compare"))?;
-        let id = if sampling {
-            sglow_shaders::sample::Sample {
-                kernel: settings.kernel,
-                filter: settings.filter,
-                lobes: settings.lobes,
-                precision: settings.precision,
-            }
-            .id()
-        } else {
-            settings.shade().id()
-        };
+        let id = if sampling { settings.sample().id() } else { settings.shade().id() };
         not_finite += compared.not_finite;
         let over_mean = |value: f64| {
             if compared.reference_mean > 0.0 { value / compared.reference_mean } else { value }
@@ -351,6 +349,7 @@ fn rounding(gpu: &Gpu, renderer: &Renderer<'_>, frame: &Frame) -> Result<f64> {
 struct OnDensity {
     density: &'static str,
     kernel: &'static str,
+    solver: &'static str,
     /// Summed power of the lights over that of the photons.
     power_ratio: f64,
     /// Power of the brightest light times their number, over that of the photons: 1 is ideal.
@@ -372,12 +371,17 @@ fn stress(
         let mut random = Random::new(2);
         let power: Vec<f32> =
             density.iter().map(|weight| weight * (0.4 + 0.4 * random.uniform() as f32)).collect();
-        for kernel in Kernel::ALL {
+        for (kernel, solver) in KERNELS {
+            let what = match kernel {
+                Kernel::Previous => kernel.to_string(),
+                Kernel::Modified => format!("{kernel} {solver}"),
+            };
             let settings = Settings {
                 rsm_size: STRESS_SIZE,
                 count: STRESS_COUNT,
                 iterations: numbers.iterations,
                 kernel,
+                solver,
                 ..Settings::default()
             };
             let sampled = density::sample(gpu, package, &settings, &density, &power)?;
@@ -386,13 +390,14 @@ fn stress(
             let row = OnDensity {
                 density: name,
                 kernel: kernel.name(),
+                solver: solver.name(),
                 power_ratio: sampled.powers.iter().sum::<f64>() / total,
                 brightest: brightest * f64::from(STRESS_COUNT) / total,
                 milliseconds: sampled.time.as_secs_f64() * 1e3,
             };
             table.add_row([
                 name.to_owned(),
-                kernel.to_string(),
+                what.clone(),
                 format!("{:.4}", row.power_ratio),
                 format!("{:.1}", row.brightest),
                 format!("{:.3}", row.milliseconds),
@@ -403,7 +408,7 @@ fn stress(
                     Kernel::Modified => (Relation::AtMost, "keeps the power"),
                     Kernel::Previous => (Relation::AtLeast, "does not keep it, which is why"),
                 };
-                let text = format!("power of {kernel} kernels on {name}, off by");
+                let text = format!("power of {what} kernels on {name}, off by");
                 report.check(Check::new(text, error, "of the total", relation, 0.03).note(note));
             }
             rows.push(row);
@@ -412,16 +417,19 @@ fn stress(
     say::line(format!(
         "\ndensities of {STRESS_SIZE} squared, {STRESS_COUNT} kernels, exact filter\n{table}"
     ));
-    // Per density the pair stands side by side: previous, then modified.
-    let ratios: Vec<f64> =
-        rows.chunks_exact(2).map(|pair| pair[1].milliseconds / pair[0].milliseconds).collect();
-    let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = ratios.iter().copied().fold(0.0, f64::max);
-    say::line(format!(
-        "sampling pass, modified over previous at {} iterations: {least:.2} to {most:.2} times",
-        numbers.iterations
-    ));
-    report.detail("sampling_time_modified_over_previous", ratios)?;
+    // Per density the kernels stand side by side, the previous ones first.
+    for (index, (_, solver)) in KERNELS.into_iter().enumerate().skip(1) {
+        let ratios: Vec<f64> = rows
+            .chunks_exact(KERNELS.len())
+            .map(|row| row[index].milliseconds / row[0].milliseconds)
+            .collect();
+        let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = ratios.iter().copied().fold(0.0, f64::max);
+        say::line(format!(
+            "sampling pass, modified by {solver} over previous: {least:.2} to {most:.2} times"
+        ));
+        report.detail(&format!("sampling_time_{solver}_over_previous"), ratios)?;
+    }
     Ok(rows)
 }
 

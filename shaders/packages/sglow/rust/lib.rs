@@ -204,25 +204,67 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: emission::NAMES_2,
     },
     Variant {
-        id: "mip-r32float",
+        id: "mip-r32float-one",
         pass: mip::PASS,
         entry_points: mip::ENTRY_POINTS_0,
         bind_groups: mip::LAYOUT_0,
         binding_names: mip::NAMES_0,
     },
     Variant {
-        id: "mip-rgba16float",
+        id: "mip-r32float-three",
         pass: mip::PASS,
         entry_points: mip::ENTRY_POINTS_0,
         bind_groups: mip::LAYOUT_1,
         binding_names: mip::NAMES_1,
     },
     Variant {
-        id: "mip-rgba32float",
+        id: "mip-r32float-two",
         pass: mip::PASS,
         entry_points: mip::ENTRY_POINTS_0,
         bind_groups: mip::LAYOUT_2,
         binding_names: mip::NAMES_2,
+    },
+    Variant {
+        id: "mip-rgba16float-one",
+        pass: mip::PASS,
+        entry_points: mip::ENTRY_POINTS_0,
+        bind_groups: mip::LAYOUT_3,
+        binding_names: mip::NAMES_3,
+    },
+    Variant {
+        id: "mip-rgba16float-three",
+        pass: mip::PASS,
+        entry_points: mip::ENTRY_POINTS_0,
+        bind_groups: mip::LAYOUT_4,
+        binding_names: mip::NAMES_4,
+    },
+    Variant {
+        id: "mip-rgba16float-two",
+        pass: mip::PASS,
+        entry_points: mip::ENTRY_POINTS_0,
+        bind_groups: mip::LAYOUT_5,
+        binding_names: mip::NAMES_5,
+    },
+    Variant {
+        id: "mip-rgba32float-one",
+        pass: mip::PASS,
+        entry_points: mip::ENTRY_POINTS_0,
+        bind_groups: mip::LAYOUT_6,
+        binding_names: mip::NAMES_6,
+    },
+    Variant {
+        id: "mip-rgba32float-three",
+        pass: mip::PASS,
+        entry_points: mip::ENTRY_POINTS_0,
+        bind_groups: mip::LAYOUT_7,
+        binding_names: mip::NAMES_7,
+    },
+    Variant {
+        id: "mip-rgba32float-two",
+        pass: mip::PASS,
+        entry_points: mip::ENTRY_POINTS_0,
+        bind_groups: mip::LAYOUT_8,
+        binding_names: mip::NAMES_8,
     },
     Variant {
         id: "moments-camera-both-f16",
@@ -337,70 +379,98 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "sample-modified-exact-both-f16",
+        id: "sample-modified-bisection-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_0,
         binding_names: sample::NAMES_0,
     },
     Variant {
-        id: "sample-modified-exact-both-f32",
+        id: "sample-modified-bisection-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_1,
         binding_names: sample::NAMES_1,
     },
     Variant {
-        id: "sample-modified-exact-diffuse-f16",
+        id: "sample-modified-bisection-hardware-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_2,
         binding_names: sample::NAMES_2,
     },
     Variant {
-        id: "sample-modified-exact-diffuse-f32",
+        id: "sample-modified-bisection-hardware-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_3,
         binding_names: sample::NAMES_3,
     },
     Variant {
-        id: "sample-modified-hardware-both-f32",
+        id: "sample-modified-bracketed-exact-both-f16",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_4,
         binding_names: sample::NAMES_4,
     },
     Variant {
-        id: "sample-modified-hardware-diffuse-f32",
+        id: "sample-modified-bracketed-exact-both-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_0,
+        binding_names: sample::NAMES_0,
+    },
+    Variant {
+        id: "sample-modified-bracketed-exact-diffuse-f16",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_5,
         binding_names: sample::NAMES_5,
     },
     Variant {
-        id: "sample-previous-exact-both-f32",
+        id: "sample-modified-bracketed-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_1,
         binding_names: sample::NAMES_1,
     },
     Variant {
-        id: "sample-previous-exact-diffuse-f32",
+        id: "sample-modified-bracketed-hardware-both-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_2,
+        binding_names: sample::NAMES_2,
+    },
+    Variant {
+        id: "sample-modified-bracketed-hardware-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_3,
         binding_names: sample::NAMES_3,
     },
     Variant {
-        id: "sample-previous-hardware-both-f32",
+        id: "sample-previous-none-exact-both-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_0,
+        binding_names: sample::NAMES_0,
+    },
+    Variant {
+        id: "sample-previous-none-exact-diffuse-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_1,
+        binding_names: sample::NAMES_1,
+    },
+    Variant {
+        id: "sample-previous-none-hardware-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_6,
         binding_names: sample::NAMES_6,
     },
     Variant {
-        id: "sample-previous-hardware-diffuse-f32",
+        id: "sample-previous-none-hardware-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_7,
@@ -886,22 +956,58 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "024982128a93611ed55337d1f832d2c4a4f451adfec8c91b30c20e0775bfd065",
     },
     Embedded {
-        id: "mip-r32float",
+        id: "mip-r32float-one",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-r32float.wgsl"),
-        sha256: "ec518410d5d1d88b83dc10710804c099d515f8a33ebac6642938a258e1032564",
+        text: include_str!("../wgsl/mip-r32float-one.wgsl"),
+        sha256: "953712ea207d041baaace059353fe172ea8825df2167ff02796115fb442ff4c1",
     },
     Embedded {
-        id: "mip-rgba16float",
+        id: "mip-r32float-three",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-rgba16float.wgsl"),
-        sha256: "e893c3ce1d96b6c88fbe9c57a7120d7e8b78d90589721370487a3d26e4a950d4",
+        text: include_str!("../wgsl/mip-r32float-three.wgsl"),
+        sha256: "b5768229368e34e7b33027ce7ba6fd7cbb050a464b55142c6bf570a0ed9b4910",
     },
     Embedded {
-        id: "mip-rgba32float",
+        id: "mip-r32float-two",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-rgba32float.wgsl"),
-        sha256: "f4e8d01d808e47ffc2c5b17cd214ac50e523e9216d2c29e31da4b9f58112f773",
+        text: include_str!("../wgsl/mip-r32float-two.wgsl"),
+        sha256: "7ced12ea617c285b7404b076be588e697c7dc9cd744fe7af36273b0d06bfcd38",
+    },
+    Embedded {
+        id: "mip-rgba16float-one",
+        pass: mip::PASS,
+        text: include_str!("../wgsl/mip-rgba16float-one.wgsl"),
+        sha256: "363814691d7946e13ba819703fb548776609e0ee2180dd1785e917d43c40a801",
+    },
+    Embedded {
+        id: "mip-rgba16float-three",
+        pass: mip::PASS,
+        text: include_str!("../wgsl/mip-rgba16float-three.wgsl"),
+        sha256: "880c6fed995e8c67eb6e381731396f2668144c3ce17db69ac2c4e90b4c47eec1",
+    },
+    Embedded {
+        id: "mip-rgba16float-two",
+        pass: mip::PASS,
+        text: include_str!("../wgsl/mip-rgba16float-two.wgsl"),
+        sha256: "17110f947107f03971ff91f188d5768c8ef7a2cc6ab862dc277e2472a426e9e8",
+    },
+    Embedded {
+        id: "mip-rgba32float-one",
+        pass: mip::PASS,
+        text: include_str!("../wgsl/mip-rgba32float-one.wgsl"),
+        sha256: "9c9548268c25f1e78eec90c907b0b87bc836144a9eaca263f10810526d523b57",
+    },
+    Embedded {
+        id: "mip-rgba32float-three",
+        pass: mip::PASS,
+        text: include_str!("../wgsl/mip-rgba32float-three.wgsl"),
+        sha256: "63c009117a901d5eeffe2fd45609edc72d21a984ff9a97057a3a69b8d9304c76",
+    },
+    Embedded {
+        id: "mip-rgba32float-two",
+        pass: mip::PASS,
+        text: include_str!("../wgsl/mip-rgba32float-two.wgsl"),
+        sha256: "5ba223a6927a8faa399d7341c5e71c38fa441d1261a21311cbd02329458401ba",
     },
     Embedded {
         id: "moments-camera-both-f16",
@@ -1000,64 +1106,92 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "99353f983c951f39999345f86ed3aa6ba0be369bef89ccf7b99ee72cadfa1953",
     },
     Embedded {
-        id: "sample-modified-exact-both-f16",
+        id: "sample-modified-bisection-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-exact-both-f16.wgsl"),
-        sha256: "31c0d4df2941e39c82aa22185ba6b73c01086eed019affd40423048fbbdfe830",
+        text: include_str!("../wgsl/sample-modified-bisection-exact-both-f32.wgsl"),
+        sha256: "b84b9097b990ea6a845abf4572c4e26d7e0fbece7993db54cd24af00676715e0",
     },
     Embedded {
-        id: "sample-modified-exact-both-f32",
+        id: "sample-modified-bisection-exact-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-exact-both-f32.wgsl"),
-        sha256: "c4d53af68c50069e9b30d471c3b3fda554607637d63c8366c5b6446b45a8758e",
+        text: include_str!("../wgsl/sample-modified-bisection-exact-diffuse-f32.wgsl"),
+        sha256: "19fe1a423226ab461698eea9251732b9ec1223b258f80b585a16f15de730e338",
     },
     Embedded {
-        id: "sample-modified-exact-diffuse-f16",
+        id: "sample-modified-bisection-hardware-both-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-exact-diffuse-f16.wgsl"),
-        sha256: "360e8776a47054595e107f1413180cb286c89cefdbfe9488e705ce68110b05cb",
+        text: include_str!("../wgsl/sample-modified-bisection-hardware-both-f32.wgsl"),
+        sha256: "1c9f293ed729a9c29d520928fe927c06c0cec2b6d3abe352b6832b30bb3e0e2b",
     },
     Embedded {
-        id: "sample-modified-exact-diffuse-f32",
+        id: "sample-modified-bisection-hardware-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-exact-diffuse-f32.wgsl"),
-        sha256: "1c563033249a593e83d86ffb40b75faf92fc5d2f4b289a267143d490a8281571",
+        text: include_str!(
+            "../wgsl/sample-modified-bisection-hardware-diffuse-f32.wgsl"
+        ),
+        sha256: "e85c7b31445d61805df3fc8df934c47f6ab9798a28cf2803d3c172e02b4006b2",
     },
     Embedded {
-        id: "sample-modified-hardware-both-f32",
+        id: "sample-modified-bracketed-exact-both-f16",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-hardware-both-f32.wgsl"),
-        sha256: "27f246ddabbae30db63fbb47d9259e4556d177732d3a7a4cd68975dc430c70e6",
+        text: include_str!("../wgsl/sample-modified-bracketed-exact-both-f16.wgsl"),
+        sha256: "74813b8a727d41326484cafae1606e737425ec61c1a679d4748621d89a5d60c2",
     },
     Embedded {
-        id: "sample-modified-hardware-diffuse-f32",
+        id: "sample-modified-bracketed-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-hardware-diffuse-f32.wgsl"),
-        sha256: "973018b916b35e7658ff7775cee85e25ab35878467e7cfa084db22f356759cde",
+        text: include_str!("../wgsl/sample-modified-bracketed-exact-both-f32.wgsl"),
+        sha256: "c8e287c5da34fcb3dbb189d0ed4a7bcd34bcd970d36c30ffbd604b47e721dbed",
     },
     Embedded {
-        id: "sample-previous-exact-both-f32",
+        id: "sample-modified-bracketed-exact-diffuse-f16",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-exact-both-f32.wgsl"),
-        sha256: "38b756797159cde59a633760c11efafea96a44bd09432f4cf5f0542178014b63",
+        text: include_str!("../wgsl/sample-modified-bracketed-exact-diffuse-f16.wgsl"),
+        sha256: "b54abf45da503010f41349ac6ad0e8f147c7e4cd4bd94bafa43718127300f105",
     },
     Embedded {
-        id: "sample-previous-exact-diffuse-f32",
+        id: "sample-modified-bracketed-exact-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-exact-diffuse-f32.wgsl"),
-        sha256: "ab2c2c3ec473772a482a13d8b068ce3f44ec9c906787908cc325b2c74a0bb92f",
+        text: include_str!("../wgsl/sample-modified-bracketed-exact-diffuse-f32.wgsl"),
+        sha256: "79c120148848811850baa534bdee931d4bb457f4898f274d1c9166bcfb323238",
     },
     Embedded {
-        id: "sample-previous-hardware-both-f32",
+        id: "sample-modified-bracketed-hardware-both-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-hardware-both-f32.wgsl"),
-        sha256: "3019a15bebf5b3add02e2995d23900fc6dcf9425044b1ed0b42be7c28baec9fe",
+        text: include_str!("../wgsl/sample-modified-bracketed-hardware-both-f32.wgsl"),
+        sha256: "7b2636029597e93e30c62053611513523e32da911911ebbb8899e03834fae919",
     },
     Embedded {
-        id: "sample-previous-hardware-diffuse-f32",
+        id: "sample-modified-bracketed-hardware-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-hardware-diffuse-f32.wgsl"),
-        sha256: "158557014d83fc80d6818a9ebbe910ae2d374f2501806209d7926c3560bc6a46",
+        text: include_str!(
+            "../wgsl/sample-modified-bracketed-hardware-diffuse-f32.wgsl"
+        ),
+        sha256: "302860cc5d831dd6a36893648e4c9aa30e44f22fe4ca4e05739f9849b68673b4",
+    },
+    Embedded {
+        id: "sample-previous-none-exact-both-f32",
+        pass: sample::PASS,
+        text: include_str!("../wgsl/sample-previous-none-exact-both-f32.wgsl"),
+        sha256: "1f71fcddf8cd50e26abed153c3f3f6c86ffb67b800c334adedb0bb2abe9c6cd4",
+    },
+    Embedded {
+        id: "sample-previous-none-exact-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!("../wgsl/sample-previous-none-exact-diffuse-f32.wgsl"),
+        sha256: "7408a43211ad5de2f36d786fe44ba349c7cfc81b514b2fec60982e5d8428dbcf",
+    },
+    Embedded {
+        id: "sample-previous-none-hardware-both-f32",
+        pass: sample::PASS,
+        text: include_str!("../wgsl/sample-previous-none-hardware-both-f32.wgsl"),
+        sha256: "d67f86431816e54b1f802114b86982e123d176631fe6c5a53fc8e11cb8885529",
+    },
+    Embedded {
+        id: "sample-previous-none-hardware-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!("../wgsl/sample-previous-none-hardware-diffuse-f32.wgsl"),
+        sha256: "c7c995f1bf11d4aff421fdf27375a528812cf7866fccf20f564961f710c95d99",
     },
     Embedded {
         id: "shade-constant-asg-ggx-both-f16",
@@ -1903,6 +2037,49 @@ impl core::str::FromStr for Kernel {
             })
     }
 }
+/// How many levels of a mip chain are made at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Levels {
+    /// One.
+    One,
+    /// Two.
+    Two,
+    /// Three.
+    #[default]
+    Three,
+}
+impl Levels {
+    /// The name of the axis.
+    pub const AXIS: &str = "levels";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 3] = [Self::One, Self::Two, Self::Three];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::One => "one",
+            Self::Two => "two",
+            Self::Three => "three",
+        }
+    }
+}
+impl core::fmt::Display for Levels {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Levels {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
 /// The kind of the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Light {
@@ -2145,6 +2322,49 @@ impl core::fmt::Display for Precision {
     }
 }
 impl core::str::FromStr for Precision {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
+/// How the equation for the size of a kernel is solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Solver {
+    /// There is no equation to solve.
+    None,
+    /// By bisection \[Tokuyoshi 2016, Algorithm 1\].
+    Bisection,
+    /// Between two integer levels around the root, with at most 5 look-ups of the density.
+    #[default]
+    Bracketed,
+}
+impl Solver {
+    /// The name of the axis.
+    pub const AXIS: &str = "solver";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 3] = [Self::None, Self::Bisection, Self::Bracketed];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Bisection => "bisection",
+            Self::Bracketed => "bracketed",
+        }
+    }
+}
+impl core::fmt::Display for Solver {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Solver {
     type Err = UnknownValue;
     fn from_str(name: &str) -> Result<Self, UnknownValue> {
         Self::ALL
@@ -2994,7 +3214,7 @@ pub mod density {
         &["sglow_density_output", "sglow_position_texture", "sglow_base_color_texture"],
     ];
 }
-/// One level of a mip chain from the level below.
+/// Up to three levels of a mip chain from the level below.
 pub mod mip {
     /// The name of the pass.
     pub const PASS: &str = "mip";
@@ -3005,20 +3225,24 @@ pub mod mip {
     pub struct Mip {
         /// The format of a mip chain.
         pub texel: super::Texel,
+        /// How many levels of a mip chain are made at once.
+        pub levels: super::Levels,
     }
     impl Mip {
         /// Every legal variant.
         pub fn all() -> Vec<Self> {
             let mut all = Vec::new();
             for texel in super::Texel::ALL {
-                all.push(Self { texel });
+                for levels in super::Levels::ALL {
+                    all.push(Self { texel, levels });
+                }
             }
             all.retain(|variant| variant.is_legal());
             all
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}", self.texel)
+            format!("{PASS}-{}-{}", self.texel, self.levels)
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -3040,7 +3264,7 @@ pub mod mip {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `mip-r32float`.
+    /// `mip-r32float-one`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::texture(
@@ -3061,9 +3285,78 @@ pub mod mip {
             ),
         ],
     ];
-    pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_output"]];
-    /// `mip-rgba16float`.
+    pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_first"]];
+    /// `mip-r32float-three`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::texture(
+                0,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &["sglow_mip_source", "sglow_mip_first", "sglow_mip_second", "sglow_mip_third"],
+    ];
+    /// `mip-r32float-two`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::texture(
+                0,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &["sglow_mip_source", "sglow_mip_first", "sglow_mip_second"],
+    ];
+    /// `mip-rgba16float-one`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::texture(
                 0,
@@ -3083,9 +3376,78 @@ pub mod mip {
             ),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_output"]];
-    /// `mip-rgba32float`.
-    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const NAMES_3: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_first"]];
+    /// `mip-rgba16float-three`.
+    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::texture(
+                0,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_4: &[&[&str]] = &[
+        &["sglow_mip_source", "sglow_mip_first", "sglow_mip_second", "sglow_mip_third"],
+    ];
+    /// `mip-rgba16float-two`.
+    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::texture(
+                0,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_5: &[&[&str]] = &[
+        &["sglow_mip_source", "sglow_mip_first", "sglow_mip_second"],
+    ];
+    /// `mip-rgba32float-one`.
+    pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::texture(
                 0,
@@ -3105,7 +3467,76 @@ pub mod mip {
             ),
         ],
     ];
-    pub(super) const NAMES_2: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_output"]];
+    pub(super) const NAMES_6: &[&[&str]] = &[&["sglow_mip_source", "sglow_mip_first"]];
+    /// `mip-rgba32float-three`.
+    pub(super) const LAYOUT_7: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::texture(
+                0,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_7: &[&[&str]] = &[
+        &["sglow_mip_source", "sglow_mip_first", "sglow_mip_second", "sglow_mip_third"],
+    ];
+    /// `mip-rgba32float-two`.
+    pub(super) const LAYOUT_8: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::texture(
+                0,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_8: &[&[&str]] = &[
+        &["sglow_mip_source", "sglow_mip_first", "sglow_mip_second"],
+    ];
 }
 /// Draws kernels by the density and makes one virtual spherical Gaussian light of each.
 pub mod sample {
@@ -3113,7 +3544,7 @@ pub mod sample {
     pub const PASS: &str = "sample";
     /// The numbers that may be set when a pipeline of this pass is made.
     ///
-    /// - `sglow_iterations`: bisection steps of Algorithm 1; the level is resolved to the number of levels over 2^steps
+    /// - `sglow_iterations`: bisection steps of Algorithm 1, with solver bisection alone; the level is resolved to the number of levels over 2^steps
     pub const OVERRIDES: &[super::Override] = &[
         super::Override {
             name: "sglow_iterations",
@@ -3127,6 +3558,8 @@ pub mod sample {
     pub struct Sample {
         /// How the size and the power of a filtering kernel are found.
         pub kernel: super::Kernel,
+        /// How the equation for the size of a kernel is solved.
+        pub solver: super::Solver,
         /// How mip levels are filtered.
         pub filter: super::Filter,
         /// The lobes that a virtual light emits.
@@ -3139,15 +3572,18 @@ pub mod sample {
         pub fn all() -> Vec<Self> {
             let mut all = Vec::new();
             for kernel in super::Kernel::ALL {
-                for filter in super::Filter::ALL {
-                    for lobes in super::Lobes::ALL {
-                        for precision in super::Precision::ALL {
-                            all.push(Self {
-                                kernel,
-                                filter,
-                                lobes,
-                                precision,
-                            });
+                for solver in super::Solver::ALL {
+                    for filter in super::Filter::ALL {
+                        for lobes in super::Lobes::ALL {
+                            for precision in super::Precision::ALL {
+                                all.push(Self {
+                                    kernel,
+                                    solver,
+                                    filter,
+                                    lobes,
+                                    precision,
+                                });
+                            }
                         }
                     }
                 }
@@ -3158,12 +3594,30 @@ pub mod sample {
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
             format!(
-                "{PASS}-{}-{}-{}-{}", self.kernel, self.filter, self.lobes, self
-                .precision
+                "{PASS}-{}-{}-{}-{}-{}", self.kernel, self.solver, self.filter, self
+                .lobes, self.precision
             )
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.kernel, super::Kernel::Previous)
+                && matches!(
+                    self.solver, super::Solver::Bisection | super::Solver::Bracketed
+                )
+            {
+                return Some(super::Exclusion {
+                    name: "solver-without-equation",
+                    reason: "the previous kernels have their size in closed form",
+                });
+            }
+            if matches!(self.kernel, super::Kernel::Modified)
+                && matches!(self.solver, super::Solver::None)
+            {
+                return Some(super::Exclusion {
+                    name: "equation-without-solver",
+                    reason: "the size of a modified kernel is the root of an equation that has to be solved",
+                });
+            }
             None
         }
         /// Whether no rule excludes it.
@@ -3182,8 +3636,160 @@ pub mod sample {
             workgroup_size: Some([64, 1, 1]),
         },
     ];
-    /// `sample-modified-exact-both-f16`.
+    /// `sample-modified-bisection-exact-both-f32`, `sample-modified-bracketed-exact-both-f32`, `sample-previous-none-exact-both-f32`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_sample_parameters",
+            "sglow_moments_texture",
+            "sglow_density_texture",
+            "sglow_vsgls",
+            "sglow_kernels",
+        ],
+    ];
+    /// `sample-modified-bisection-exact-diffuse-f32`, `sample-modified-bracketed-exact-diffuse-f32`, `sample-previous-none-exact-diffuse-f32`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_sample_parameters",
+            "sglow_moments_texture",
+            "sglow_density_texture",
+            "sglow_vsgls",
+            "sglow_kernels",
+        ],
+    ];
+    /// `sample-modified-bisection-hardware-both-f32`, `sample-modified-bracketed-hardware-both-f32`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::sampler(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &[
+            "sglow_sample_parameters",
+            "sglow_moments_texture",
+            "sglow_density_texture",
+            "sglow_vsgls",
+            "sglow_kernels",
+            "sglow_trilinear_sampler",
+        ],
+    ];
+    /// `sample-modified-bisection-hardware-diffuse-f32`, `sample-modified-bracketed-hardware-diffuse-f32`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::sampler(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
+        &[
+            "sglow_sample_parameters",
+            "sglow_moments_texture",
+            "sglow_density_texture",
+            "sglow_vsgls",
+            "sglow_kernels",
+            "sglow_trilinear_sampler",
+        ],
+    ];
+    /// `sample-modified-bracketed-exact-both-f16`.
+    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
             super::texture(
@@ -3226,7 +3832,7 @@ pub mod sample {
             ),
         ],
     ];
-    pub(super) const NAMES_0: &[&[&str]] = &[
+    pub(super) const NAMES_4: &[&[&str]] = &[
         &[
             "sglow_sample_parameters",
             "sglow_moments_texture",
@@ -3237,43 +3843,8 @@ pub mod sample {
             "sglow_weight_texture",
         ],
     ];
-    /// `sample-modified-exact-both-f32`, `sample-previous-exact-both-f32`.
-    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2Array,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2Array,
-                false,
-            ),
-            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 80),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
-        ],
-    ];
-    pub(super) const NAMES_1: &[&[&str]] = &[
-        &[
-            "sglow_sample_parameters",
-            "sglow_moments_texture",
-            "sglow_density_texture",
-            "sglow_vsgls",
-            "sglow_kernels",
-        ],
-    ];
-    /// `sample-modified-exact-diffuse-f16`.
-    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    /// `sample-modified-bracketed-exact-diffuse-f16`.
+    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
             super::texture(
@@ -3316,7 +3887,7 @@ pub mod sample {
             ),
         ],
     ];
-    pub(super) const NAMES_2: &[&[&str]] = &[
+    pub(super) const NAMES_5: &[&[&str]] = &[
         &[
             "sglow_sample_parameters",
             "sglow_moments_texture",
@@ -3327,124 +3898,7 @@ pub mod sample {
             "sglow_weight_texture",
         ],
     ];
-    /// `sample-modified-exact-diffuse-f32`, `sample-previous-exact-diffuse-f32`.
-    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2Array,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2Array,
-                false,
-            ),
-            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 48),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
-        ],
-    ];
-    pub(super) const NAMES_3: &[&[&str]] = &[
-        &[
-            "sglow_sample_parameters",
-            "sglow_moments_texture",
-            "sglow_density_texture",
-            "sglow_vsgls",
-            "sglow_kernels",
-        ],
-    ];
-    /// `sample-modified-hardware-both-f32`.
-    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: true,
-                },
-                wgpu::TextureViewDimension::D2Array,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: true,
-                },
-                wgpu::TextureViewDimension::D2Array,
-                false,
-            ),
-            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 80),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
-            super::sampler(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::SamplerBindingType::Filtering,
-            ),
-        ],
-    ];
-    pub(super) const NAMES_4: &[&[&str]] = &[
-        &[
-            "sglow_sample_parameters",
-            "sglow_moments_texture",
-            "sglow_density_texture",
-            "sglow_vsgls",
-            "sglow_kernels",
-            "sglow_trilinear_sampler",
-        ],
-    ];
-    /// `sample-modified-hardware-diffuse-f32`.
-    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: true,
-                },
-                wgpu::TextureViewDimension::D2Array,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: true,
-                },
-                wgpu::TextureViewDimension::D2Array,
-                false,
-            ),
-            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 48),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
-            super::sampler(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::SamplerBindingType::Filtering,
-            ),
-        ],
-    ];
-    pub(super) const NAMES_5: &[&[&str]] = &[
-        &[
-            "sglow_sample_parameters",
-            "sglow_moments_texture",
-            "sglow_density_texture",
-            "sglow_vsgls",
-            "sglow_kernels",
-            "sglow_trilinear_sampler",
-        ],
-    ];
-    /// `sample-previous-hardware-both-f32`.
+    /// `sample-previous-none-hardware-both-f32`.
     pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -3485,7 +3939,7 @@ pub mod sample {
             "sglow_trilinear_sampler",
         ],
     ];
-    /// `sample-previous-hardware-diffuse-f32`.
+    /// `sample-previous-none-hardware-diffuse-f32`.
     pub(super) const LAYOUT_7: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),

@@ -34,29 +34,86 @@ fn sglow_split(coordinate: f32, first: f32, second: f32) -> vec2<f32> {
     return vec2<f32>(min((coordinate - fraction) / (1.0 - fraction), 0.99999994), 1.0);
 }
 
+/// Where hierarchical warping is on its way down.
+struct SglowDescent {
+    /// Of the point within the texel, in [0, 1)^2.
+    coordinates: vec2<f32>,
+    /// The texel of the level.
+    texel: vec2<u32>,
+    /// Its density.
+    density: f32,
+}
+
+/// One level of hierarchical sample warping: from a texel of the level above to one of the four it is the mean of.
+/// [Clarberg 2005, Section 3.1]
+fn sglow_descend(density: texture_2d_array<f32>, parent: SglowDescent, level: i32) -> SglowDescent {
+    let texel = 2u * parent.texel;
+    let upper_left = textureLoad(density, texel, 0, level).x;
+    let lower_left = textureLoad(density, texel + vec2<u32>(0u, 1u), 0, level).x;
+    let upper_right = textureLoad(density, texel + vec2<u32>(1u, 0u), 0, level).x;
+    let lower_right = textureLoad(density, texel + vec2<u32>(1u, 1u), 0, level).x;
+    let column = sglow_split(parent.coordinates.x, upper_left + lower_left, upper_right + lower_right);
+    let right = column.y > 0.5;
+    let upper = select(upper_left, upper_right, right);
+    let lower = select(lower_left, lower_right, right);
+    let row = sglow_split(parent.coordinates.y, upper, lower);
+    return SglowDescent(
+        vec2<f32>(column.x, row.x),
+        texel + vec2<u32>(u32(column.y), u32(row.y)),
+        select(upper, lower, row.y > 0.5),
+    );
+}
+
+fn sglow_landed(density: texture_2d_array<f32>, descent: SglowDescent) -> SglowCentre {
+    let size = vec2<f32>(textureDimensions(density, 0));
+    return SglowCentre((vec2<f32>(descent.texel) + descent.coordinates) / size, descent.texel);
+}
+
 /// Hierarchical sample warping: carries a point of the unit square to the density of a mip pyramid.
 /// [Clarberg 2005, Section 3.1]
 ///
 /// density: means, at least 0, a power-of-two square with all its levels; point: in [0, 1)^2.
 fn sglow_warp(density: texture_2d_array<f32>, point: vec2<f32>) -> SglowCentre {
-    var coordinates = point;
-    var texel = vec2<u32>(0u);
+    var descent = SglowDescent(point, vec2<u32>(0u), 0.0);
     for (var level = i32(textureNumLevels(density)) - 2; level >= 0; level -= 1) {
-        texel = 2u * texel;
-        let upper_left = textureLoad(density, texel, 0, level).x;
-        let lower_left = textureLoad(density, texel + vec2<u32>(0u, 1u), 0, level).x;
-        let upper_right = textureLoad(density, texel + vec2<u32>(1u, 0u), 0, level).x;
-        let lower_right = textureLoad(density, texel + vec2<u32>(1u, 1u), 0, level).x;
-        let column = sglow_split(coordinates.x, upper_left + lower_left, upper_right + lower_right);
-        let right = column.y > 0.5;
-        let row = sglow_split(
-            coordinates.y,
-            select(upper_left, upper_right, right),
-            select(lower_left, lower_right, right),
-        );
-        coordinates = vec2<f32>(column.x, row.x);
-        texel += vec2<u32>(u32(column.y), u32(row.y));
+        descent = sglow_descend(density, descent, level);
     }
-    let size = vec2<f32>(textureDimensions(density, 0));
-    return SglowCentre((vec2<f32>(texel) + coordinates) / size, texel);
+    return sglow_landed(density, descent);
+}
+
+/// Where hierarchical warping ended, and what it saw on its way of the masses of the texels that hold the point. Those
+/// never grow on the way down: a texel's mass is the sum of its four parts'.
+struct SglowGuidedCentre {
+    centre: SglowCentre,
+    /// The highest level whose texel has less than the mass that was asked for; -1 where none has.
+    crossing: i32,
+    /// The lowest level from which on each texel has more than four times that mass; the top level at most.
+    ample: i32,
+}
+
+/// Hierarchical sample warping that looks out for a mass.
+///
+/// density, point: as for sglow_warp; inverse_mean: one over the top level's texel, which is above 0;
+/// mass: above 0, in texels of mean density.
+fn sglow_warp_guided(
+    density: texture_2d_array<f32>,
+    point: vec2<f32>,
+    inverse_mean: f32,
+    mass: f32,
+) -> SglowGuidedCentre {
+    let top = i32(textureNumLevels(density)) - 1;
+    var descent = SglowDescent(point, vec2<u32>(0u), 0.0);
+    var crossing = -1;
+    var ample = top;
+    // What a texel's density has to be for its mass to be the one asked for.
+    var enough = mass / f32(1u << u32(2 * top));
+    for (var level = top - 1; level >= 0; level -= 1) {
+        descent = sglow_descend(density, descent, level);
+        enough *= 4.0;
+        let relative = descent.density * inverse_mean;
+        crossing = select(crossing, max(crossing, level), relative < enough);
+        // A little more than four times, for both sides are rounded.
+        ample = select(ample, level, relative > 4.0001 * enough);
+    }
+    return SglowGuidedCentre(sglow_landed(density, descent), crossing, ample);
 }
