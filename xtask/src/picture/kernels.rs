@@ -141,8 +141,8 @@ mod tests {
         };
         assert_eq!(bounds(|at| at.0), (4 * 75, 8 * 75 - 1));
         assert_eq!(bounds(|at| at.1), (2 * 75, 6 * 75 - 1));
-        // A frame, not a filled square.
-        assert!(found.len() < 4 * 300 * 2);
+        // A frame three pixels wide, not a filled square.
+        assert_eq!(found.len(), 300 * 300 - 294 * 294);
         assert!(is_outline(picture.get_pixel(4 * 75, 4 * 75)));
         assert!(!is_outline(picture.get_pixel(5 * 75, 4 * 75)));
         let centre = picture.get_pixel(6 * 75, 4 * 75);
