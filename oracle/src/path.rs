@@ -381,7 +381,7 @@ mod tests {
         let (rows, columns) = (48, 96);
         let corner = |row: usize, column: usize| {
             let down = PI * row as f64 / rows as f64;
-            let radius = if row % rows == 0 { 0.0 } else { down.sin() };
+            let radius = if row.is_multiple_of(rows) { 0.0 } else { down.sin() };
             polar(radius, (column % columns) as f64 / columns as f64, down.cos())
         };
         let mut facets = Vec::new();

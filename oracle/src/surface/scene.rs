@@ -444,7 +444,7 @@ mod tests {
                 core::f64::consts::TAU * (column % (2 * rows)) as f64 / (2 * rows) as f64,
             );
             // The poles are points: the sine of the f64 number pi is not 0.
-            let radius = if row % rows == 0 { 0.0 } else { down.sin() };
+            let radius = if row.is_multiple_of(rows) { 0.0 } else { down.sin() };
             Vector3::new(radius * around.cos(), radius * around.sin(), down.cos())
         };
         let mut facets = Vec::new();

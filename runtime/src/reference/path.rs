@@ -109,6 +109,8 @@ fn sample(image: &Image, how: &TextureUse, at: [f64; 2]) -> [f64; 4] {
         let first = 4 * (y as usize * image.width as usize + x as usize);
         [0, 1, 2, 3].map(|channel| linear(image, channel, image.rgba8[first + channel]))
     };
+    // What is no number reads the first texel.
+    let at = at.map(|part| if part.is_finite() { part } else { 0.0 });
     let place = [0, 1].map(|axis| at[axis] * f64::from(size[axis]));
     if how.magnify == Filter::Nearest {
         return texel(place[0].floor(), place[1].floor());

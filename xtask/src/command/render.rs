@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, value_name = "HOW", default_value = "none")]
     reference: Reference,
     /// Paths per pixel of `--reference path`, at least 2
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..))]
+    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(2..))]
     samples: u32,
     /// A package that `gen-shaders --out` wrote [default: made from the library, every variant]
     #[arg(long, value_name = "DIR")]
