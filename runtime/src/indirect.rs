@@ -2,12 +2,13 @@
 
 use glam::Vec3;
 use sglow_shaders::{
-    Diffuse, Filter, Kernel, Lobes, Precision, SglowKernel, SglowMomentsParametersF16,
+    Diffuse, Draw, Filter, Kernel, Lobes, Precision, SglowKernel, SglowMomentsParametersF16,
     SglowMomentsParametersF32, SglowSampleParametersF16, SglowSampleParametersF32,
     SglowShadeParameters, Specular, Texel,
 };
 
 use crate::light::LightView;
+use crate::metropolis::{Metropolis, MetropolisSettings};
 use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
 use crate::settings::{Settings, SettingsError};
@@ -145,6 +146,7 @@ pub struct Indirect {
     vsgls: wgpu::Buffer,
     kernels: wgpu::Buffer,
     sampler: Option<wgpu::Sampler>,
+    metropolis: Option<Metropolis>,
     diffuse: Option<(wgpu::Texture, wgpu::TextureView)>,
     specular: Option<(wgpu::Texture, wgpu::TextureView)>,
     moments_parameters: wgpu::Buffer,
@@ -195,7 +197,15 @@ impl Indirect {
         }
         .id();
         let density_id = sglow_shaders::density::Density::default().id();
+        let metropolis = match settings.draw {
+            Draw::Warped => None,
+            Draw::Metropolis => {
+                let settings = MetropolisSettings::of(settings.count);
+                Some(Metropolis::new(device, package, &settings)?)
+            }
+        };
         let sample = sglow_shaders::sample::Sample {
+            draw: settings.draw,
             kernel: settings.kernel,
             filter: settings.filter,
             lobes: settings.lobes,
@@ -292,6 +302,7 @@ impl Indirect {
             density_mip_pass: mip(Texel::R32float, "mip density")?,
             sample_pass: ComputePass::new(device, package, &sample.id(), "sample", constants)?,
             shade_pass: ComputePass::new(device, package, &settings.shade().id(), "shade", &[])?,
+            metropolis,
             device: device.clone(),
             queue: queue.clone(),
             settings: settings.clone(),
@@ -396,13 +407,16 @@ impl Indirect {
         encode(&self.density, &self.density_mip_pass);
     }
 
-    /// The fourth stage: kernels and virtual lights.
+    /// The fourth stage: kernels and virtual lights. Markov chains, if they draw the centres, move before.
     pub fn encode_sample(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         light: &LightView,
-        timer: Option<&mut Timer<'_>>,
+        mut timer: Option<&mut Timer<'_>>,
     ) {
+        if let Some(metropolis) = &self.metropolis {
+            metropolis.encode(&self.device, encoder, &self.density.all, timer.as_deref_mut());
+        }
         let (origin, minimum_variance) = (light.origin.into(), light.minimum_variance);
         let Settings { count, size_factor, .. } = self.settings;
         match self.settings.precision {
@@ -443,6 +457,9 @@ impl Indirect {
         if let Some(halves) = &self.halves {
             bindings.push((6, wgpu::BindingResource::TextureView(&halves.moments.all)));
             bindings.push((7, wgpu::BindingResource::TextureView(&self.density.all)));
+        }
+        if let Some(metropolis) = &self.metropolis {
+            bindings.push((8, metropolis.chains().as_entire_binding()));
         }
         let workgroups = [self.settings.count.div_ceil(64), 1, 1];
         self.sample_pass.encode(
@@ -526,6 +543,11 @@ impl Indirect {
     /// The kernels that the lights were made of: `SglowKernel`.
     pub fn kernels(&self) -> &wgpu::Buffer {
         &self.kernels
+    }
+
+    /// The chains that draw the centres of the kernels, if they are drawn so.
+    pub fn metropolis(&self) -> Option<&Metropolis> {
+        self.metropolis.as_ref()
     }
 
     /// The bytes of each texture, with its mips, and of each buffer that it keeps between its passes; those of the

@@ -27,6 +27,7 @@
 //! Shader texts come from a [`package::Package`] and are used as they are.
 
 pub mod check;
+pub mod cluster;
 pub mod density;
 pub mod device;
 pub mod direct;
@@ -34,6 +35,7 @@ pub mod frame;
 pub mod function;
 pub mod indirect;
 pub mod light;
+pub mod metropolis;
 pub mod package;
 pub mod pipeline;
 pub mod raster;
@@ -42,4 +44,5 @@ pub mod readback;
 pub mod reference;
 pub mod scene;
 pub mod settings;
+pub mod sort;
 pub mod timing;

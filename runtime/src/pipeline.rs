@@ -1,6 +1,7 @@
 //! Pipelines of variants, with the layouts that were generated beside them.
 
 use thiserror::Error;
+use wgpu::util::DeviceExt;
 
 use crate::package::{Package, PackageError};
 use crate::timing::Timer;
@@ -106,6 +107,37 @@ pub(crate) struct Dispatch<'a> {
     pub(crate) workgroups: [u32; 3],
 }
 
+/// One dispatch of a stage that several passes make up.
+pub(crate) struct Step<'a> {
+    pub(crate) pass: &'a ComputePass,
+    pub(crate) bindings: Vec<(u32, wgpu::BindingResource<'a>)>,
+    pub(crate) workgroups: [u32; 3],
+}
+
+/// Encodes the dispatches of a stage, which follow upon each other, timed as one under its label.
+pub(crate) fn encode_stage(
+    device: &wgpu::Device,
+    encoder: &mut wgpu::CommandEncoder,
+    timer: Option<&mut Timer<'_>>,
+    label: &'static str,
+    steps: &[Step<'_>],
+) {
+    let groups: Vec<_> =
+        steps.iter().map(|step| step.pass.bind_group(device, &step.bindings)).collect();
+    timed(encoder, timer, label, |encoder, stamps| {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(label),
+            timestamp_writes: stamps.map(|stamps| stamps.compute()),
+        });
+        for (step, group) in steps.iter().zip(&groups) {
+            let [x, y, z] = step.workgroups;
+            pass.set_pipeline(&step.pass.pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(x, y, z);
+        }
+    });
+}
+
 impl ComputePass {
     pub(crate) fn new(
         device: &wgpu::Device,
@@ -139,6 +171,25 @@ impl ComputePass {
         })
     }
 
+    fn bind_group(
+        &self,
+        device: &wgpu::Device,
+        bindings: &[(u32, wgpu::BindingResource<'_>)],
+    ) -> wgpu::BindGroup {
+        let entries: Vec<_> = bindings
+            .iter()
+            .map(|(binding, resource)| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: resource.clone(),
+            })
+            .collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(self.label),
+            layout: &self.group,
+            entries: &entries,
+        })
+    }
+
     /// Encodes dispatches that follow upon each other, timed as one pass.
     pub(crate) fn encode(
         &self,
@@ -149,21 +200,7 @@ impl ComputePass {
     ) {
         let groups: Vec<_> = dispatches
             .iter()
-            .map(|dispatch| {
-                let entries: Vec<_> = dispatch
-                    .bindings
-                    .iter()
-                    .map(|(binding, resource)| wgpu::BindGroupEntry {
-                        binding: *binding,
-                        resource: resource.clone(),
-                    })
-                    .collect();
-                device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some(self.label),
-                    layout: &self.group,
-                    entries: &entries,
-                })
-            })
+            .map(|dispatch| self.bind_group(device, dispatch.bindings))
             .collect();
         timed(encoder, timer, self.label, |encoder, stamps| {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -202,6 +239,31 @@ pub(crate) fn uniform<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &str)
         label: Some(label),
         size: size_of::<T>() as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// A uniform buffer that holds a struct from the beginning.
+pub(crate) fn constant<T: bytemuck::NoUninit>(
+    device: &wgpu::Device,
+    label: &str,
+    value: &T,
+) -> wgpu::Buffer {
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents: bytemuck::bytes_of(value),
+        usage: wgpu::BufferUsages::UNIFORM,
+    })
+}
+
+/// A storage buffer of some number of words, at least one, that can be written, cleared and read back.
+pub(crate) fn storage(device: &wgpu::Device, label: &str, words: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: 4 * words.max(1),
+        usage: wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::COPY_SRC
+            | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })
 }

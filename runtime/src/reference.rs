@@ -109,6 +109,17 @@ pub fn model(settings: &Settings) -> Model {
 
 /// The virtual lights of an [`Indirect`], read back; packed ones as the oracle unpacks them.
 pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, DeviceError> {
+    let settings = indirect.settings();
+    lights_of(gpu, indirect.vsgls(), settings.lobes, settings.precision)
+}
+
+/// The virtual lights of a buffer, read back; packed ones as the oracle unpacks them.
+pub fn lights_of<R: Real>(
+    gpu: &Gpu,
+    buffer: &wgpu::Buffer,
+    lobes: Lobes,
+    precision: Precision,
+) -> Result<Vec<Vsgl<R>>, DeviceError> {
     let number = |value: f32| R::constant(f64::from(value));
     let vector = |[x, y, z]: [f32; 3]| Vector3::new(number(x), number(y), number(z));
     let lobe = |axis, sharpness, coefficient| Lobe {
@@ -116,9 +127,7 @@ pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, D
         sharpness: number(sharpness),
         coefficient: vector(coefficient),
     };
-    let buffer = indirect.vsgls();
-    let settings = indirect.settings();
-    Ok(match (settings.precision, settings.lobes) {
+    Ok(match (precision, lobes) {
         (Precision::F32, Lobes::Diffuse) => readback::buffer::<SglowVsglDiffuse>(gpu, buffer)?
             .into_iter()
             .map(|light| Vsgl {

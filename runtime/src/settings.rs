@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use sglow_shaders::{Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Specular};
+use sglow_shaders::{Diffuse, Draw, Filter, Kernel, Light, Lobes, Ndf, Precision, Specular};
 use thiserror::Error;
 
 /// A setting that cannot be.
@@ -70,6 +70,8 @@ pub struct Settings {
     pub lobes: Lobes,
     /// The precision of moments and virtual lights in memory.
     pub precision: Precision,
+    /// How the centres of kernels are drawn.
+    pub draw: Draw,
     /// How kernels are sized.
     pub kernel: Kernel,
     /// How mips are filtered.
@@ -96,6 +98,7 @@ impl Default for Settings {
             light: Light::Spot,
             lobes: Lobes::Both,
             precision: Precision::F32,
+            draw: Draw::Warped,
             kernel: Kernel::Modified,
             filter: Filter::Exact,
             diffuse: Diffuse::Fitted,
@@ -107,8 +110,8 @@ impl Default for Settings {
 }
 
 /// The axes that `set` knows.
-pub const AXES: [&str; 8] =
-    ["light", "lobes", "precision", "kernel", "filter", "diffuse", "specular", "ndf"];
+pub const AXES: [&str; 9] =
+    ["light", "lobes", "precision", "draw", "kernel", "filter", "diffuse", "specular", "ndf"];
 
 impl Settings {
     /// Sets one axis by the name of its value.
@@ -120,6 +123,7 @@ impl Settings {
             "light" => self.light = parse(value)?,
             "lobes" => self.lobes = parse(value)?,
             "precision" => self.precision = parse(value)?,
+            "draw" => self.draw = parse(value)?,
             "kernel" => self.kernel = parse(value)?,
             "filter" => self.filter = parse(value)?,
             "diffuse" => self.diffuse = parse(value)?,

@@ -222,6 +222,7 @@ fn scene(
             .ok_or_else(|| Failure::new("there is nothing to compare"))?;
         let id = if sampling {
             sglow_shaders::sample::Sample {
+                draw: settings.draw,
                 kernel: settings.kernel,
                 filter: settings.filter,
                 lobes: settings.lobes,
