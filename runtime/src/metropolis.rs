@@ -106,8 +106,7 @@ impl Metropolis {
         let begin = StartParameters { count, seed, padding };
         let begin = constant(device, "sglow chains begin", &begin);
         // Of its own for each frame, for several may be encoded before the first of them runs.
-        let parameters =
-            Parameters { count, mutations, frame, seed, radius, large_steps, padding };
+        let parameters = Parameters { count, mutations, frame, seed, radius, large_steps, padding };
         let parameters = constant(device, "sglow chains", &parameters);
         let workgroups = [count.div_ceil(64), 1, 1];
         let mut steps = Vec::new();

@@ -198,10 +198,8 @@ impl ComputePass {
         timer: Option<&mut Timer<'_>>,
         dispatches: &[Dispatch<'_>],
     ) {
-        let groups: Vec<_> = dispatches
-            .iter()
-            .map(|dispatch| self.bind_group(device, dispatch.bindings))
-            .collect();
+        let groups: Vec<_> =
+            dispatches.iter().map(|dispatch| self.bind_group(device, dispatch.bindings)).collect();
         timed(encoder, timer, self.label, |encoder, stamps| {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(self.label),

@@ -144,7 +144,7 @@ fn agree_with_the_oracle() {
 
 #[test]
 fn a_broken_warp_is_noticed() {
-    let package = broken("sample-modified-exact-both-f32", "2654435769u", "2654435761u");
+    let package = broken("sample-warped-modified-exact-both-f32", "2654435769u", "2654435761u");
     let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
     compare(&run).centres.assert_fails("another lattice");
 }
@@ -162,7 +162,7 @@ fn a_broken_kernel_is_noticed() {
         (Kernel::Previous, "0.5 * log2", "0.49 * log2", "another exponent"),
     ];
     for (kernel, from, to, what) in breaks {
-        let package = broken(&format!("sample-{kernel}-exact-both-f32"), from, to);
+        let package = broken(&format!("sample-warped-{kernel}-exact-both-f32"), from, to);
         let run = Run::new(&settings(kernel, Lobes::Both), KINDS[0], &package, 3);
         compare(&run).levels.assert_fails(what);
     }
@@ -181,7 +181,7 @@ fn a_broken_light_is_noticed() {
         ("min(lower_level + 1, top)", "min(lower_level + 2, top)", "a mip level off by one"),
     ];
     for (from, to, what) in breaks {
-        let package = broken("sample-modified-exact-both-f32", from, to);
+        let package = broken("sample-warped-modified-exact-both-f32", from, to);
         let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
         compare(&run).lights.assert_fails(what);
     }
@@ -201,7 +201,7 @@ fn a_broken_packing_is_noticed() {
         ),
     ];
     for (from, to, what) in breaks {
-        let package = broken("sample-modified-exact-both-f16", from, to);
+        let package = broken("sample-warped-modified-exact-both-f16", from, to);
         let run = Run::new(&halves(), KINDS[0], &package, 3);
         compare(&run).lights.assert_fails(what);
     }
@@ -225,8 +225,11 @@ fn hardware_filtering_keeps_the_power() {
     let hardware = power(Filter::Hardware, &Package::embedded());
     println!("summed power: exact {exact}, hardware {hardware}");
     assert!((hardware / exact - 1.0).abs() < 0.01);
-    let package =
-        broken("sample-modified-hardware-diffuse-f32", "texels / (count", "1.02 * texels / (count");
+    let package = broken(
+        "sample-warped-modified-hardware-diffuse-f32",
+        "texels / (count",
+        "1.02 * texels / (count",
+    );
     let wrong = power(Filter::Hardware, &package);
     assert!((wrong / exact - 1.0).abs() > 0.01, "two percent went unnoticed");
     assert!(exact > 0.0);

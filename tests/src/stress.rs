@@ -38,8 +38,11 @@ fn modified_keeps_the_power_where_previous_does_not() {
 
 #[test]
 fn a_dropped_factor_is_noticed() {
-    let package =
-        broken("sample-modified-exact-diffuse-f32", "texels / (count", "0.95 * texels / (count");
+    let package = broken(
+        "sample-warped-modified-exact-diffuse-f32",
+        "texels / (count",
+        "0.95 * texels / (count",
+    );
     let modified = ratio(&run(Stress::Ring, Kernel::Modified, &package));
     assert!((modified - 1.0).abs() > 0.03, "{modified}");
 }

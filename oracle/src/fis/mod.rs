@@ -1,8 +1,10 @@
 //! Filtered importance sampling: where the filtering kernels lie and how large they are.
 
 pub mod filter;
+pub mod hash;
 pub mod kernel;
 pub mod lattice;
+pub mod metropolis;
 pub mod stress;
 pub mod warp;
 
