@@ -113,10 +113,9 @@ fn broken_chains_are_noticed() {
     compare(&settings, Stress::Smooth, &package).assert_fails("another start");
 }
 
-/// The chi-square over its degrees of freedom of points in 16 times 4 cells of the unit square before the warp: all of
-/// the same mass.
+/// The chi-square over its degrees of freedom of the counts of points in 64 blocks of the image: 1 of points that know
+/// nothing of each other.
 fn chi_square(points: &[[f32; 2]], density: &DensityTexture) -> f64 {
-    // Cells as blocks of texels with their masses; equal masses are not needed.
     let pyramid = &density.pyramid;
     let level = pyramid.top_level() - 3;
     let blocks = pyramid.size_at(level);
