@@ -71,9 +71,9 @@ fn compare(settings: &MetropolisSettings, stress: Stress, package: &Package) -> 
                 doubtful += 1;
                 continue;
             }
-            for axis in 0..2 {
+            for (axis, (&measured, expected)) in measured.iter().zip(moved.position).enumerate() {
                 let name = || format!("coordinate {axis} of chain {index} after frame {frame}");
-                comparison.number(name, measured[axis], moved.position[axis]);
+                comparison.number(name, measured, expected);
             }
         }
     }
