@@ -200,6 +200,8 @@ fn cases() -> Vec<Case> {
             case("two clusters", [20, 16], 2, space),
             case("three clusters", [9, 40], 3, space),
             case("more clusters than texels", [9, 7], 300, space),
+            // More than one block of codes to sort.
+            case("many clusters", [61, 64], 3000, space),
             Case { stress: Stress::Ring, ..case("a ring", [64, 64], 150, space) },
             // In the world all centres are then the same point.
             Case { stress: Stress::HotTexel, ..case("a hot texel", [32, 32], 90, space) },

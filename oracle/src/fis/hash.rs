@@ -1,7 +1,7 @@
 //! Random bits of four numbers.
 
 /// Four words of random bits: the permuted congruential generator in four dimensions, `pcg4d`.
-// [Jarzynski and Olano 2020, Section 3.2]
+// [Jarzynski and Olano 2020]
 #[must_use]
 pub fn hash(words: [u32; 4]) -> [u32; 4] {
     let mut v = words.map(|word| word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
