@@ -112,7 +112,7 @@ fn median(mut times: Vec<Duration>) -> Duration {
 fn time(gpu: &Gpu, indirect: &Indirect, view: &LightView) -> Result<Duration, FrameError> {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     for _ in 0..DISPATCHES {
-        indirect.encode_sample(&mut encoder, view, None);
+        indirect.encode_kernels(&mut encoder, view, None);
     }
     let commands = encoder.finish();
     let start = Instant::now();
@@ -131,6 +131,8 @@ fn prepare(
 ) -> Result<(Indirect, LightView), FrameError> {
     let mut settings = settings.clone();
     settings.precision = Precision::F32;
+    settings.space = sglow_shaders::Space::None;
+    settings.density = sglow_shaders::Density::Power;
     settings.specular = sglow_shaders::Specular::None;
     settings.ndf = sglow_shaders::Ndf::None;
     settings.diffuse = sglow_shaders::Diffuse::Constant;

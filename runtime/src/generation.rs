@@ -1,15 +1,18 @@
 //! Virtual lights from one map, of the light or of the camera: moments, density, mips, kernels.
 
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 use sglow_shaders::{
-    Density, Filter, Light, Lobes, Precision, SglowDensityParameters, SglowKernel, SglowLight,
+    Density, Draw, Filter, Light, Lobes, Precision, SglowDensityParameters, SglowKernel,
     SglowMomentsParametersF16, SglowMomentsParametersF32, SglowSampleParametersF16,
-    SglowSampleParametersF32, Solver, Texel, sample::Sample,
+    SglowSampleParametersF32, Solver, Space, Texel, sample::Sample,
 };
 
-use crate::indirect::SurfaceViews;
+use crate::cluster::{ClusterInputs, ClusterSettings, Clusters};
+use crate::indirect::{IndirectError, SurfaceViews};
+use crate::light::LightView;
+use crate::metropolis::{Metropolis, MetropolisSettings};
 use crate::package::Package;
-use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
+use crate::pipeline::{ComputePass, Dispatch, uniform};
 use crate::pyramid::{MipPasses, Pyramid, texture_bytes};
 use crate::timing::Timer;
 
@@ -59,15 +62,8 @@ pub(crate) struct Plan {
     pub(crate) precision: Precision,
     pub(crate) density: Density,
     pub(crate) sample: Sample,
-}
-
-/// Who sends what the map holds, and in what numbers its lights are kept.
-#[derive(Clone, Copy)]
-pub(crate) struct Sender {
-    pub(crate) light: SglowLight,
-    pub(crate) origin: Vec3,
-    pub(crate) minimum_variance: f32,
-    pub(crate) power_unit: f32,
+    /// Clusters in some space instead of kernels.
+    pub(crate) space: Space,
 }
 
 /// The camera's virtual lights, which the bidirectional density is made of.
@@ -98,6 +94,8 @@ pub(crate) struct Generation {
     vsgls: wgpu::Buffer,
     kernels: wgpu::Buffer,
     sampler: Option<wgpu::Sampler>,
+    metropolis: Option<Metropolis>,
+    clusters: Option<Clusters>,
     moments_parameters: wgpu::Buffer,
     density_parameters: wgpu::Buffer,
     sample_parameters: wgpu::Buffer,
@@ -114,7 +112,7 @@ impl Generation {
         queue: &wgpu::Queue,
         plan: Plan,
         package: &Package,
-    ) -> Result<Self, PipelineError> {
+    ) -> Result<Self, IndirectError> {
         let Plan { labels, lobes, precision, density, .. } = plan;
         let half = precision == Precision::F16;
         let mip = |texel, label| MipPasses::new(device, package, texel, label);
@@ -124,6 +122,26 @@ impl Generation {
         let sample = plan.sample;
         let iterations = [("sglow_iterations", f64::from(plan.iterations))];
         let constants: &[_] = if sample.solver == Solver::Bisection { &iterations } else { &[] };
+        let metropolis = match sample.draw {
+            Draw::Warped => None,
+            Draw::Metropolis => {
+                Some(Metropolis::new(device, package, &MetropolisSettings::of(plan.count))?)
+            }
+        };
+        let clusters = match plan.space {
+            Space::None => None,
+            space @ (Space::Image | Space::World) => {
+                let settings = ClusterSettings {
+                    size: plan.size,
+                    count: plan.count,
+                    draw: sample.draw,
+                    space,
+                    light: plan.light,
+                    lobes,
+                };
+                Some(Clusters::new(device, queue, package, &settings)?)
+            }
+        };
         // Mips of a power-of-two square hold exact means; what lies beyond the map stays zero.
         let size = plan.size[0].max(plan.size[1]).next_power_of_two();
         let pyramid = |label, layers, format| Pyramid::new(device, label, size, layers, format);
@@ -168,6 +186,8 @@ impl Generation {
                     ..Default::default()
                 })
             }),
+            metropolis,
+            clusters,
             // Both precisions' parameters take the same room.
             moments_parameters: uniform::<SglowMomentsParametersF16>(
                 device,
@@ -207,10 +227,14 @@ impl Generation {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         map: SurfaceViews<'_>,
-        sender: &Sender,
+        view: &LightView,
         timer: Option<&mut Timer<'_>>,
     ) {
-        let (light, origin) = (sender.light, sender.origin.into());
+        if self.clusters.is_some() && self.plan.density == Density::Reflectance {
+            // Clusters sum what the map holds by themselves, and this density reads it too.
+            return;
+        }
+        let (light, origin) = (view.uniform, view.origin.into());
         match self.plan.precision {
             Precision::F32 => {
                 let rest = bytemuck::Zeroable::zeroed();
@@ -218,7 +242,7 @@ impl Generation {
                 self.write(&self.moments_parameters, &parameters);
             }
             Precision::F16 => {
-                let power_scale = 1.0 / sender.power_unit;
+                let power_scale = 1.0 / view.power_unit;
                 let parameters = SglowMomentsParametersF16 { light, origin, power_scale };
                 self.write(&self.moments_parameters, &parameters);
             }
@@ -288,6 +312,10 @@ impl Generation {
         let mut encode = |pyramid: &Pyramid, pass| {
             pyramid.encode_mips(&self.device, encoder, pass, self.plan.size, timer.as_deref_mut());
         };
+        if self.clusters.is_some() {
+            encode(&self.density, &self.density_mip_pass);
+            return;
+        }
         encode(&self.moments, &self.moments_mip_pass);
         if let Some(halves) = &self.halves {
             encode(&halves.moments, &halves.mip_pass);
@@ -298,14 +326,43 @@ impl Generation {
         encode(&self.density, &self.density_mip_pass);
     }
 
-    /// Kernels and virtual lights.
+    /// Kernels, or clusters, and virtual lights. Markov chains, if they draw the centres, move before.
     pub(crate) fn encode_sample(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        sender: &Sender,
-        timer: Option<&mut Timer<'_>>,
+        map: SurfaceViews<'_>,
+        view: &LightView,
+        mut timer: Option<&mut Timer<'_>>,
     ) {
-        let (origin, minimum_variance) = (sender.origin.into(), sender.minimum_variance);
+        let Some(clusters) = &self.clusters else {
+            return self.encode_kernels(encoder, view, timer);
+        };
+        self.encode_chains(encoder, timer.as_deref_mut());
+        let inputs = ClusterInputs {
+            map,
+            light: view,
+            density: &self.density.all,
+            chains: self.metropolis.as_ref().map(Metropolis::chains),
+        };
+        let encoded = clusters.encode(encoder, &inputs, timer);
+        debug_assert!(encoded.is_ok(), "there are as many chains as clusters");
+    }
+
+    fn encode_chains(&self, encoder: &mut wgpu::CommandEncoder, timer: Option<&mut Timer<'_>>) {
+        if let Some(metropolis) = &self.metropolis {
+            metropolis.encode(&self.device, encoder, &self.density.all, timer);
+        }
+    }
+
+    /// Kernels and virtual lights. Markov chains, if they draw the centres, move before.
+    pub(crate) fn encode_kernels(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &LightView,
+        mut timer: Option<&mut Timer<'_>>,
+    ) {
+        self.encode_chains(encoder, timer.as_deref_mut());
+        let (origin, minimum_variance) = (view.origin.into(), view.minimum_variance);
         let Plan { count, size_factor, .. } = self.plan;
         match self.plan.precision {
             Precision::F32 => {
@@ -326,7 +383,7 @@ impl Generation {
                     count,
                     size_factor,
                     minimum_variance,
-                    power_unit: sender.power_unit,
+                    power_unit: view.power_unit,
                     ..rest
                 };
                 self.write(&self.sample_parameters, &parameters);
@@ -346,6 +403,9 @@ impl Generation {
             let weights = halves.weights.as_ref().unwrap_or(&self.density);
             bindings.push((6, wgpu::BindingResource::TextureView(&halves.moments.all)));
             bindings.push((7, wgpu::BindingResource::TextureView(&weights.all)));
+        }
+        if let Some(metropolis) = &self.metropolis {
+            bindings.push((8, metropolis.chains().as_entire_binding()));
         }
         let workgroups = [self.plan.count.div_ceil(64), 1, 1];
         let dispatch = Dispatch { bindings: &bindings, workgroups };
@@ -372,9 +432,19 @@ impl Generation {
         &self.density.texture
     }
 
+    /// The chains that draw the centres of the kernels, if they are drawn so.
+    pub(crate) fn metropolis(&self) -> Option<&Metropolis> {
+        self.metropolis.as_ref()
+    }
+
     /// The virtual lights.
     pub(crate) fn vsgls(&self) -> &wgpu::Buffer {
-        &self.vsgls
+        self.clusters.as_ref().map_or(&self.vsgls, Clusters::vsgls)
+    }
+
+    /// The clusters, if there are some instead of kernels.
+    pub(crate) fn clusters(&self) -> Option<&Clusters> {
+        self.clusters.as_ref()
     }
 
     /// The kernels that they were made of.

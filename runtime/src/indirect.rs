@@ -2,11 +2,13 @@
 
 use glam::Vec3;
 use sglow_shaders::{
-    Density, Diffuse, Light, Precision, SglowLight, SglowShadeParameters, Specular, sample::Sample,
+    Density, Diffuse, Light, Precision, SglowShadeParameters, Specular, sample::Sample,
 };
 
-use crate::generation::{Generation, Importance, Labels, Plan, Sender};
+use crate::cluster::{ClusterError, Clusters};
+use crate::generation::{Generation, Importance, Labels, Plan};
 use crate::light::LightView;
+use crate::metropolis::Metropolis;
 use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
 use crate::pyramid::texture_bytes;
@@ -23,6 +25,9 @@ pub enum IndirectError {
     /// A variant does not become a pipeline.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
+    /// There are no clusters.
+    #[error(transparent)]
+    Clusters(#[from] ClusterError),
 }
 
 /// The three surface textures of a reflective shadow map or a G-buffer; what they hold stands in ARCHITECTURE.md.
@@ -111,6 +116,7 @@ impl Indirect {
             precision: settings.precision,
             density: settings.density,
             sample: settings.sample(),
+            space: settings.space,
         };
         let camera = if settings.density == Density::Bidirectional {
             let plan = Plan {
@@ -153,7 +159,7 @@ impl Indirect {
         self.encode_moments(encoder, inputs, timer.as_deref_mut());
         self.encode_density(encoder, inputs, timer.as_deref_mut());
         self.encode_mips(encoder, timer.as_deref_mut());
-        self.encode_sample(encoder, inputs.light, timer.as_deref_mut());
+        self.encode_sample(encoder, inputs, timer.as_deref_mut());
         self.encode_shade(encoder, inputs.gbuffer, inputs.eye, timer);
     }
 
@@ -166,15 +172,11 @@ impl Indirect {
         mut timer: Option<&mut Timer<'_>>,
     ) {
         let Some(Camera { generation }) = &self.camera else { return };
-        let sender = Sender {
-            light: SglowLight { position: inputs.eye.into(), ..bytemuck::Zeroable::zeroed() },
-            power_unit: 1.0,
-            ..sender(inputs.light)
-        };
-        generation.encode_moments(encoder, inputs.gbuffer, &sender, timer.as_deref_mut());
+        let view = inputs.light.of_camera(inputs.eye);
+        generation.encode_moments(encoder, inputs.gbuffer, &view, timer.as_deref_mut());
         generation.encode_density(encoder, inputs.gbuffer, None, timer.as_deref_mut());
         generation.encode_mips(encoder, timer.as_deref_mut());
-        generation.encode_sample(encoder, &sender, timer);
+        generation.encode_sample(encoder, inputs.gbuffer, &view, timer);
     }
 
     /// The first stage: what clusters of the reflective shadow map sum.
@@ -184,7 +186,7 @@ impl Indirect {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) {
-        self.generation.encode_moments(encoder, inputs.rsm, &sender(inputs.light), timer);
+        self.generation.encode_moments(encoder, inputs.rsm, inputs.light, timer);
     }
 
     /// The second stage: level 0 of the density. Nothing with 16-bit moments drawn by power, whose own pass writes the
@@ -220,14 +222,24 @@ impl Indirect {
         self.generation.encode_mips(encoder, timer);
     }
 
-    /// The fourth stage: kernels and virtual lights.
+    /// The fourth stage: kernels, or clusters, and virtual lights. Markov chains, if they draw the centres, move before.
     pub fn encode_sample(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
+        timer: Option<&mut Timer<'_>>,
+    ) {
+        self.generation.encode_sample(encoder, inputs.rsm, inputs.light, timer);
+    }
+
+    /// The fourth stage with kernels alone, which needs no map.
+    pub(crate) fn encode_kernels(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         light: &LightView,
         timer: Option<&mut Timer<'_>>,
     ) {
-        self.generation.encode_sample(encoder, &sender(light), timer);
+        self.generation.encode_kernels(encoder, light, timer);
     }
 
     /// The last stage: the virtual lights reflected towards the camera.
@@ -311,6 +323,16 @@ impl Indirect {
         self.generation.kernels()
     }
 
+    /// The clusters that the lights were made of; nothing with kernels.
+    pub fn clusters(&self) -> Option<&Clusters> {
+        self.generation.clusters()
+    }
+
+    /// The chains that draw the centres of the kernels, if they are drawn so.
+    pub fn metropolis(&self) -> Option<&Metropolis> {
+        self.generation.metropolis()
+    }
+
     /// The camera's virtual lights, in 32 bits: `SglowVsglBoth` or `SglowVsglDiffuse`; nothing without the bidirectional
     /// density.
     pub fn camera_vsgls(&self) -> Option<&wgpu::Buffer> {
@@ -337,16 +359,6 @@ impl Indirect {
         bytes.extend(self.diffuse().map(|texture| ("diffuse", texture_bytes(texture))));
         bytes.extend(self.specular().map(|texture| ("specular", texture_bytes(texture))));
         bytes
-    }
-}
-
-/// Who sends what the light's map holds.
-fn sender(view: &LightView) -> Sender {
-    Sender {
-        light: view.uniform,
-        origin: view.origin,
-        minimum_variance: view.minimum_variance,
-        power_unit: view.power_unit,
     }
 }
 

@@ -27,6 +27,7 @@
 //! Shader texts come from a [`package::Package`] and are used as they are.
 
 pub mod check;
+pub mod cluster;
 pub mod density;
 pub mod device;
 pub mod direct;
@@ -35,6 +36,7 @@ pub mod function;
 mod generation;
 pub mod indirect;
 pub mod light;
+pub mod metropolis;
 pub mod mips;
 pub mod package;
 pub mod pipeline;
@@ -45,4 +47,5 @@ pub mod readback;
 pub mod reference;
 pub mod scene;
 pub mod settings;
+pub mod sort;
 pub mod timing;

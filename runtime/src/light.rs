@@ -138,6 +138,13 @@ impl LightView {
 }
 
 impl LightView {
+    /// The camera as a light that sends importance: what stands in a light's place for its G-buffer. Positions are
+    /// relative to the same origin, and variances kept above the same floor.
+    pub fn of_camera(&self, eye: Vec3) -> Self {
+        let uniform = SglowLight { position: eye.into(), ..bytemuck::Zeroable::zeroed() };
+        Self { uniform, faces: Vec::new(), power_unit: 1.0, ..self.clone() }
+    }
+
     /// The light's position with w = 1, or the direction towards it with w = 0.
     pub fn eye(&self) -> Vec4 {
         self.faces.first().map_or(Vec4::ZERO, |face| face.eye)

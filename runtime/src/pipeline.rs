@@ -1,6 +1,7 @@
 //! Pipelines of variants, with the layouts that were generated beside them.
 
 use thiserror::Error;
+use wgpu::util::DeviceExt;
 
 use crate::package::{Package, PackageError};
 use crate::timing::Timer;
@@ -106,6 +107,37 @@ pub(crate) struct Dispatch<'a> {
     pub(crate) workgroups: [u32; 3],
 }
 
+/// One dispatch of a stage that several passes make up.
+pub(crate) struct Step<'a> {
+    pub(crate) pass: &'a ComputePass,
+    pub(crate) bindings: Vec<(u32, wgpu::BindingResource<'a>)>,
+    pub(crate) workgroups: [u32; 3],
+}
+
+/// Encodes the dispatches of a stage, which follow upon each other, timed as one under its label.
+pub(crate) fn encode_stage(
+    device: &wgpu::Device,
+    encoder: &mut wgpu::CommandEncoder,
+    timer: Option<&mut Timer<'_>>,
+    label: &'static str,
+    steps: &[Step<'_>],
+) {
+    let groups: Vec<_> =
+        steps.iter().map(|step| step.pass.bind_group(device, &step.bindings)).collect();
+    timed(encoder, timer, label, |encoder, stamps| {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(label),
+            timestamp_writes: stamps.map(|stamps| stamps.compute()),
+        });
+        for (step, group) in steps.iter().zip(&groups) {
+            let [x, y, z] = step.workgroups;
+            pass.set_pipeline(&step.pass.pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(x, y, z);
+        }
+    });
+}
+
 impl ComputePass {
     pub(crate) fn new(
         device: &wgpu::Device,
@@ -139,6 +171,25 @@ impl ComputePass {
         })
     }
 
+    fn bind_group(
+        &self,
+        device: &wgpu::Device,
+        bindings: &[(u32, wgpu::BindingResource<'_>)],
+    ) -> wgpu::BindGroup {
+        let entries: Vec<_> = bindings
+            .iter()
+            .map(|(binding, resource)| wgpu::BindGroupEntry {
+                binding: *binding,
+                resource: resource.clone(),
+            })
+            .collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(self.label),
+            layout: &self.group,
+            entries: &entries,
+        })
+    }
+
     /// Encodes dispatches that follow upon each other, timed as one pass.
     pub(crate) fn encode(
         &self,
@@ -147,49 +198,16 @@ impl ComputePass {
         timer: Option<&mut Timer<'_>>,
         dispatches: &[Dispatch<'_>],
     ) {
-        let steps: Vec<_> = dispatches.iter().map(|dispatch| (self, dispatch)).collect();
-        encode_steps(device, encoder, timer, self.label, &steps);
-    }
-}
-
-/// Encodes dispatches of several variants that follow upon each other, timed as one pass.
-pub(crate) fn encode_steps(
-    device: &wgpu::Device,
-    encoder: &mut wgpu::CommandEncoder,
-    timer: Option<&mut Timer<'_>>,
-    label: &'static str,
-    steps: &[(&ComputePass, &Dispatch<'_>)],
-) {
-    let groups: Vec<_> = steps
-        .iter()
-        .map(|(variant, dispatch)| {
-            let entries: Vec<_> = dispatch
-                .bindings
-                .iter()
-                .map(|(binding, resource)| wgpu::BindGroupEntry {
-                    binding: *binding,
-                    resource: resource.clone(),
-                })
-                .collect();
-            device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(label),
-                layout: &variant.group,
-                entries: &entries,
+        let steps: Vec<_> = dispatches
+            .iter()
+            .map(|dispatch| Step {
+                pass: self,
+                bindings: dispatch.bindings.to_vec(),
+                workgroups: dispatch.workgroups,
             })
-        })
-        .collect();
-    timed(encoder, timer, label, |encoder, stamps| {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some(label),
-            timestamp_writes: stamps.map(|stamps| stamps.compute()),
-        });
-        for ((variant, dispatch), group) in steps.iter().zip(&groups) {
-            let [x, y, z] = dispatch.workgroups;
-            pass.set_pipeline(&variant.pipeline);
-            pass.set_bind_group(0, group, &[]);
-            pass.dispatch_workgroups(x, y, z);
-        }
-    });
+            .collect();
+        encode_stage(device, encoder, timer, self.label, &steps);
+    }
 }
 
 /// Encodes one pass between the beginning and the end of its time.
@@ -214,6 +232,31 @@ pub(crate) fn uniform<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &str)
         label: Some(label),
         size: size_of::<T>() as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// A uniform buffer that holds a struct from the beginning.
+pub(crate) fn constant<T: bytemuck::NoUninit>(
+    device: &wgpu::Device,
+    label: &str,
+    value: &T,
+) -> wgpu::Buffer {
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents: bytemuck::bytes_of(value),
+        usage: wgpu::BufferUsages::UNIFORM,
+    })
+}
+
+/// A storage buffer of some number of words, at least one, that can be written, cleared and read back.
+pub(crate) fn storage(device: &wgpu::Device, label: &str, words: u64) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: 4 * words.max(1),
+        usage: wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::COPY_SRC
+            | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })
 }

@@ -3,7 +3,7 @@
 use sglow_shaders::{Levels, Texel};
 
 use crate::package::Package;
-use crate::pipeline::{ComputePass, Dispatch, PipelineError, encode_steps};
+use crate::pipeline::{ComputePass, PipelineError, Step, encode_stage};
 use crate::timing::Timer;
 
 /// A texture with its mip chain, and the views that its passes need.
@@ -63,27 +63,21 @@ impl Pyramid {
         extent: [u32; 2],
         timer: Option<&mut Timer<'_>>,
     ) {
-        let mut dispatches = Vec::new();
+        let mut steps = Vec::new();
         let mut from = 0;
         while from + 1 < self.levels.len() {
             let made = (self.levels.len() - 1 - from).min(passes.by_levels.len());
-            let bindings: Vec<_> = (0..)
+            let bindings = (0..)
                 .zip(&self.levels[from..=from + made])
                 .map(|(binding, view)| (binding, wgpu::BindingResource::TextureView(view)))
                 .collect();
             from += made;
             // Texels of the highest level that is made, in workgroups of 8 x 8.
             let groups = extent.map(|side| side.div_ceil(1 << from).div_ceil(8));
-            dispatches.push((made, bindings, [groups[0], groups[1], self.layers()]));
+            let workgroups = [groups[0], groups[1], self.layers()];
+            steps.push(Step { pass: &passes.by_levels[made - 1], bindings, workgroups });
         }
-        let dispatches: Vec<_> = dispatches
-            .iter()
-            .map(|(made, bindings, workgroups)| {
-                (&passes.by_levels[made - 1], Dispatch { bindings, workgroups: *workgroups })
-            })
-            .collect();
-        let steps: Vec<_> = dispatches.iter().map(|(pass, dispatch)| (*pass, dispatch)).collect();
-        encode_steps(device, encoder, timer, passes.label, &steps);
+        encode_stage(device, encoder, timer, passes.label, &steps);
     }
 }
 

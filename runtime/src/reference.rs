@@ -116,21 +116,22 @@ pub fn model(settings: &Settings) -> Model {
 /// The virtual lights of an [`Indirect`], read back; packed ones as the oracle unpacks them.
 pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, DeviceError> {
     let settings = indirect.settings();
-    lights_of(gpu, indirect.vsgls(), settings.precision, settings.lobes)
+    lights_of(gpu, indirect.vsgls(), settings.lobes, settings.precision)
 }
 
 /// The virtual lights of the camera that the bidirectional density is made of; none without it.
 pub fn camera_lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, DeviceError> {
     indirect.camera_vsgls().map_or(Ok(Vec::new()), |buffer| {
-        lights_of(gpu, buffer, Precision::F32, indirect.settings().lobes)
+        lights_of(gpu, buffer, indirect.settings().lobes, Precision::F32)
     })
 }
 
-fn lights_of<R: Real>(
+/// The virtual lights of a buffer, read back; packed ones as the oracle unpacks them.
+pub fn lights_of<R: Real>(
     gpu: &Gpu,
     buffer: &wgpu::Buffer,
-    precision: Precision,
     lobes: Lobes,
+    precision: Precision,
 ) -> Result<Vec<Vsgl<R>>, DeviceError> {
     let number = |value: f32| R::constant(f64::from(value));
     let vector = |[x, y, z]: [f32; 3]| Vector3::new(number(x), number(y), number(z));

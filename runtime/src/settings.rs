@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use sglow_shaders::{
-    Density, Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Solver, Specular,
+    Density, Diffuse, Draw, Filter, Kernel, Light, Lobes, Ndf, Precision, Solver, Space, Specular,
 };
 use thiserror::Error;
 
@@ -77,6 +77,10 @@ pub struct Settings {
     pub precision: Precision,
     /// What kernels are drawn by.
     pub density: Density,
+    /// How the centres of kernels or clusters are drawn.
+    pub draw: Draw,
+    /// Clusters in some space instead of kernels, in 32-bit precision.
+    pub space: Space,
     /// How kernels are sized.
     pub kernel: Kernel,
     /// How the equation for the size of modified kernels is solved; of no account with previous kernels, whose size is
@@ -108,6 +112,8 @@ impl Default for Settings {
             lobes: Lobes::Both,
             precision: Precision::F32,
             density: Density::Power,
+            draw: Draw::Warped,
+            space: Space::None,
             kernel: Kernel::Modified,
             solver: Solver::Bracketed,
             filter: Filter::Exact,
@@ -120,14 +126,16 @@ impl Default for Settings {
 }
 
 /// The axes that `set` knows.
-pub const AXES: [&str; 10] = [
+pub const AXES: [&str; 12] = [
     "light",
     "lobes",
     "precision",
     "density",
+    "draw",
     "kernel",
     "solver",
     "filter",
+    "space",
     "diffuse",
     "specular",
     "ndf",
@@ -144,6 +152,8 @@ impl Settings {
             "lobes" => self.lobes = parse(value)?,
             "precision" => self.precision = parse(value)?,
             "density" => self.density = parse(value)?,
+            "draw" => self.draw = parse(value)?,
+            "space" => self.space = parse(value)?,
             "kernel" => self.kernel = parse(value)?,
             "solver" => self.solver = parse(value)?,
             "filter" => self.filter = parse(value)?,
@@ -204,6 +214,12 @@ impl Settings {
             "1 to 65536".to_owned(),
         );
         range(
+            self.space == Space::None || self.precision == Precision::F32,
+            "the precision of clusters",
+            self.precision.to_string(),
+            "f32; their sums are not held in halves".to_owned(),
+        );
+        range(
             self.light != Light::Camera,
             "the light",
             self.light.to_string(),
@@ -252,6 +268,7 @@ impl Settings {
     /// The variant of the sampling pass.
     pub fn sample(&self) -> sglow_shaders::sample::Sample {
         sglow_shaders::sample::Sample {
+            draw: self.draw,
             kernel: self.kernel,
             solver: match self.kernel {
                 Kernel::Previous => Solver::None,

@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 use glam::Vec3;
-use sglow_oracle::fis::stress::Random;
+use sglow_oracle::fis::stress::{Random, Stress};
+use sglow_oracle::rsm::Pyramid;
 use sglow_oracle::{Bounded, Real, Vector3};
 use sglow_runtime::device::Gpu;
 use sglow_runtime::frame::Surfaces;
@@ -210,6 +211,52 @@ fn extent([width, height]: [u32; 2], layers: u32) -> wgpu::Extent3d {
     wgpu::Extent3d { width, height, depth_or_array_layers: layers }
 }
 
+/// A density that is hard on what draws by it, on the device and as the device has it: a power-of-two square around a map,
+/// with 0 beyond the map.
+pub(crate) struct DensityTexture {
+    pub(crate) view: wgpu::TextureView,
+    pub(crate) pyramid: Pyramid<Bounded>,
+}
+
+impl DensityTexture {
+    pub(crate) fn new([width, height]: [u32; 2], stress: Stress, seed: u64) -> Self {
+        let side = width.max(height).next_power_of_two();
+        let mut texels = stress.texels(side as usize, seed);
+        for (index, texel) in (0..).zip(&mut texels) {
+            if index % side >= width || index / side >= height {
+                *texel = 0.0;
+            }
+        }
+        let texels = texels.into_iter().map(f64::from).collect();
+        let pyramid = Pyramid::build(side as usize, texels).unwrap();
+        let levels = pyramid.top_level() as u32 + 1;
+        let texture = gpu().device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("test density"),
+            size: extent([side; 2], 1),
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::R32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let levels: Vec<Vec<Bounded>> = (0..levels)
+            .map(|level| {
+                let means = pyramid.level(level as usize);
+                let rounded: Vec<f32> = means.iter().map(|&mean| mean as f32).collect();
+                let bytes = bytemuck::cast_slice(&rounded);
+                write_level(&texture, level, bytes, [side >> level; 2], 1, 4);
+                rounded.into_iter().map(Bounded::exact).collect()
+            })
+            .collect();
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        });
+        Self { view, pyramid: Pyramid::of_levels(side as usize, levels).unwrap() }
+    }
+}
+
 /// Writes level 0 of a texture.
 pub(crate) fn write(
     texture: &wgpu::Texture,
@@ -218,10 +265,21 @@ pub(crate) fn write(
     layers: u32,
     texel: u32,
 ) {
+    write_level(texture, 0, bytes, size, layers, texel);
+}
+
+fn write_level(
+    texture: &wgpu::Texture,
+    mip_level: u32,
+    bytes: &[u8],
+    size: [u32; 2],
+    layers: u32,
+    texel: u32,
+) {
     gpu().queue.write_texture(
         wgpu::TexelCopyTextureInfo {
             texture,
-            mip_level: 0,
+            mip_level,
             origin: wgpu::Origin3d::ZERO,
             aspect: wgpu::TextureAspect::All,
         },

@@ -29,7 +29,7 @@ fn light_of_any_power_is_reflected_alike() {
 #[test]
 fn bounds_of_extremes_notice_what_they_are_for() {
     // The default's variants, each broken in one way.
-    let sample = "sample-modified-bracketed-exact-both-f32";
+    let sample = "sample-warped-modified-bracketed-exact-both-f32";
     let shade = "shade-fitted-asg-ggx-both-f32";
     let breaks = [
         // The length of what grows with the light's power, as it was: its square overflows.
@@ -48,15 +48,10 @@ fn bounds_of_extremes_notice_what_they_are_for() {
             "diffuse *= exp(100.0 + abs(surface.position.x));",
         ),
         ("one light", shade, "diffuse *= surface.diffuse;", "diffuse *= -1.0;"),
-        (
-            "far away",
-            sample,
-            "vsgl.position = sglow_sample_parameters.origin + mean;",
-            "vsgl.position = mean;",
-        ),
+        ("far away", sample, "vsgl.position = origin + mean;", "vsgl.position = mean;"),
         (
             "ring",
-            "sample-modified-bracketed-exact-diffuse-f32",
+            "sample-warped-modified-bracketed-exact-diffuse-f32",
             "texels / (count * max(filtered, 1e-30))",
             "1.1 * texels / (count * max(filtered, 1e-30))",
         ),
@@ -97,7 +92,7 @@ fn bounds_of_halves_notice_what_they_are_for() {
     );
     assert!(!failing(&overflowing).is_empty());
     let bright = broken(
-        "sample-modified-bracketed-exact-both-f16",
+        "sample-warped-modified-bracketed-exact-both-f16",
         "texels / (count * max(filtered, 1e-30))",
         "1.01 * texels / (count * max(filtered, 1e-30))",
     );

@@ -119,19 +119,19 @@ fn other_reflections_agree_with_the_oracle() {
 fn a_broken_stage_is_noticed() {
     let breaks = [
         (
-            "sample-modified-bracketed-exact-both-f32",
+            "sample-warped-modified-bracketed-exact-both-f32",
             "position.w / weight - dot(mean, mean)",
             "position.w / weight",
             "a variance around the origin",
         ),
         (
-            "sample-modified-bracketed-exact-both-f32",
+            "sample-warped-modified-bracketed-exact-both-f32",
             "var level = top - 1;",
             "var level = top - 2;",
             "a warp that starts a level too low",
         ),
         (
-            "sample-modified-bracketed-exact-both-f16",
+            "sample-warped-modified-bracketed-exact-both-f16",
             "sglow_filter(sglow_half_moments_texture, 2",
             "sglow_filter(sglow_half_moments_texture, 1",
             "another layer of halves",

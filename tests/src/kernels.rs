@@ -158,7 +158,8 @@ fn agree_with_the_oracle() {
 
 #[test]
 fn a_broken_warp_is_noticed() {
-    let package = broken("sample-modified-bracketed-exact-both-f32", "2654435769u", "2654435761u");
+    let package =
+        broken("sample-warped-modified-bracketed-exact-both-f32", "2654435769u", "2654435761u");
     let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
     compare(&run).centres.assert_fails("another lattice");
 }
@@ -186,7 +187,7 @@ fn a_broken_kernel_is_noticed() {
         (previous, "0.5 * log2", "0.49 * log2", "another exponent"),
     ];
     for ((kernel, solver), from, to, what) in breaks {
-        let package = broken(&format!("sample-{kernel}-{solver}-exact-both-f32"), from, to);
+        let package = broken(&format!("sample-warped-{kernel}-{solver}-exact-both-f32"), from, to);
         let settings = Settings { solver, ..settings(kernel, Lobes::Both) };
         let run = Run::new(&settings, KINDS[0], &package, 3);
         compare(&run).levels.assert_fails(what);
@@ -206,7 +207,7 @@ fn a_broken_light_is_noticed() {
         ("min(lower_level + 1, top)", "min(lower_level + 2, top)", "a mip level off by one"),
     ];
     for (from, to, what) in breaks {
-        let package = broken("sample-modified-bracketed-exact-both-f32", from, to);
+        let package = broken("sample-warped-modified-bracketed-exact-both-f32", from, to);
         let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
         compare(&run).lights.assert_fails(what);
     }
@@ -226,7 +227,7 @@ fn a_broken_packing_is_noticed() {
         ),
     ];
     for (from, to, what) in breaks {
-        let package = broken("sample-modified-bracketed-exact-both-f16", from, to);
+        let package = broken("sample-warped-modified-bracketed-exact-both-f16", from, to);
         let run = Run::new(&halves(), KINDS[0], &package, 3);
         compare(&run).lights.assert_fails(what);
     }
@@ -251,7 +252,7 @@ fn hardware_filtering_keeps_the_power() {
     println!("summed power: exact {exact}, hardware {hardware}");
     assert!((hardware / exact - 1.0).abs() < 0.01);
     let package = broken(
-        "sample-modified-bracketed-hardware-diffuse-f32",
+        "sample-warped-modified-bracketed-hardware-diffuse-f32",
         "texels / (count",
         "1.02 * texels / (count",
     );

@@ -4,6 +4,8 @@
 //! compares with what the device wrote. Each has a negative control: a shader that is broken on purpose must fail.
 
 #[cfg(test)]
+mod cluster;
+#[cfg(test)]
 mod common;
 #[cfg(test)]
 mod contract;
@@ -27,6 +29,8 @@ mod identity;
 mod input;
 #[cfg(test)]
 mod kernels;
+#[cfg(test)]
+mod metropolis;
 #[cfg(test)]
 mod mip;
 #[cfg(test)]

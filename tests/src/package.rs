@@ -83,9 +83,9 @@ fn snapshots() {
             "mip-r32float-three",
             "moments-point-both-f32",
             "moments-point-both-f16",
-            "sample-modified-bracketed-exact-both-f16",
-            "sample-modified-bracketed-exact-both-f32",
-            "sample-previous-none-hardware-diffuse-f32",
+            "sample-warped-modified-bracketed-exact-both-f16",
+            "sample-warped-modified-bracketed-exact-both-f32",
+            "sample-warped-previous-none-hardware-diffuse-f32",
             "shade-constant-none-none-diffuse-f32",
             "shade-constant-asg-ggx-both-f16",
             "shade-fitted-ndf_filtered-ggx-both-f32",
@@ -99,9 +99,10 @@ fn snapshots() {
         let manifest: serde_json::Value =
             serde_json::from_str(&read(folder.path(), "manifest.json")).unwrap();
         let variants = manifest["variants"].as_array().unwrap();
-        for id in
-            ["sample-modified-bracketed-exact-both-f32", "shade-constant-none-none-diffuse-f32"]
-        {
+        for id in [
+            "sample-warped-modified-bracketed-exact-both-f32",
+            "shade-constant-none-none-diffuse-f32",
+        ] {
             let variant = variants.iter().find(|variant| variant["id"] == id).unwrap();
             let text = serde_json::to_string_pretty(variant).unwrap();
             insta::assert_snapshot!(format!("manifest__{id}"), text);

@@ -201,7 +201,7 @@ pub fn flicker(
             other.encode_moments(&mut encoder, &inputs, None);
             other.encode_density_of(&mut encoder, own);
             other.encode_mips(&mut encoder, None);
-            other.encode_sample(&mut encoder, inputs.light, None);
+            other.encode_sample(&mut encoder, &inputs, None);
             other.encode_shade(&mut encoder, inputs.gbuffer, inputs.eye, None);
         }
         gpu.queue.submit([encoder.finish()]);

@@ -3,8 +3,10 @@
 pub mod bracketed;
 pub mod filter;
 pub mod footprint;
+pub mod hash;
 pub mod kernel;
 pub mod lattice;
+pub mod metropolis;
 pub mod stress;
 pub mod warp;
 

@@ -379,98 +379,98 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "sample-modified-bisection-exact-both-f32",
+        id: "sample-warped-modified-bisection-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_0,
         binding_names: sample::NAMES_0,
     },
     Variant {
-        id: "sample-modified-bisection-exact-diffuse-f32",
+        id: "sample-warped-modified-bisection-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_1,
         binding_names: sample::NAMES_1,
     },
     Variant {
-        id: "sample-modified-bisection-hardware-both-f32",
+        id: "sample-warped-modified-bisection-hardware-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_2,
         binding_names: sample::NAMES_2,
     },
     Variant {
-        id: "sample-modified-bisection-hardware-diffuse-f32",
+        id: "sample-warped-modified-bisection-hardware-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_3,
         binding_names: sample::NAMES_3,
     },
     Variant {
-        id: "sample-modified-bracketed-exact-both-f16",
+        id: "sample-warped-modified-bracketed-exact-both-f16",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_4,
         binding_names: sample::NAMES_4,
     },
     Variant {
-        id: "sample-modified-bracketed-exact-both-f32",
+        id: "sample-warped-modified-bracketed-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_0,
         binding_names: sample::NAMES_0,
     },
     Variant {
-        id: "sample-modified-bracketed-exact-diffuse-f16",
+        id: "sample-warped-modified-bracketed-exact-diffuse-f16",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_5,
         binding_names: sample::NAMES_5,
     },
     Variant {
-        id: "sample-modified-bracketed-exact-diffuse-f32",
+        id: "sample-warped-modified-bracketed-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_1,
         binding_names: sample::NAMES_1,
     },
     Variant {
-        id: "sample-modified-bracketed-hardware-both-f32",
+        id: "sample-warped-modified-bracketed-hardware-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_2,
         binding_names: sample::NAMES_2,
     },
     Variant {
-        id: "sample-modified-bracketed-hardware-diffuse-f32",
+        id: "sample-warped-modified-bracketed-hardware-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_3,
         binding_names: sample::NAMES_3,
     },
     Variant {
-        id: "sample-previous-none-exact-both-f32",
+        id: "sample-warped-previous-none-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_0,
         binding_names: sample::NAMES_0,
     },
     Variant {
-        id: "sample-previous-none-exact-diffuse-f32",
+        id: "sample-warped-previous-none-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_1,
         binding_names: sample::NAMES_1,
     },
     Variant {
-        id: "sample-previous-none-hardware-both-f32",
+        id: "sample-warped-previous-none-hardware-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_6,
         binding_names: sample::NAMES_6,
     },
     Variant {
-        id: "sample-previous-none-hardware-diffuse-f32",
+        id: "sample-warped-previous-none-hardware-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_7,
@@ -1013,185 +1013,203 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-camera-both-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-camera-both-f16.wgsl"),
-        sha256: "eab8f18c5149226b7d99a3182f0949c3fdd6f8c0d4d00e0da9f91f2ee28c30d1",
+        sha256: "ed09a05d7699961ec9c02421ad4afe02b1e0c73bbb1bc9bf37f4dadee1916517",
     },
     Embedded {
         id: "moments-camera-both-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-camera-both-f32.wgsl"),
-        sha256: "6fabc4efed0dba9fc3fb1f2875a91c7a0d6d1ffe52d9192fcd002c9ce34cfc72",
+        sha256: "171fb0c48b70c5e8e9628ba47582f9abc08a629360656f1cfe3fb96cba40286e",
     },
     Embedded {
         id: "moments-camera-diffuse-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-camera-diffuse-f16.wgsl"),
-        sha256: "f6e91c8b72076833cd314af639ae296b8538d45ba0c5987a9da14877d5be574a",
+        sha256: "1721b80dbde27e3ca38c2c4b52e87ac2feb9fb9d4426b72697994dc23270eff1",
     },
     Embedded {
         id: "moments-camera-diffuse-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-camera-diffuse-f32.wgsl"),
-        sha256: "0636f0d899cfd2cf76a9be4a13cd80bbcf1fd22a56dc00d6d627d2798b4cc168",
+        sha256: "f92ba26a9e9df0ec0fd0b460b2de97380655a9eef8a8fa0dec37cab7e11f7229",
     },
     Embedded {
         id: "moments-directional-both-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-directional-both-f16.wgsl"),
-        sha256: "04225a6e94b37df13a9ea3c32369199f21a41ccd0c95c48a79cb246ccc413d6d",
+        sha256: "2b789438c4580ef53b811a8d339db06cfefcce6737d1fc19a2f40ad67ecc8312",
     },
     Embedded {
         id: "moments-directional-both-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-directional-both-f32.wgsl"),
-        sha256: "64337c22480a540029459c31e247dd1e470480f712b813a206984797158dfeca",
+        sha256: "05b694511d456daf84ef796ff7dbc5da421beaea8847c780f99c8d85021fc5df",
     },
     Embedded {
         id: "moments-directional-diffuse-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-directional-diffuse-f16.wgsl"),
-        sha256: "94d0aeb594998294bca7b3098f2bec9e7137d4694d645eb8af684fce1d987d72",
+        sha256: "ecb47ccaaa687a73e949afed3348f72744978a1a1644853f0622271280e9cecb",
     },
     Embedded {
         id: "moments-directional-diffuse-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-directional-diffuse-f32.wgsl"),
-        sha256: "2cce2a1f1ba98e6f4a93648ca0d40ef2e34252cf5e817f01e917cbcdea6bd56b",
+        sha256: "d71bac56c45ad153cda311c9b23fcbf783cf1adad0ba30d21a61af7861c42668",
     },
     Embedded {
         id: "moments-point-both-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-point-both-f16.wgsl"),
-        sha256: "eccfafffbebcaf87928be0d46b85ce04f2d611923dbe6e6e4ac2577d9829e48a",
+        sha256: "feb9bcf92baee0653df42af5cb60f9db13811c7530ce7ab78b41103957f938b4",
     },
     Embedded {
         id: "moments-point-both-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-point-both-f32.wgsl"),
-        sha256: "0c10972eb026a14d1cf247a2d4b730ced33bff1afb5348a26730ca4b76a2a6ee",
+        sha256: "46b36d04fdb3427e1c61550ee008a5683e6ee314f7916bf13fba9182760dcef2",
     },
     Embedded {
         id: "moments-point-diffuse-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-point-diffuse-f16.wgsl"),
-        sha256: "c73b55dec4fe876363891d8d60f196f44fa2245f667d149dd1788a35e1953e4c",
+        sha256: "231d0dba23650b60c754cd8bdc4939c4e55464b09eed4755ecee89f59e1ea6eb",
     },
     Embedded {
         id: "moments-point-diffuse-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-point-diffuse-f32.wgsl"),
-        sha256: "425c3f5004d0111e0d2035ec3fb7b5d2a7222b05434518fb5122ebb21e03b07f",
+        sha256: "2b212fd7e28a46953ddcea46c89fd22222b9af0455b11fd52f4906b54e78e146",
     },
     Embedded {
         id: "moments-spot-both-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-spot-both-f16.wgsl"),
-        sha256: "a51cb980061ca1b539088efa34062d14bf579dd9bbb477b7fa881d7062bd3131",
+        sha256: "cb6f54de2aaa2d4c3263638009918b766a09338e33f7db6c559c5f107ad9a074",
     },
     Embedded {
         id: "moments-spot-both-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-spot-both-f32.wgsl"),
-        sha256: "f9892acb62627fed4be3e5949ef4a904f2c45a68bee361bd27498a201437273a",
+        sha256: "3ee6bdc0af06f82cf6b356b61885c72dc54a1515dade825124ee55e984fe440a",
     },
     Embedded {
         id: "moments-spot-diffuse-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-spot-diffuse-f16.wgsl"),
-        sha256: "50bbe4039ec1414abf6cb991d5ac85bfddcc597b9b1d15bfe1af512dee8ad441",
+        sha256: "d70fd2118950e6348f970d53f86f0279a1129badf69ab58b22a7d6aa0382454a",
     },
     Embedded {
         id: "moments-spot-diffuse-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-spot-diffuse-f32.wgsl"),
-        sha256: "99353f983c951f39999345f86ed3aa6ba0be369bef89ccf7b99ee72cadfa1953",
+        sha256: "1277f5b2e8a70d6f14a66d40ccb063db8486e80efbd759c675b8a84aa59d1e27",
     },
     Embedded {
-        id: "sample-modified-bisection-exact-both-f32",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-bisection-exact-both-f32.wgsl"),
-        sha256: "b84b9097b990ea6a845abf4572c4e26d7e0fbece7993db54cd24af00676715e0",
-    },
-    Embedded {
-        id: "sample-modified-bisection-exact-diffuse-f32",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-bisection-exact-diffuse-f32.wgsl"),
-        sha256: "19fe1a423226ab461698eea9251732b9ec1223b258f80b585a16f15de730e338",
-    },
-    Embedded {
-        id: "sample-modified-bisection-hardware-both-f32",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-bisection-hardware-both-f32.wgsl"),
-        sha256: "1c9f293ed729a9c29d520928fe927c06c0cec2b6d3abe352b6832b30bb3e0e2b",
-    },
-    Embedded {
-        id: "sample-modified-bisection-hardware-diffuse-f32",
+        id: "sample-warped-modified-bisection-exact-both-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-modified-bisection-hardware-diffuse-f32.wgsl"
+            "../wgsl/sample-warped-modified-bisection-exact-both-f32.wgsl"
         ),
-        sha256: "e85c7b31445d61805df3fc8df934c47f6ab9798a28cf2803d3c172e02b4006b2",
+        sha256: "1ad4c275f7349cc9a1597f836bfac8d1e885a8807221014d83dea74128f49f35",
     },
     Embedded {
-        id: "sample-modified-bracketed-exact-both-f16",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-bracketed-exact-both-f16.wgsl"),
-        sha256: "74813b8a727d41326484cafae1606e737425ec61c1a679d4748621d89a5d60c2",
-    },
-    Embedded {
-        id: "sample-modified-bracketed-exact-both-f32",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-bracketed-exact-both-f32.wgsl"),
-        sha256: "c8e287c5da34fcb3dbb189d0ed4a7bcd34bcd970d36c30ffbd604b47e721dbed",
-    },
-    Embedded {
-        id: "sample-modified-bracketed-exact-diffuse-f16",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-bracketed-exact-diffuse-f16.wgsl"),
-        sha256: "b54abf45da503010f41349ac6ad0e8f147c7e4cd4bd94bafa43718127300f105",
-    },
-    Embedded {
-        id: "sample-modified-bracketed-exact-diffuse-f32",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-bracketed-exact-diffuse-f32.wgsl"),
-        sha256: "79c120148848811850baa534bdee931d4bb457f4898f274d1c9166bcfb323238",
-    },
-    Embedded {
-        id: "sample-modified-bracketed-hardware-both-f32",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-modified-bracketed-hardware-both-f32.wgsl"),
-        sha256: "7b2636029597e93e30c62053611513523e32da911911ebbb8899e03834fae919",
-    },
-    Embedded {
-        id: "sample-modified-bracketed-hardware-diffuse-f32",
+        id: "sample-warped-modified-bisection-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-modified-bracketed-hardware-diffuse-f32.wgsl"
+            "../wgsl/sample-warped-modified-bisection-exact-diffuse-f32.wgsl"
         ),
-        sha256: "302860cc5d831dd6a36893648e4c9aa30e44f22fe4ca4e05739f9849b68673b4",
+        sha256: "c1418c0db672c4016e545acf27394fcfceb803544000f7650225e29b6da0e193",
     },
     Embedded {
-        id: "sample-previous-none-exact-both-f32",
+        id: "sample-warped-modified-bisection-hardware-both-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-none-exact-both-f32.wgsl"),
-        sha256: "1f71fcddf8cd50e26abed153c3f3f6c86ffb67b800c334adedb0bb2abe9c6cd4",
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bisection-hardware-both-f32.wgsl"
+        ),
+        sha256: "64d5959d826789deddb22f6c8eaaadcec3a0eccb128fdfc79f109d0996f75da4",
     },
     Embedded {
-        id: "sample-previous-none-exact-diffuse-f32",
+        id: "sample-warped-modified-bisection-hardware-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-none-exact-diffuse-f32.wgsl"),
-        sha256: "7408a43211ad5de2f36d786fe44ba349c7cfc81b514b2fec60982e5d8428dbcf",
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bisection-hardware-diffuse-f32.wgsl"
+        ),
+        sha256: "509b77c208cb6b7931018f6ae82db718fa5d7b0c630722d0e0ee0bb8c29a52e8",
     },
     Embedded {
-        id: "sample-previous-none-hardware-both-f32",
+        id: "sample-warped-modified-bracketed-exact-both-f16",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-none-hardware-both-f32.wgsl"),
-        sha256: "d67f86431816e54b1f802114b86982e123d176631fe6c5a53fc8e11cb8885529",
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bracketed-exact-both-f16.wgsl"
+        ),
+        sha256: "006478460f9969eff5bbdbf5bcf5db7d5d66e1da3efc21beb715b1e732d25c22",
     },
     Embedded {
-        id: "sample-previous-none-hardware-diffuse-f32",
+        id: "sample-warped-modified-bracketed-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!("../wgsl/sample-previous-none-hardware-diffuse-f32.wgsl"),
-        sha256: "c7c995f1bf11d4aff421fdf27375a528812cf7866fccf20f564961f710c95d99",
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bracketed-exact-both-f32.wgsl"
+        ),
+        sha256: "9866ca6145d1b8e68a31d2829313a632689957d7045f592f96679acdd22fae69",
+    },
+    Embedded {
+        id: "sample-warped-modified-bracketed-exact-diffuse-f16",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bracketed-exact-diffuse-f16.wgsl"
+        ),
+        sha256: "e606e8b2937e10aabd3d07bb2e39d8a7b39ff871fa9cae0a85dd7943a9e39540",
+    },
+    Embedded {
+        id: "sample-warped-modified-bracketed-exact-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bracketed-exact-diffuse-f32.wgsl"
+        ),
+        sha256: "fc115125a6ff677a9d87393f1d9776ffa0b4a28ef751eae2b49caa12f028879c",
+    },
+    Embedded {
+        id: "sample-warped-modified-bracketed-hardware-both-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bracketed-hardware-both-f32.wgsl"
+        ),
+        sha256: "3dab60bba34d28f9a77e1594d4f2ebe7e04ca76c592898021af16c6cd76c7057",
+    },
+    Embedded {
+        id: "sample-warped-modified-bracketed-hardware-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bracketed-hardware-diffuse-f32.wgsl"
+        ),
+        sha256: "6a7d5518543aa735b857733467a9d2719f133fbd663fdef79f44712f836f3378",
+    },
+    Embedded {
+        id: "sample-warped-previous-none-exact-both-f32",
+        pass: sample::PASS,
+        text: include_str!("../wgsl/sample-warped-previous-none-exact-both-f32.wgsl"),
+        sha256: "23676133c27f762b33c269cc1a6cbe8cc06e1c5b9322ecbd526cddcc37937c16",
+    },
+    Embedded {
+        id: "sample-warped-previous-none-exact-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!("../wgsl/sample-warped-previous-none-exact-diffuse-f32.wgsl"),
+        sha256: "0d6196fbad63bcc3ffda6385610003b57d48610999803cd238f326070ce3a883",
+    },
+    Embedded {
+        id: "sample-warped-previous-none-hardware-both-f32",
+        pass: sample::PASS,
+        text: include_str!("../wgsl/sample-warped-previous-none-hardware-both-f32.wgsl"),
+        sha256: "227b2f96d7b0285e7b5942294b4433fa7b5ae266dc5a580596bc6aba4eb9b08c",
+    },
+    Embedded {
+        id: "sample-warped-previous-none-hardware-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-previous-none-hardware-diffuse-f32.wgsl"
+        ),
+        sha256: "0ba5ebe0c4005568e88806ea3aca2fb771c6ea0509e592a6097782167c24d172",
     },
     Embedded {
         id: "shade-constant-asg-ggx-both-f16",
@@ -1647,6 +1665,46 @@ impl core::fmt::Display for Diffuse {
     }
 }
 impl core::str::FromStr for Diffuse {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
+/// How the centres of kernels and clusters are drawn by the density.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Draw {
+    /// A lattice, warped by the density \[Tokuyoshi 2016, Section 5; Clarberg 2005\].
+    #[default]
+    Warped,
+    /// Where Markov chains of the frames before have come to \[Barak 2013\].
+    Metropolis,
+}
+impl Draw {
+    /// The name of the axis.
+    pub const AXIS: &str = "draw";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 2] = [Self::Warped, Self::Metropolis];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Warped => "warped",
+            Self::Metropolis => "metropolis",
+        }
+    }
+}
+impl core::fmt::Display for Draw {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Draw {
     type Err = UnknownValue;
     fn from_str(name: &str) -> Result<Self, UnknownValue> {
         Self::ALL
@@ -2377,6 +2435,49 @@ impl core::str::FromStr for Solver {
             })
     }
 }
+/// Where clusters are close to what they are made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Space {
+    /// No clusters but filtering kernels.
+    #[default]
+    None,
+    /// In the image, two-dimensional.
+    Image,
+    /// In the world, three-dimensional.
+    World,
+}
+impl Space {
+    /// The name of the axis.
+    pub const AXIS: &str = "space";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 3] = [Self::None, Self::Image, Self::World];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Image => "image",
+            Self::World => "world",
+        }
+    }
+}
+impl core::fmt::Display for Space {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Space {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
 /// Specular reflection at the shading point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Specular {
@@ -2411,6 +2512,46 @@ impl core::fmt::Display for Specular {
     }
 }
 impl core::str::FromStr for Specular {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
+/// Where Markov chains begin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Start {
+    /// At the points of a lattice, warped by the density.
+    #[default]
+    Warped,
+    /// Anywhere.
+    Uniform,
+}
+impl Start {
+    /// The name of the axis.
+    pub const AXIS: &str = "start";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 2] = [Self::Warped, Self::Uniform];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Warped => "warped",
+            Self::Uniform => "uniform",
+        }
+    }
+}
+impl core::fmt::Display for Start {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Start {
     type Err = UnknownValue;
     fn from_str(name: &str) -> Result<Self, UnknownValue> {
         Self::ALL
@@ -3538,6 +3679,78 @@ pub mod mip {
         &["sglow_mip_source", "sglow_mip_first", "sglow_mip_second"],
     ];
 }
+/// Puts Markov chains where they begin.
+pub mod metropolis_start {
+    /// The name of the pass.
+    pub const PASS: &str = "metropolis_start";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `metropolis_start`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct MetropolisStart {
+        /// Where Markov chains begin.
+        pub start: super::Start,
+    }
+    impl MetropolisStart {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for start in super::Start::ALL {
+                all.push(Self { start });
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}", self.start)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// Moves Markov chains whose stationary distribution is the density.
+pub mod metropolis {
+    /// The name of the pass.
+    pub const PASS: &str = "metropolis";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `metropolis`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct Metropolis;
+    impl Metropolis {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
 /// Draws kernels by the density and makes one virtual spherical Gaussian light of each.
 pub mod sample {
     /// The name of the pass.
@@ -3556,6 +3769,8 @@ pub mod sample {
     /// A variant of the pass `sample`, legal or not.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub struct Sample {
+        /// How the centres of kernels and clusters are drawn by the density.
+        pub draw: super::Draw,
         /// How the size and the power of a filtering kernel are found.
         pub kernel: super::Kernel,
         /// How the equation for the size of a kernel is solved.
@@ -3571,18 +3786,21 @@ pub mod sample {
         /// Every legal variant.
         pub fn all() -> Vec<Self> {
             let mut all = Vec::new();
-            for kernel in super::Kernel::ALL {
-                for solver in super::Solver::ALL {
-                    for filter in super::Filter::ALL {
-                        for lobes in super::Lobes::ALL {
-                            for precision in super::Precision::ALL {
-                                all.push(Self {
-                                    kernel,
-                                    solver,
-                                    filter,
-                                    lobes,
-                                    precision,
-                                });
+            for draw in super::Draw::ALL {
+                for kernel in super::Kernel::ALL {
+                    for solver in super::Solver::ALL {
+                        for filter in super::Filter::ALL {
+                            for lobes in super::Lobes::ALL {
+                                for precision in super::Precision::ALL {
+                                    all.push(Self {
+                                        draw,
+                                        kernel,
+                                        solver,
+                                        filter,
+                                        lobes,
+                                        precision,
+                                    });
+                                }
                             }
                         }
                     }
@@ -3594,8 +3812,8 @@ pub mod sample {
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
             format!(
-                "{PASS}-{}-{}-{}-{}-{}", self.kernel, self.solver, self.filter, self
-                .lobes, self.precision
+                "{PASS}-{}-{}-{}-{}-{}-{}", self.draw, self.kernel, self.solver, self
+                .filter, self.lobes, self.precision
             )
         }
         /// The rule that excludes it, if it is illegal.
@@ -3636,7 +3854,7 @@ pub mod sample {
             workgroup_size: Some([64, 1, 1]),
         },
     ];
-    /// `sample-modified-bisection-exact-both-f32`, `sample-modified-bracketed-exact-both-f32`, `sample-previous-none-exact-both-f32`.
+    /// `sample-warped-modified-bisection-exact-both-f32`, `sample-warped-modified-bracketed-exact-both-f32`, `sample-warped-previous-none-exact-both-f32`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -3671,7 +3889,7 @@ pub mod sample {
             "sglow_kernels",
         ],
     ];
-    /// `sample-modified-bisection-exact-diffuse-f32`, `sample-modified-bracketed-exact-diffuse-f32`, `sample-previous-none-exact-diffuse-f32`.
+    /// `sample-warped-modified-bisection-exact-diffuse-f32`, `sample-warped-modified-bracketed-exact-diffuse-f32`, `sample-warped-previous-none-exact-diffuse-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -3706,7 +3924,7 @@ pub mod sample {
             "sglow_kernels",
         ],
     ];
-    /// `sample-modified-bisection-hardware-both-f32`, `sample-modified-bracketed-hardware-both-f32`.
+    /// `sample-warped-modified-bisection-hardware-both-f32`, `sample-warped-modified-bracketed-hardware-both-f32`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -3747,7 +3965,7 @@ pub mod sample {
             "sglow_trilinear_sampler",
         ],
     ];
-    /// `sample-modified-bisection-hardware-diffuse-f32`, `sample-modified-bracketed-hardware-diffuse-f32`.
+    /// `sample-warped-modified-bisection-hardware-diffuse-f32`, `sample-warped-modified-bracketed-hardware-diffuse-f32`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -3788,7 +4006,7 @@ pub mod sample {
             "sglow_trilinear_sampler",
         ],
     ];
-    /// `sample-modified-bracketed-exact-both-f16`.
+    /// `sample-warped-modified-bracketed-exact-both-f16`.
     pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -3843,7 +4061,7 @@ pub mod sample {
             "sglow_weight_texture",
         ],
     ];
-    /// `sample-modified-bracketed-exact-diffuse-f16`.
+    /// `sample-warped-modified-bracketed-exact-diffuse-f16`.
     pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -3898,7 +4116,7 @@ pub mod sample {
             "sglow_weight_texture",
         ],
     ];
-    /// `sample-previous-none-hardware-both-f32`.
+    /// `sample-warped-previous-none-hardware-both-f32`.
     pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -3939,7 +4157,7 @@ pub mod sample {
             "sglow_trilinear_sampler",
         ],
     ];
-    /// `sample-previous-none-hardware-diffuse-f32`.
+    /// `sample-warped-previous-none-hardware-diffuse-f32`.
     pub(super) const LAYOUT_7: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -3980,6 +4198,384 @@ pub mod sample {
             "sglow_trilinear_sampler",
         ],
     ];
+}
+/// Draws the centre of each cluster by the density.
+pub mod centres {
+    /// The name of the pass.
+    pub const PASS: &str = "centres";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `centres`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct Centres {
+        /// How the centres of kernels and clusters are drawn by the density.
+        pub draw: super::Draw,
+        /// Where clusters are close to what they are made of.
+        pub space: super::Space,
+    }
+    impl Centres {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for draw in super::Draw::ALL {
+                for space in super::Space::ALL {
+                    all.push(Self { draw, space });
+                }
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}-{}", self.draw, self.space)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.space, super::Space::None) {
+                return Some(super::Exclusion {
+                    name: "clusters-without-space",
+                    reason: "clusters are close to their centres in some space",
+                });
+            }
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// The Morton code of each centre.
+pub mod cluster_codes {
+    /// The name of the pass.
+    pub const PASS: &str = "cluster_codes";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cluster_codes`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct ClusterCodes {
+        /// Where clusters are close to what they are made of.
+        pub space: super::Space,
+    }
+    impl ClusterCodes {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for space in super::Space::ALL {
+                all.push(Self { space });
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}", self.space)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.space, super::Space::None) {
+                return Some(super::Exclusion {
+                    name: "clusters-without-space",
+                    reason: "clusters are close to their centres in some space",
+                });
+            }
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// First of three passes that sort by four bits: counts them in blocks of 1024 keys.
+pub mod sort_count {
+    /// The name of the pass.
+    pub const PASS: &str = "sort_count";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `sort_count`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct SortCount;
+    impl SortCount {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// Second of three: from counts to where the keys of each block and digit begin.
+pub mod sort_scan {
+    /// The name of the pass.
+    pub const PASS: &str = "sort_scan";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `sort_scan`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct SortScan;
+    impl SortScan {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// Third of three: brings keys and values there, those of equal digits in their order.
+pub mod sort_scatter {
+    /// The name of the pass.
+    pub const PASS: &str = "sort_scatter";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `sort_scatter`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct SortScatter;
+    impl SortScatter {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// The binary radix tree of the sorted codes.
+pub mod cluster_tree {
+    /// The name of the pass.
+    pub const PASS: &str = "cluster_tree";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cluster_tree`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct ClusterTree;
+    impl ClusterTree {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// The box around the centres below each node of the tree.
+pub mod cluster_boxes {
+    /// The name of the pass.
+    pub const PASS: &str = "cluster_boxes";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cluster_boxes`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct ClusterBoxes;
+    impl ClusterBoxes {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// Finds the closest centre of each texel by the tree.
+pub mod cluster_assign {
+    /// The name of the pass.
+    pub const PASS: &str = "cluster_assign";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cluster_assign`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct ClusterAssign {
+        /// Where clusters are close to what they are made of.
+        pub space: super::Space,
+    }
+    impl ClusterAssign {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for space in super::Space::ALL {
+                all.push(Self { space });
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}", self.space)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.space, super::Space::None) {
+                return Some(super::Exclusion {
+                    name: "clusters-without-space",
+                    reason: "clusters are close to their centres in some space",
+                });
+            }
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// Finds the first texel of each cluster among those that are sorted by cluster.
+pub mod cluster_starts {
+    /// The name of the pass.
+    pub const PASS: &str = "cluster_starts";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cluster_starts`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct ClusterStarts;
+    impl ClusterStarts {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+}
+/// Sums the texels of each cluster to one virtual spherical Gaussian light.
+pub mod cluster_sum {
+    /// The name of the pass.
+    pub const PASS: &str = "cluster_sum";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cluster_sum`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct ClusterSum {
+        /// The kind of the light.
+        pub light: super::Light,
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+    }
+    impl ClusterSum {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for light in super::Light::ALL {
+                for lobes in super::Lobes::ALL {
+                    all.push(Self { light, lobes });
+                }
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}-{}", self.light, self.lobes)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
 }
 /// Counts the lights and the surfaces that break the contract of the shading pass: for debug builds.
 pub mod check {

@@ -79,6 +79,52 @@ fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) 
     return surface;
 }
 
+/// What one texel adds to the light of its cluster. [Tokuyoshi 2016, Appendix B]
+struct SglowTexelMoments {
+    /// Position relative to the origin and its squared norm, times the weight.
+    position: vec4<f32>,
+    /// Phi_j R_d.
+    diffuse_power: vec3<f32>,
+    /// The weight of the position.
+    weight: f32,
+    /// The mean direction of the diffuse lobe, times the luminance of its power.
+    diffuse_direction: vec3<f32>,
+}
+
+/// The mean direction of the diffuse lobe has the length l / (l + 1) of a lobe of sharpness 2.
+/// [Tokuyoshi 2016, Eq. (6), Appendix B.1]
+const SGLOW_DIFFUSE_MEAN_LENGTH: f32 = 0.6666667;
+
+/// The moments of one texel of a light's map; zero where there is no surface.
+/// [Tokuyoshi 2016, Appendix B.3]
+///
+/// texel: below size; size: of the whole map; origin: what positions are relative to; position_texel, normal_texel,
+/// base_color_texel: what the surface textures hold there.
+fn sglow_texel_moments(
+    light: SglowLight,
+    origin: vec3<f32>,
+    texel: vec2<u32>,
+    size: vec2<u32>,
+    position_texel: vec4<f32>,
+    normal_texel: vec4<f32>,
+    base_color_texel: vec4<f32>,
+) -> SglowTexelMoments {
+    let surface = sglow_surface(position_texel, normal_texel, base_color_texel);
+    var power = vec3<f32>(0.0);
+    if surface.present {
+        power = sglow_photon_power(light, texel, size);
+    }
+    var moments: SglowTexelMoments;
+    moments.diffuse_power = power * surface.diffuse;
+    let diffuse_weight = sglow_luminance(moments.diffuse_power);
+    var weight = diffuse_weight;
+    moments.weight = weight;
+    let position = surface.position - origin;
+    moments.position = weight * vec4<f32>(position, dot(position, position));
+    moments.diffuse_direction = diffuse_weight * SGLOW_DIFFUSE_MEAN_LENGTH * surface.normal;
+    return moments;
+}
+
 struct SglowMomentsParameters {
     light: SglowLight,
     /// Positions are kept relative to this, or their variance cancels far from the world's origin.
@@ -92,10 +138,6 @@ struct SglowMomentsParameters {
 /// Layers: position and squared norm; diffuse power and weight; diffuse direction; specular power; specular direction.
 @group(0) @binding(4) var sglow_moments_output: texture_storage_2d_array<rgba32float, write>;
 
-/// The mean direction of the diffuse lobe has the length l / (l + 1) of a lobe of sharpness 2.
-/// [Tokuyoshi 2016, Eq. (6), Appendix B.1]
-const SGLOW_DIFFUSE_MEAN_LENGTH: f32 = 0.6666667;
-
 /// The additional reflective shadow map: what must be summed over a cluster to make one light of it.
 /// [Tokuyoshi 2016, Appendix B.3]
 @compute @workgroup_size(8, 8)
@@ -104,21 +146,19 @@ fn sglow_moments(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= size) {
         return;
     }
-    let surface = sglow_surface(
+    let moments = sglow_texel_moments(
+        sglow_moments_parameters.light,
+        sglow_moments_parameters.origin,
+        id.xy,
+        size,
         textureLoad(sglow_position_texture, id.xy, 0),
         textureLoad(sglow_normal_texture, id.xy, 0),
         textureLoad(sglow_base_color_texture, id.xy, 0),
     );
-    var power = vec3<f32>(0.0);
-    if surface.present {
-        power = sglow_photon_power(sglow_moments_parameters.light, id.xy, size);
-    }
-    let diffuse_power = power * surface.diffuse;
-    let diffuse_weight = sglow_luminance(diffuse_power);
-    var weight = diffuse_weight;
-    let position = surface.position - sglow_moments_parameters.origin;
-    textureStore(sglow_moments_output, id.xy, 0, weight * vec4<f32>(position, dot(position, position)));
-    let diffuse_direction = diffuse_weight * SGLOW_DIFFUSE_MEAN_LENGTH * surface.normal;
+    let diffuse_power = moments.diffuse_power;
+    let diffuse_direction = moments.diffuse_direction;
+    let weight = moments.weight;
+    textureStore(sglow_moments_output, id.xy, 0, moments.position);
     textureStore(sglow_moments_output, id.xy, 1, vec4<f32>(diffuse_power, weight));
     textureStore(sglow_moments_output, id.xy, 2, vec4<f32>(diffuse_direction, 0.0));
 }

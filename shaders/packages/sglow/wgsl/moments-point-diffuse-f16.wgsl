@@ -34,6 +34,21 @@ struct SglowLight {
     intensity: vec3<f32>,
 }
 
+/// The nearest numbers that halves hold, ties to even, and the largest half beyond it.
+///
+/// A half float has 11 bits from 6.1e-5 on and ends at 65504; infinity there would spread over a whole mip chain. Devices
+/// may round a stored half in any direction, and some cut it off: seven levels of a mip chain would darken by up to seven
+/// parts in a thousand. What this gives is stored as it is, but for numbers below 6.1e-5, whose steps are 6e-8 and which
+/// a device may flush to zero.
+///
+/// Contract: anything; infinite numbers give the largest half, NaN gives any number or NaN.
+fn sglow_half(value: vec4<f32>) -> vec4<f32> {
+    let bits = bitcast<vec4<u32>>(clamp(value, vec4<f32>(-65504.0), vec4<f32>(65504.0)));
+    // Of the 24 bits of an f32 13 go. In integers, for a driver may drop a float's addition and subtraction.
+    let half_step = vec4<u32>(4095u) + ((bits >> vec4<u32>(13u)) & vec4<u32>(1u));
+    return bitcast<vec4<f32>>((bits + half_step) & vec4<u32>(4294959104u));
+}
+
 /// The solid angle of an image's texel: its area on the plane at unit distance times the cube of the cosine.
 fn sglow_texel_solid_angle(at: vec2<f32>, extent: vec2<f32>) -> f32 {
     let cosine = inverseSqrt(1.0 + dot(at, at));
@@ -56,21 +71,6 @@ fn sglow_photon_power(light: SglowLight, texel: vec2<u32>, size: vec2<u32>) -> v
         let at = (vec2<f32>(texel - tile * tile_size) + 0.5) * extent - 1.0;
         return light.intensity * sglow_texel_solid_angle(at, extent);
     }
-}
-
-/// The nearest numbers that halves hold, ties to even, and the largest half beyond it.
-///
-/// A half float has 11 bits from 6.1e-5 on and ends at 65504; infinity there would spread over a whole mip chain. Devices
-/// may round a stored half in any direction, and some cut it off: seven levels of a mip chain would darken by up to seven
-/// parts in a thousand. What this gives is stored as it is, but for numbers below 6.1e-5, whose steps are 6e-8 and which
-/// a device may flush to zero.
-///
-/// Contract: anything; infinite numbers give the largest half, NaN gives any number or NaN.
-fn sglow_half(value: vec4<f32>) -> vec4<f32> {
-    let bits = bitcast<vec4<u32>>(clamp(value, vec4<f32>(-65504.0), vec4<f32>(65504.0)));
-    // Of the 24 bits of an f32 13 go. In integers, for a driver may drop a float's addition and subtraction.
-    let half_step = vec4<u32>(4095u) + ((bits >> vec4<u32>(13u)) & vec4<u32>(1u));
-    return bitcast<vec4<f32>>((bits + half_step) & vec4<u32>(4294959104u));
 }
 
 /// Luminance of linear Rec. 709; the weight of a photon where directions and positions are averaged.
@@ -107,6 +107,52 @@ fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) 
     return surface;
 }
 
+/// What one texel adds to the light of its cluster. [Tokuyoshi 2016, Appendix B]
+struct SglowTexelMoments {
+    /// Position relative to the origin and its squared norm, times the weight.
+    position: vec4<f32>,
+    /// Phi_j R_d.
+    diffuse_power: vec3<f32>,
+    /// The weight of the position.
+    weight: f32,
+    /// The mean direction of the diffuse lobe, times the luminance of its power.
+    diffuse_direction: vec3<f32>,
+}
+
+/// The mean direction of the diffuse lobe has the length l / (l + 1) of a lobe of sharpness 2.
+/// [Tokuyoshi 2016, Eq. (6), Appendix B.1]
+const SGLOW_DIFFUSE_MEAN_LENGTH: f32 = 0.6666667;
+
+/// The moments of one texel of a light's map; zero where there is no surface.
+/// [Tokuyoshi 2016, Appendix B.3]
+///
+/// texel: below size; size: of the whole map; origin: what positions are relative to; position_texel, normal_texel,
+/// base_color_texel: what the surface textures hold there.
+fn sglow_texel_moments(
+    light: SglowLight,
+    origin: vec3<f32>,
+    texel: vec2<u32>,
+    size: vec2<u32>,
+    position_texel: vec4<f32>,
+    normal_texel: vec4<f32>,
+    base_color_texel: vec4<f32>,
+) -> SglowTexelMoments {
+    let surface = sglow_surface(position_texel, normal_texel, base_color_texel);
+    var power = vec3<f32>(0.0);
+    if surface.present {
+        power = sglow_photon_power(light, texel, size);
+    }
+    var moments: SglowTexelMoments;
+    moments.diffuse_power = power * surface.diffuse;
+    let diffuse_weight = sglow_luminance(moments.diffuse_power);
+    var weight = diffuse_weight;
+    moments.weight = weight;
+    let position = surface.position - origin;
+    moments.position = weight * vec4<f32>(position, dot(position, position));
+    moments.diffuse_direction = diffuse_weight * SGLOW_DIFFUSE_MEAN_LENGTH * surface.normal;
+    return moments;
+}
+
 struct SglowMomentsParameters {
     light: SglowLight,
     /// Positions are kept relative to this, or their variance cancels far from the world's origin.
@@ -132,10 +178,6 @@ struct SglowMomentsParameters {
 /// thousand of their distance from the origin.
 @group(0) @binding(6) var sglow_weight_output: texture_storage_2d_array<r32float, write>;
 
-/// The mean direction of the diffuse lobe has the length l / (l + 1) of a lobe of sharpness 2.
-/// [Tokuyoshi 2016, Eq. (6), Appendix B.1]
-const SGLOW_DIFFUSE_MEAN_LENGTH: f32 = 0.6666667;
-
 /// The additional reflective shadow map: what must be summed over a cluster to make one light of it.
 /// [Tokuyoshi 2016, Appendix B.3]
 @compute @workgroup_size(8, 8)
@@ -144,21 +186,19 @@ fn sglow_moments(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= size) {
         return;
     }
-    let surface = sglow_surface(
+    let moments = sglow_texel_moments(
+        sglow_moments_parameters.light,
+        sglow_moments_parameters.origin,
+        id.xy,
+        size,
         textureLoad(sglow_position_texture, id.xy, 0),
         textureLoad(sglow_normal_texture, id.xy, 0),
         textureLoad(sglow_base_color_texture, id.xy, 0),
     );
-    var power = vec3<f32>(0.0);
-    if surface.present {
-        power = sglow_photon_power(sglow_moments_parameters.light, id.xy, size);
-    }
-    let diffuse_power = power * surface.diffuse;
-    let diffuse_weight = sglow_luminance(diffuse_power);
-    var weight = diffuse_weight;
-    let position = surface.position - sglow_moments_parameters.origin;
-    textureStore(sglow_moments_output, id.xy, 0, weight * vec4<f32>(position, dot(position, position)));
-    let diffuse_direction = diffuse_weight * SGLOW_DIFFUSE_MEAN_LENGTH * surface.normal;
+    let diffuse_power = moments.diffuse_power;
+    let diffuse_direction = moments.diffuse_direction;
+    let weight = moments.weight;
+    textureStore(sglow_moments_output, id.xy, 0, moments.position);
     {
         let scale = sglow_moments_parameters.power_scale;
         textureStore(sglow_weight_output, id.xy, 0, vec4<f32>(weight, 0.0, 0.0, 0.0));

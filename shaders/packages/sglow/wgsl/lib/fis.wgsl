@@ -117,3 +117,30 @@ fn sglow_warp_guided(
     }
     return SglowGuidedCentre(sglow_landed(density, descent), crossing, ample);
 }
+
+/// The centre at a position that was drawn in another way.
+///
+/// position: in [0, 1]^2.
+fn sglow_centre_at(density: texture_2d_array<f32>, position: vec2<f32>) -> SglowCentre {
+    let size = textureDimensions(density, 0);
+    return SglowCentre(position, min(vec2<u32>(position * vec2<f32>(size)), size - 1u));
+}
+
+/// What the levels above a centre that was drawn in another way say of a mass: as sglow_warp_guided.
+fn sglow_guide(
+    density: texture_2d_array<f32>,
+    centre: SglowCentre,
+    inverse_mean: f32,
+    mass: f32,
+) -> SglowGuidedCentre {
+    let top = i32(textureNumLevels(density)) - 1;
+    var crossing = -1;
+    var ample = top;
+    for (var level = top - 1; level >= 0; level -= 1) {
+        let relative = textureLoad(density, centre.texel >> vec2<u32>(u32(level)), 0, level).x * inverse_mean;
+        let enough = mass / f32(1u << u32(2 * level));
+        crossing = select(crossing, max(crossing, level), relative < enough);
+        ample = select(ample, level, relative > 4.0001 * enough);
+    }
+    return SglowGuidedCentre(centre, crossing, ample);
+}

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// sample-modified-bisection-exact-diffuse-f32: draws kernels by the density and makes one virtual spherical Gaussian light of each
+// sample-warped-modified-bracketed-exact-diffuse-f32: draws kernels by the density and makes one virtual spherical Gaussian light of each
 //
+// draw = warped: a lattice, warped by the density [Tokuyoshi 2016, Section 5; Clarberg 2005]
 // kernel = modified: from the density's integral within it [Tokuyoshi 2016, Eq. (3), Eq. (5), Algorithm 1]
-// solver = bisection: by bisection [Tokuyoshi 2016, Algorithm 1]
+// solver = bracketed: between two integer levels around the root, with at most 5 look-ups of the density
 // filter = exact: written out with texture loads, in f32
 // lobes = diffuse: a diffuse lobe [Tokuyoshi 2016, Eq. (6)]
 // precision = f32: 32-bit floats
@@ -10,7 +11,8 @@
 // Contract:
 // - moments, density: a power-of-two square with all its mip levels
 // - density: at least 0, finite; all zero gives lights without power
-// - count: 1 to 65536 and at most the length of both buffers
+// - count: 1 to 65536 and at most the length of both buffers, and of the chains' with draw metropolis
+// - chains, with draw metropolis: in [0, 1]^2 of the density
 // - size_factor: above 0, finite
 // - minimum_variance: above 1e-12
 // - power_unit: one over the power_scale of the moments
@@ -64,85 +66,6 @@ struct SglowSize {
     level: f32,
     /// The density filtered at that level, over its mean.
     filtered: f32,
-}
-
-/// Bisection steps; the level is resolved to the number of levels over two to this power.
-override sglow_iterations: u32 = 12u;
-
-/// The filtered density at an integer level and at the next.
-struct SglowPair {
-    /// The lower of the two levels; below 0 where nothing was looked up.
-    level: i32,
-    lower: f32,
-    upper: f32,
-}
-
-/// What two pairs know of a third that lies between them.
-fn sglow_known_pair(level: i32, below: SglowPair, above: SglowPair) -> SglowPair {
-    if level == below.level {
-        return below;
-    }
-    if level == above.level {
-        return above;
-    }
-    if level == below.level + 1 && level + 1 == above.level {
-        return SglowPair(level, below.upper, above.lower);
-    }
-    return SglowPair(-1, 0.0, 0.0);
-}
-
-/// The level of Eq. (3) by bisection, and the density there.
-/// [Tokuyoshi 2016, Eq. (3), Algorithm 1]
-///
-/// Between two integer levels the density is a blend of theirs, which are looked up once: of twelve steps most look up
-/// nothing, and the result is that of looking up in each, to the bit.
-///
-/// With several roots this ends at one of those that the halves lead to; without one at level 0 (the mass there is too
-/// large already) or at the top level (the whole image's is too small), for every comparison points there.
-///
-/// mean: the top level's texel, above 0; target_mass: K/N in texels of mean density, above 0.
-fn sglow_bisect(density: texture_2d_array<f32>, position: vec2<f32>, mean: f32, target_mass: f32) -> SglowSize {
-    let top = i32(textureNumLevels(density)) - 1;
-    var low = 0.0;
-    var high = f32(top);
-    var below = SglowPair(-2, 0.0, 0.0);
-    var above = SglowPair(-2, 0.0, 0.0);
-    var step = 0u;
-    var level = 0.5 * (low + high);
-    var filtered = 0.0;
-    loop {
-        let lower_level = min(i32(level), top);
-        var pair = SglowPair(
-            lower_level,
-            sglow_filter_level(density, 0, position, lower_level).x,
-            sglow_filter_level(density, 0, position, min(lower_level + 1, top)).x,
-        );
-        // Steps that need no look-up. A loop of its own, so that hardware whose lanes go together skips the look-ups.
-        loop {
-            let weight = level - f32(i32(level));
-            filtered = (pair.lower * (1.0 - weight) + pair.upper * weight) / mean;
-            if step == sglow_iterations {
-                break;
-            }
-            if exp2(2.0 * level) * filtered < target_mass {
-                low = level;
-                below = pair;
-            } else {
-                high = level;
-                above = pair;
-            }
-            step += 1u;
-            level = 0.5 * (low + high);
-            pair = sglow_known_pair(i32(level), below, above);
-            if pair.level < 0 {
-                break;
-            }
-        }
-        if pair.level >= 0 {
-            break;
-        }
-    }
-    return SglowSize(level, filtered);
 }
 
 /// Where hierarchical warping ended.
@@ -200,16 +123,176 @@ fn sglow_landed(density: texture_2d_array<f32>, descent: SglowDescent) -> SglowC
     return SglowCentre((vec2<f32>(descent.texel) + descent.coordinates) / size, descent.texel);
 }
 
-/// Hierarchical sample warping: carries a point of the unit square to the density of a mip pyramid.
-/// [Clarberg 2005, Section 3.1]
+/// Where hierarchical warping ended, and what it saw on its way of the masses of the texels that hold the point. Those
+/// never grow on the way down: a texel's mass is the sum of its four parts'.
+struct SglowGuidedCentre {
+    centre: SglowCentre,
+    /// The highest level whose texel has less than the mass that was asked for; -1 where none has.
+    crossing: i32,
+    /// The lowest level from which on each texel has more than four times that mass; the top level at most.
+    ample: i32,
+}
+
+/// Hierarchical sample warping that looks out for a mass.
 ///
-/// density: means, at least 0, a power-of-two square with all its levels; point: in [0, 1)^2.
-fn sglow_warp(density: texture_2d_array<f32>, point: vec2<f32>) -> SglowCentre {
+/// density, point: as for sglow_warp; inverse_mean: one over the top level's texel, which is above 0;
+/// mass: above 0, in texels of mean density.
+fn sglow_warp_guided(
+    density: texture_2d_array<f32>,
+    point: vec2<f32>,
+    inverse_mean: f32,
+    mass: f32,
+) -> SglowGuidedCentre {
+    let top = i32(textureNumLevels(density)) - 1;
     var descent = SglowDescent(point, vec2<u32>(0u), 0.0);
-    for (var level = i32(textureNumLevels(density)) - 2; level >= 0; level -= 1) {
+    var crossing = -1;
+    var ample = top;
+    // What a texel's density has to be for its mass to be the one asked for.
+    var enough = mass / f32(1u << u32(2 * top));
+    for (var level = top - 1; level >= 0; level -= 1) {
         descent = sglow_descend(density, descent, level);
+        enough *= 4.0;
+        let relative = descent.density * inverse_mean;
+        crossing = select(crossing, max(crossing, level), relative < enough);
+        // A little more than four times, for both sides are rounded.
+        ample = select(ample, level, relative > 4.0001 * enough);
     }
-    return sglow_landed(density, descent);
+    return SglowGuidedCentre(sglow_landed(density, descent), crossing, ample);
+}
+
+/// The most look-ups of the density: what 16 levels need in the worst case.
+const SGLOW_LOOK_UPS: i32 = 5;
+
+/// The step from a point to the nearest zero of the parabola with this value, slope and curvature there; the curvature
+/// is at most 0. rising: 1 for the zero on the rising side, -1 for the other.
+fn sglow_parabola_step(value: f32, slope: f32, curvature: f32, rising: f32) -> f32 {
+    let root = sqrt(max(slope * slope - 2.0 * value * curvature, 0.0));
+    // Where parabola and axis touch, root and slope vanish together.
+    return -2.0 * value / (rising * max(rising * slope + root, 1e-20));
+}
+
+/// Where between two levels the mass is the wanted one: the t of 4^t (a + (b - a) t) = 1.
+/// [Tokuyoshi 2016, Eq. (3)]
+///
+/// Divided by 4^t it says that a line meets 4^-t; their difference is concave and has one zero on the side in question. The
+/// parabola through its values at 0, 1/2 and 1 gives the first guess, within 0.2 of the zero; each of two steps to the
+/// zero of the osculating parabola cubes the error. The worst, where the zero is about double, is then 5e-4.
+///
+/// lower: a, the mass at the lower level; upper: b, a quarter of the mass at the upper one, both over the wanted mass. With
+/// rising = 1, a < 1 <= 4 b; with rising = -1, a >= 1 > 4 b. Result: in [0, 1].
+fn sglow_solve_between(lower: f32, upper: f32, rising: f32) -> f32 {
+    let slope = upper - lower;
+    var t = clamp(sglow_parabola_step(lower - 1.0, slope + 1.25, -1.0, rising), 0.0, 1.0);
+    for (var step = 0; step < 2; step += 1) {
+        let area = exp2(-2.0 * t);
+        let value = lower + slope * t - area;
+        // 2 ln 2 and its square.
+        t += sglow_parabola_step(value, slope + 1.3862944 * area, -1.9218121 * area, rising);
+        t = clamp(t, 0.0, 1.0);
+    }
+    return t;
+}
+
+/// The level of Eq. (3) from at most five look-ups of the density, and the density there.
+/// [Tokuyoshi 2016, Eq. (3), Eq. (5)]
+///
+/// Look-ups are at integer levels, first where the mass of the texel itself crosses the wanted one, then level by level
+/// towards two neighbours that bracket it, or in halves where single steps might not end within five look-ups. Between
+/// the two all is known.
+///
+/// A point whose texel has less than the wanted mass: where there are several roots this gives one at which the mass
+/// grows with the level, near the level at which the texel's own mass crosses. A point whose texel has the wanted mass
+/// by itself: the lowest root, where the mass first falls below, within levels 0 to 4; that is the smallest kernel with
+/// the wanted mass. Without a root: level 0, for the mass there is too large already and a smaller kernel is not to be
+/// had; or the top level where the whole image has too little (K above N).
+///
+/// mean: the top level's texel, above 0; target_mass: K/N in texels of mean density, above 0.
+fn sglow_solve_bracketed(
+    density: texture_2d_array<f32>,
+    guided: SglowGuidedCentre,
+    mean: f32,
+    target_mass: f32,
+) -> SglowSize {
+    let top = i32(textureNumLevels(density)) - 1;
+    if f32(1u << u32(2 * top)) < target_mass {
+        return SglowSize(f32(top), 1.0);
+    }
+    // The levels around the root: with less than the wanted mass, and with no less. A value below 0 was not looked up.
+    var less_level = -1;
+    var less = -1.0;
+    // Of the texel's mass a quarter or more counts, so that at an ample level there is no less than the wanted mass.
+    var more_level = min(guided.ample + 1, top);
+    var more = 1.0;
+    var ground = 1.0;
+    var level = max(guided.crossing, 0);
+    for (var left = SGLOW_LOOK_UPS; left > 0; left -= 1) {
+        let upwards = less_level > more_level;
+        if upwards {
+            level = more_level + 1;
+        } else {
+            // What remains has to be few enough levels for the look-ups that remain.
+            let reach = 1 << u32(left - 1);
+            level = clamp(level, max(less_level + 1, more_level - reach), min(more_level - 1, less_level + reach));
+        }
+        let filtered = sglow_filter_level(density, 0, guided.centre.position, level).x / mean;
+        ground = select(ground, filtered, level == 0);
+        if f32(1u << u32(2 * level)) * filtered < target_mass {
+            less_level = level;
+            less = filtered;
+            level += 1;
+        } else {
+            more_level = level;
+            more = filtered;
+            level -= 1;
+            if guided.crossing < 0 && less < 0.0 && more_level == 0 {
+                // The texel has the mass by itself: only levels that are not ample can have less.
+                less_level = min(guided.ample, SGLOW_LOOK_UPS);
+            }
+        }
+        if abs(more_level - less_level) <= 1 {
+            break;
+        }
+    }
+    if less < 0.0 {
+        return SglowSize(0.0, ground);
+    }
+    let rising = less_level < more_level;
+    let lower_level = min(less_level, more_level);
+    let lower = select(more, less, rising);
+    let upper = select(less, more, rising);
+    // In units of the wanted mass; the least of what is beyond 1e9 times it does not move the root.
+    let unit = f32(1u << u32(2 * lower_level)) / target_mass;
+    let t = sglow_solve_between(min(lower * unit, 1e9), min(upper * unit, 1e9), select(-1.0, 1.0, rising));
+    let found = f32(lower_level) + t;
+    // The weight that the rounded level gives: the one that everything else is filtered with. Through an integer, for a
+    // driver may cancel the addition.
+    let weight = select(found - f32(i32(found)), 1.0, i32(found) > lower_level);
+    return SglowSize(found, lower * (1.0 - weight) + upper * weight);
+}
+
+/// A point of the Fibonacci lattice of the golden ratio, in [0, 1)^2.
+/// [Tokuyoshi 2016, Section 5; Sloan and Joe 1994]
+///
+/// index: below count; count: 1 to 65536.
+fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
+    // 2654435769 is 2^32 over the golden ratio: integers wrap exactly where a float's fraction loses digits.
+    let fraction = (index * 2654435769u) >> 8u;
+    return vec2<f32>((f32(index) + 0.5) / f32(count), f32(fraction) * 5.9604645e-8);
+}
+
+/// One of the centres that are distributed by a density, with what the levels above it say of a mass.
+///
+/// inverse_mean: one over the top level's texel, which is above 0; mass: above 0, in texels of mean density.
+fn sglow_draw_guided(
+    density: texture_2d_array<f32>,
+    index: u32,
+    count: u32,
+    inverse_mean: f32,
+    mass: f32,
+) -> SglowGuidedCentre {
+    {
+        return sglow_warp_guided(density, sglow_lattice_point(index, count), inverse_mean, mass);
+    }
 }
 
 /// A filtering kernel: where it lies, how large it is, and what its mean is worth.
@@ -222,37 +305,28 @@ struct SglowKernel {
     scale: f32,
 }
 
-/// The kernel of a point: its centre by warping, its size from the density's integral within it, its power by Eq. (5).
+/// A kernel: its centre drawn by the density, its size from the density's integral within it, its power by Eq. (5).
 /// [Tokuyoshi 2016, Eq. (3), Eq. (5)]
 ///
 /// The paper's left side of Eq. (3) grows with the level. Under bilinear filtering it need not: beside a bright texel
 /// there can be several roots, or none; what each solver gives then stands beside it. Eq. (5) keeps its total all the
 /// same, for its numerator and denominator share the kernel.
 ///
-/// count: number of kernels, at least 1; size_factor: K, above 0.
-fn sglow_kernel(density: texture_2d_array<f32>, point: vec2<f32>, count: f32, size_factor: f32) -> SglowKernel {
+/// index: below count; count: number of kernels, at least 1; size_factor: K, above 0.
+fn sglow_kernel(density: texture_2d_array<f32>, index: u32, count: u32, size_factor: f32) -> SglowKernel {
     let top = i32(textureNumLevels(density)) - 1;
     let size = vec2<f32>(textureDimensions(density, 0));
     let texels = size.x * size.y;
     let mean = textureLoad(density, vec2<u32>(0u), 0, top).x;
-    let target_mass = size_factor * texels / count;
-    let centre = sglow_warp(density, point);
+    let target_mass = size_factor * texels / f32(count);
+    let guided = sglow_draw_guided(density, index, count, 1.0 / mean, target_mass);
+    let centre = guided.centre;
     if !(mean > 0.0) {
         return SglowKernel(centre.position, 0.0, 0.0);
     }
-    let size_found = sglow_bisect(density, centre.position, mean, target_mass);
+    let size_found = sglow_solve_bracketed(density, guided, mean, target_mass);
     let filtered = size_found.filtered;
-    return SglowKernel(centre.position, size_found.level, texels / (count * max(filtered, 1e-30)));
-}
-
-/// A point of the Fibonacci lattice of the golden ratio, in [0, 1)^2.
-/// [Tokuyoshi 2016, Section 5; Sloan and Joe 1994]
-///
-/// index: below count; count: 1 to 65536.
-fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
-    // 2654435769 is 2^32 over the golden ratio: integers wrap exactly where a float's fraction loses digits.
-    let fraction = (index * 2654435769u) >> 8u;
-    return vec2<f32>((f32(index) + 0.5) / f32(count), f32(fraction) * 5.9604645e-8);
+    return SglowKernel(centre.position, size_found.level, texels / (f32(count) * max(filtered, 1e-30)));
 }
 
 /// Luminance of linear Rec. 709; the weight of a photon where directions and positions are averaged.
@@ -352,6 +426,50 @@ fn sglow_emission(power: vec3<f32>, direction: vec3<f32>, scale: f32) -> SglowEm
     return SglowEmission(mean / norm, sharpness, power * (scale / sglow_sg_integral(sharpness)));
 }
 
+/// What the texels of a cluster add up to, or the mean of it over the texels.
+/// [Tokuyoshi 2016, Appendix B]
+struct SglowClusterMoments {
+    /// Positions relative to the origin and their squared norms, times weights.
+    position: vec4<f32>,
+    /// Phi_j R_d.
+    diffuse_power: vec3<f32>,
+    /// The weights of the positions.
+    weight: f32,
+    /// Mean directions of the diffuse lobes, times the luminance of their powers.
+    diffuse_direction: vec3<f32>,
+}
+
+/// The virtual light of a cluster.
+/// [Tokuyoshi 2016, Appendix B]
+///
+/// scale: times the moments it gives those of the whole cluster; origin: what their positions are relative to;
+/// minimum_variance: above 0.
+/// Contract: no weight gives a light without power at the origin, finite; powers as in sglow_emission.
+fn sglow_vsgl_of_moments(
+    moments: SglowClusterMoments,
+    scale: f32,
+    origin: vec3<f32>,
+    minimum_variance: f32,
+) -> SglowVsgl {
+    let diffuse = sglow_emission(moments.diffuse_power, moments.diffuse_direction, scale);
+    var vsgl: SglowVsgl;
+    var mean = vec3<f32>(0.0);
+    var variance = 0.0;
+    let position = moments.position;
+    let weight = moments.weight;
+    if weight > 0.0 {
+        mean = position.xyz / weight;
+        // The difference cancels for a small cluster far from the origin; hence the floor below.
+        variance = position.w / weight - dot(mean, mean);
+    }
+    vsgl.position = origin + mean;
+    vsgl.variance = max(variance, minimum_variance);
+    vsgl.diffuse_axis = diffuse.axis;
+    vsgl.diffuse_sharpness = diffuse.sharpness;
+    vsgl.diffuse_coefficient = diffuse.coefficient;
+    return vsgl;
+}
+
 struct SglowSampleParameters {
     /// The origin that the moments' positions are relative to.
     origin: vec3<f32>,
@@ -377,28 +495,17 @@ fn sglow_sample(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= count {
         return;
     }
-    let point = sglow_lattice_point(id.x, count);
-    let kernel = sglow_kernel(sglow_density_texture, point, f32(count), sglow_sample_parameters.size_factor);
+    let kernel = sglow_kernel(sglow_density_texture, id.x, count, sglow_sample_parameters.size_factor);
     sglow_kernels[id.x] = kernel;
 
-    let position = sglow_filter(sglow_moments_texture, 0, kernel.centre, kernel.level);
-    let diffuse_power = sglow_filter(sglow_moments_texture, 1, kernel.centre, kernel.level);
-    let diffuse_direction = sglow_filter(sglow_moments_texture, 2, kernel.centre, kernel.level);
-    let weight = diffuse_power.w;
-    let diffuse = sglow_emission(diffuse_power.rgb, diffuse_direction.xyz, kernel.scale);
-
-    var vsgl: SglowVsgl;
-    var mean = vec3<f32>(0.0);
-    var variance = 0.0;
-    if weight > 0.0 {
-        mean = position.xyz / weight;
-        // The difference cancels for a small cluster far from the origin; hence the floor below.
-        variance = position.w / weight - dot(mean, mean);
+    var moments: SglowClusterMoments;
+    moments.position = sglow_filter(sglow_moments_texture, 0, kernel.centre, kernel.level);
+    {
+        let diffuse_power = sglow_filter(sglow_moments_texture, 1, kernel.centre, kernel.level);
+        moments.diffuse_power = diffuse_power.rgb;
+        moments.weight = diffuse_power.w;
+        moments.diffuse_direction = sglow_filter(sglow_moments_texture, 2, kernel.centre, kernel.level).xyz;
     }
-    vsgl.position = sglow_sample_parameters.origin + mean;
-    vsgl.variance = max(variance, sglow_sample_parameters.minimum_variance);
-    vsgl.diffuse_axis = diffuse.axis;
-    vsgl.diffuse_sharpness = diffuse.sharpness;
-    vsgl.diffuse_coefficient = diffuse.coefficient;
-    sglow_vsgls[id.x] = vsgl;
+    sglow_vsgls[id.x] = sglow_vsgl_of_moments(
+        moments, kernel.scale, sglow_sample_parameters.origin, sglow_sample_parameters.minimum_variance);
 }

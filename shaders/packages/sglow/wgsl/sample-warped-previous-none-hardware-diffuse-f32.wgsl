@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// sample-previous-none-hardware-both-f32: draws kernels by the density and makes one virtual spherical Gaussian light of each
+// sample-warped-previous-none-hardware-diffuse-f32: draws kernels by the density and makes one virtual spherical Gaussian light of each
 //
+// draw = warped: a lattice, warped by the density [Tokuyoshi 2016, Section 5; Clarberg 2005]
 // kernel = previous: from the density at its centre [Tokuyoshi 2016, Eq. (1), Eq. (4)]
 // solver = none: there is no equation to solve
 // filter = hardware: by the sampler, whose weights may have no more than 8 fractional bits
-// lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
+// lobes = diffuse: a diffuse lobe [Tokuyoshi 2016, Eq. (6)]
 // precision = f32: 32-bit floats
 //
 // Contract:
 // - moments, density: a power-of-two square with all its mip levels
 // - density: at least 0, finite; all zero gives lights without power
-// - count: 1 to 65536 and at most the length of both buffers
+// - count: 1 to 65536 and at most the length of both buffers, and of the chains' with draw metropolis
+// - chains, with draw metropolis: in [0, 1]^2 of the density
 // - size_factor: above 0, finite
 // - minimum_variance: above 1e-12
 // - power_unit: one over the power_scale of the moments
@@ -26,6 +28,16 @@
 /// [Tokuyoshi 2016, Section 3.1]
 fn sglow_filter(image: texture_2d_array<f32>, layer: i32, position: vec2<f32>, level: f32) -> vec4<f32> {
     return textureSampleLevel(image, sglow_trilinear_sampler, position, layer, level);
+}
+
+/// A point of the Fibonacci lattice of the golden ratio, in [0, 1)^2.
+/// [Tokuyoshi 2016, Section 5; Sloan and Joe 1994]
+///
+/// index: below count; count: 1 to 65536.
+fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
+    // 2654435769 is 2^32 over the golden ratio: integers wrap exactly where a float's fraction loses digits.
+    let fraction = (index * 2654435769u) >> 8u;
+    return vec2<f32>((f32(index) + 0.5) / f32(count), f32(fraction) * 5.9604645e-8);
 }
 
 /// Where hierarchical warping ended.
@@ -95,6 +107,16 @@ fn sglow_warp(density: texture_2d_array<f32>, point: vec2<f32>) -> SglowCentre {
     return sglow_landed(density, descent);
 }
 
+/// One of the centres that are distributed by a density.
+/// [Tokuyoshi 2016, Section 5, Section 6]
+///
+/// density: means, a power-of-two square with all its levels; index: below count; count: 1 to 65536.
+fn sglow_draw(density: texture_2d_array<f32>, index: u32, count: u32) -> SglowCentre {
+    {
+        return sglow_warp(density, sglow_lattice_point(index, count));
+    }
+}
+
 /// A filtering kernel: where it lies, how large it is, and what its mean is worth.
 struct SglowKernel {
     /// In [0, 1]^2 of the image.
@@ -105,12 +127,12 @@ struct SglowKernel {
     scale: f32,
 }
 
-/// The kernel of a point: its centre by warping, its size from the density at its centre, its power by Eq. (4).
+/// A kernel: its centre drawn by the density, its size from the density at its centre, its power by Eq. (4).
 /// [Tokuyoshi 2016, Eq. (1), Eq. (4); Krivanek and Colbert 2008]
 ///
-/// count: number of kernels, at least 1; size_factor: K, above 0.
-fn sglow_kernel(density: texture_2d_array<f32>, point: vec2<f32>, count: f32, size_factor: f32) -> SglowKernel {
-    let centre = sglow_warp(density, point);
+/// index: below count; count: number of kernels, at least 1; size_factor: K, above 0.
+fn sglow_kernel(density: texture_2d_array<f32>, index: u32, count: u32, size_factor: f32) -> SglowKernel {
+    let centre = sglow_draw(density, index, count);
     let top = i32(textureNumLevels(density)) - 1;
     let size = vec2<f32>(textureDimensions(density, 0));
     let texels = size.x * size.y;
@@ -118,19 +140,9 @@ fn sglow_kernel(density: texture_2d_array<f32>, point: vec2<f32>, count: f32, si
     if !(mean > 0.0) {
         return SglowKernel(centre.position, 0.0, 0.0);
     }
-    let expected = count * (textureLoad(density, centre.texel, 0, 0).x / mean);
+    let expected = f32(count) * (textureLoad(density, centre.texel, 0, 0).x / mean);
     let level = clamp(0.5 * log2(texels * min(size_factor / max(expected, 1e-30), 1.0)), 0.0, f32(top));
     return SglowKernel(centre.position, level, texels / max(expected, 1.0));
-}
-
-/// A point of the Fibonacci lattice of the golden ratio, in [0, 1)^2.
-/// [Tokuyoshi 2016, Section 5; Sloan and Joe 1994]
-///
-/// index: below count; count: 1 to 65536.
-fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
-    // 2654435769 is 2^32 over the golden ratio: integers wrap exactly where a float's fraction loses digits.
-    let fraction = (index * 2654435769u) >> 8u;
-    return vec2<f32>((f32(index) + 0.5) / f32(count), f32(fraction) * 5.9604645e-8);
 }
 
 /// Luminance of linear Rec. 709; the weight of a photon where directions and positions are averaged.
@@ -192,9 +204,6 @@ struct SglowVsgl {
     diffuse_sharpness: f32,
     /// Radiant intensity along the axis, W/sr.
     diffuse_coefficient: vec3<f32>,
-    specular_axis: vec3<f32>,
-    specular_sharpness: f32,
-    specular_coefficient: vec3<f32>,
 }
 
 /// One lobe of a virtual light.
@@ -233,6 +242,50 @@ fn sglow_emission(power: vec3<f32>, direction: vec3<f32>, scale: f32) -> SglowEm
     return SglowEmission(mean / norm, sharpness, power * (scale / sglow_sg_integral(sharpness)));
 }
 
+/// What the texels of a cluster add up to, or the mean of it over the texels.
+/// [Tokuyoshi 2016, Appendix B]
+struct SglowClusterMoments {
+    /// Positions relative to the origin and their squared norms, times weights.
+    position: vec4<f32>,
+    /// Phi_j R_d.
+    diffuse_power: vec3<f32>,
+    /// The weights of the positions.
+    weight: f32,
+    /// Mean directions of the diffuse lobes, times the luminance of their powers.
+    diffuse_direction: vec3<f32>,
+}
+
+/// The virtual light of a cluster.
+/// [Tokuyoshi 2016, Appendix B]
+///
+/// scale: times the moments it gives those of the whole cluster; origin: what their positions are relative to;
+/// minimum_variance: above 0.
+/// Contract: no weight gives a light without power at the origin, finite; powers as in sglow_emission.
+fn sglow_vsgl_of_moments(
+    moments: SglowClusterMoments,
+    scale: f32,
+    origin: vec3<f32>,
+    minimum_variance: f32,
+) -> SglowVsgl {
+    let diffuse = sglow_emission(moments.diffuse_power, moments.diffuse_direction, scale);
+    var vsgl: SglowVsgl;
+    var mean = vec3<f32>(0.0);
+    var variance = 0.0;
+    let position = moments.position;
+    let weight = moments.weight;
+    if weight > 0.0 {
+        mean = position.xyz / weight;
+        // The difference cancels for a small cluster far from the origin; hence the floor below.
+        variance = position.w / weight - dot(mean, mean);
+    }
+    vsgl.position = origin + mean;
+    vsgl.variance = max(variance, minimum_variance);
+    vsgl.diffuse_axis = diffuse.axis;
+    vsgl.diffuse_sharpness = diffuse.sharpness;
+    vsgl.diffuse_coefficient = diffuse.coefficient;
+    return vsgl;
+}
+
 struct SglowSampleParameters {
     /// The origin that the moments' positions are relative to.
     origin: vec3<f32>,
@@ -258,36 +311,17 @@ fn sglow_sample(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= count {
         return;
     }
-    let point = sglow_lattice_point(id.x, count);
-    let kernel = sglow_kernel(sglow_density_texture, point, f32(count), sglow_sample_parameters.size_factor);
+    let kernel = sglow_kernel(sglow_density_texture, id.x, count, sglow_sample_parameters.size_factor);
     sglow_kernels[id.x] = kernel;
 
-    let position = sglow_filter(sglow_moments_texture, 0, kernel.centre, kernel.level);
-    let diffuse_power = sglow_filter(sglow_moments_texture, 1, kernel.centre, kernel.level);
-    let diffuse_direction = sglow_filter(sglow_moments_texture, 2, kernel.centre, kernel.level);
-    let weight = diffuse_power.w;
-    let diffuse = sglow_emission(diffuse_power.rgb, diffuse_direction.xyz, kernel.scale);
-
-    var vsgl: SglowVsgl;
-    var mean = vec3<f32>(0.0);
-    var variance = 0.0;
-    if weight > 0.0 {
-        mean = position.xyz / weight;
-        // The difference cancels for a small cluster far from the origin; hence the floor below.
-        variance = position.w / weight - dot(mean, mean);
-    }
-    vsgl.position = sglow_sample_parameters.origin + mean;
-    vsgl.variance = max(variance, sglow_sample_parameters.minimum_variance);
-    vsgl.diffuse_axis = diffuse.axis;
-    vsgl.diffuse_sharpness = diffuse.sharpness;
-    vsgl.diffuse_coefficient = diffuse.coefficient;
+    var moments: SglowClusterMoments;
+    moments.position = sglow_filter(sglow_moments_texture, 0, kernel.centre, kernel.level);
     {
-        let specular_direction = sglow_filter(sglow_moments_texture, 4, kernel.centre, kernel.level);
-        let specular_power = sglow_filter(sglow_moments_texture, 3, kernel.centre, kernel.level);
-        let specular = sglow_emission(specular_power.rgb, specular_direction.xyz, kernel.scale);
-        vsgl.specular_axis = specular.axis;
-        vsgl.specular_sharpness = specular.sharpness;
-        vsgl.specular_coefficient = specular.coefficient;
+        let diffuse_power = sglow_filter(sglow_moments_texture, 1, kernel.centre, kernel.level);
+        moments.diffuse_power = diffuse_power.rgb;
+        moments.weight = diffuse_power.w;
+        moments.diffuse_direction = sglow_filter(sglow_moments_texture, 2, kernel.centre, kernel.level).xyz;
     }
-    sglow_vsgls[id.x] = vsgl;
+    sglow_vsgls[id.x] = sglow_vsgl_of_moments(
+        moments, kernel.scale, sglow_sample_parameters.origin, sglow_sample_parameters.minimum_variance);
 }

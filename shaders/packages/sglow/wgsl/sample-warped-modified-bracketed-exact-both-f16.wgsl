@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// sample-modified-bracketed-exact-both-f32: draws kernels by the density and makes one virtual spherical Gaussian light of each
+// sample-warped-modified-bracketed-exact-both-f16: draws kernels by the density and makes one virtual spherical Gaussian light of each
 //
+// draw = warped: a lattice, warped by the density [Tokuyoshi 2016, Section 5; Clarberg 2005]
 // kernel = modified: from the density's integral within it [Tokuyoshi 2016, Eq. (3), Eq. (5), Algorithm 1]
 // solver = bracketed: between two integer levels around the root, with at most 5 look-ups of the density
 // filter = exact: written out with texture loads, in f32
 // lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
-// precision = f32: 32-bit floats
+// precision = f16: 16 bits where they suffice: powers, diffuse directions, lobes; what cancels stays in 32
 //
 // Contract:
 // - moments, density: a power-of-two square with all its mip levels
 // - density: at least 0, finite; all zero gives lights without power
-// - count: 1 to 65536 and at most the length of both buffers
+// - count: 1 to 65536 and at most the length of both buffers, and of the chains' with draw metropolis
+// - chains, with draw metropolis: in [0, 1]^2 of the density
 // - size_factor: above 0, finite
 // - minimum_variance: above 1e-12
 // - power_unit: one over the power_scale of the moments
@@ -268,40 +270,6 @@ fn sglow_solve_bracketed(
     return SglowSize(found, lower * (1.0 - weight) + upper * weight);
 }
 
-/// A filtering kernel: where it lies, how large it is, and what its mean is worth.
-struct SglowKernel {
-    /// In [0, 1]^2 of the image.
-    centre: vec2<f32>,
-    /// Mip level; the kernel covers 4^level texels.
-    level: f32,
-    /// Times the filtered value of the power per texel, it is the power of the kernel.
-    scale: f32,
-}
-
-/// The kernel of a point: its centre by warping, its size from the density's integral within it, its power by Eq. (5).
-/// [Tokuyoshi 2016, Eq. (3), Eq. (5)]
-///
-/// The paper's left side of Eq. (3) grows with the level. Under bilinear filtering it need not: beside a bright texel
-/// there can be several roots, or none; what each solver gives then stands beside it. Eq. (5) keeps its total all the
-/// same, for its numerator and denominator share the kernel.
-///
-/// count: number of kernels, at least 1; size_factor: K, above 0.
-fn sglow_kernel(density: texture_2d_array<f32>, point: vec2<f32>, count: f32, size_factor: f32) -> SglowKernel {
-    let top = i32(textureNumLevels(density)) - 1;
-    let size = vec2<f32>(textureDimensions(density, 0));
-    let texels = size.x * size.y;
-    let mean = textureLoad(density, vec2<u32>(0u), 0, top).x;
-    let target_mass = size_factor * texels / count;
-    let guided = sglow_warp_guided(density, point, 1.0 / mean, target_mass);
-    let centre = guided.centre;
-    if !(mean > 0.0) {
-        return SglowKernel(centre.position, 0.0, 0.0);
-    }
-    let size_found = sglow_solve_bracketed(density, guided, mean, target_mass);
-    let filtered = size_found.filtered;
-    return SglowKernel(centre.position, size_found.level, texels / (count * max(filtered, 1e-30)));
-}
-
 /// A point of the Fibonacci lattice of the golden ratio, in [0, 1)^2.
 /// [Tokuyoshi 2016, Section 5; Sloan and Joe 1994]
 ///
@@ -312,9 +280,87 @@ fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
     return vec2<f32>((f32(index) + 0.5) / f32(count), f32(fraction) * 5.9604645e-8);
 }
 
+/// One of the centres that are distributed by a density, with what the levels above it say of a mass.
+///
+/// inverse_mean: one over the top level's texel, which is above 0; mass: above 0, in texels of mean density.
+fn sglow_draw_guided(
+    density: texture_2d_array<f32>,
+    index: u32,
+    count: u32,
+    inverse_mean: f32,
+    mass: f32,
+) -> SglowGuidedCentre {
+    {
+        return sglow_warp_guided(density, sglow_lattice_point(index, count), inverse_mean, mass);
+    }
+}
+
+/// A filtering kernel: where it lies, how large it is, and what its mean is worth.
+struct SglowKernel {
+    /// In [0, 1]^2 of the image.
+    centre: vec2<f32>,
+    /// Mip level; the kernel covers 4^level texels.
+    level: f32,
+    /// Times the filtered value of the power per texel, it is the power of the kernel.
+    scale: f32,
+}
+
+/// A kernel: its centre drawn by the density, its size from the density's integral within it, its power by Eq. (5).
+/// [Tokuyoshi 2016, Eq. (3), Eq. (5)]
+///
+/// The paper's left side of Eq. (3) grows with the level. Under bilinear filtering it need not: beside a bright texel
+/// there can be several roots, or none; what each solver gives then stands beside it. Eq. (5) keeps its total all the
+/// same, for its numerator and denominator share the kernel.
+///
+/// index: below count; count: number of kernels, at least 1; size_factor: K, above 0.
+fn sglow_kernel(density: texture_2d_array<f32>, index: u32, count: u32, size_factor: f32) -> SglowKernel {
+    let top = i32(textureNumLevels(density)) - 1;
+    let size = vec2<f32>(textureDimensions(density, 0));
+    let texels = size.x * size.y;
+    let mean = textureLoad(density, vec2<u32>(0u), 0, top).x;
+    let target_mass = size_factor * texels / f32(count);
+    let guided = sglow_draw_guided(density, index, count, 1.0 / mean, target_mass);
+    let centre = guided.centre;
+    if !(mean > 0.0) {
+        return SglowKernel(centre.position, 0.0, 0.0);
+    }
+    let size_found = sglow_solve_bracketed(density, guided, mean, target_mass);
+    let filtered = size_found.filtered;
+    return SglowKernel(centre.position, size_found.level, texels / (f32(count) * max(filtered, 1e-30)));
+}
+
+/// The nearest numbers that halves hold, ties to even, and the largest half beyond it.
+///
+/// A half float has 11 bits from 6.1e-5 on and ends at 65504; infinity there would spread over a whole mip chain. Devices
+/// may round a stored half in any direction, and some cut it off: seven levels of a mip chain would darken by up to seven
+/// parts in a thousand. What this gives is stored as it is, but for numbers below 6.1e-5, whose steps are 6e-8 and which
+/// a device may flush to zero.
+///
+/// Contract: anything; infinite numbers give the largest half, NaN gives any number or NaN.
+fn sglow_half(value: vec4<f32>) -> vec4<f32> {
+    let bits = bitcast<vec4<u32>>(clamp(value, vec4<f32>(-65504.0), vec4<f32>(65504.0)));
+    // Of the 24 bits of an f32 13 go. In integers, for a driver may drop a float's addition and subtraction.
+    let half_step = vec4<u32>(4095u) + ((bits >> vec4<u32>(13u)) & vec4<u32>(1u));
+    return bitcast<vec4<f32>>((bits + half_step) & vec4<u32>(4294959104u));
+}
+
 /// Luminance of linear Rec. 709; the weight of a photon where directions and positions are averaged.
 fn sglow_luminance(color: vec3<f32>) -> f32 {
     return dot(color, vec3<f32>(0.2126, 0.7152, 0.0722));
+}
+
+/// A unit vector as a point of the square [-1, 1]^2: the octahedron, its lower half folded out.
+/// [Cigolle 2014, Section 3.2]
+///
+/// Contract: a vector of zeros gives the centre, which stands for +z; anything else gives a point of the square, finite
+/// or, of what is not finite, any.
+fn sglow_octahedral(direction: vec3<f32>) -> vec2<f32> {
+    let magnitude = abs(direction);
+    let point = direction.xy / max(magnitude.x + magnitude.y + magnitude.z, 1e-30);
+    if direction.z >= 0.0 {
+        return point;
+    }
+    return (1.0 - abs(point.yx)) * select(vec2<f32>(-1.0), vec2<f32>(1.0), point >= vec2<f32>(0.0));
 }
 
 /// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
@@ -412,6 +458,123 @@ fn sglow_emission(power: vec3<f32>, direction: vec3<f32>, scale: f32) -> SglowEm
     return SglowEmission(mean / norm, sharpness, power * (scale / sglow_sg_integral(sharpness)));
 }
 
+/// What the texels of a cluster add up to, or the mean of it over the texels.
+/// [Tokuyoshi 2016, Appendix B]
+struct SglowClusterMoments {
+    /// Positions relative to the origin and their squared norms, times weights.
+    position: vec4<f32>,
+    /// Phi_j R_d.
+    diffuse_power: vec3<f32>,
+    /// The weights of the positions.
+    weight: f32,
+    /// Mean directions of the diffuse lobes, times the luminance of their powers.
+    diffuse_direction: vec3<f32>,
+    /// Phi_j R_s.
+    specular_power: vec3<f32>,
+    /// Mean directions of the specular lobes, times the luminance of their powers.
+    specular_direction: vec3<f32>,
+}
+
+/// The virtual light of a cluster.
+/// [Tokuyoshi 2016, Appendix B]
+///
+/// scale: times the moments it gives those of the whole cluster; origin: what their positions are relative to;
+/// minimum_variance: above 0.
+/// Contract: no weight gives a light without power at the origin, finite; powers as in sglow_emission.
+fn sglow_vsgl_of_moments(
+    moments: SglowClusterMoments,
+    scale: f32,
+    origin: vec3<f32>,
+    minimum_variance: f32,
+) -> SglowVsgl {
+    let diffuse = sglow_emission(moments.diffuse_power, moments.diffuse_direction, scale);
+    var vsgl: SglowVsgl;
+    var mean = vec3<f32>(0.0);
+    var variance = 0.0;
+    let position = moments.position;
+    let weight = moments.weight;
+    if weight > 0.0 {
+        mean = position.xyz / weight;
+        // The difference cancels for a small cluster far from the origin; hence the floor below.
+        variance = position.w / weight - dot(mean, mean);
+    }
+    vsgl.position = origin + mean;
+    vsgl.variance = max(variance, minimum_variance);
+    vsgl.diffuse_axis = diffuse.axis;
+    vsgl.diffuse_sharpness = diffuse.sharpness;
+    vsgl.diffuse_coefficient = diffuse.coefficient;
+    {
+        let specular = sglow_emission(moments.specular_power, moments.specular_direction, scale);
+        vsgl.specular_axis = specular.axis;
+        vsgl.specular_sharpness = specular.sharpness;
+        vsgl.specular_coefficient = specular.coefficient;
+    }
+    return vsgl;
+}
+
+/// One lobe of a virtual light in 16 bytes.
+struct SglowPackedLobe {
+    /// The axis: its octahedral coordinates as signed 16-bit fractions, within 7e-5 of the unit vector. Halves would
+    /// leave 5e-4, half the breadth of the sharpest lobe.
+    axis: u32,
+    /// Red and green of the coefficient over the scale, unsigned 16-bit fractions.
+    red_green: u32,
+    /// Low: blue over the scale, an unsigned 16-bit fraction. High: sharpness / 32, a half float, so that 2^20 is in range.
+    blue_sharpness: u32,
+    /// The coefficient's largest channel, W/sr: f32, for intensities have no common range.
+    scale: f32,
+}
+
+/// A virtual light in 32 bytes, or in 48 with a specular lobe.
+struct SglowPackedVsgl {
+    /// Mean position, in world space: f32, for the shading point's is subtracted from it.
+    position: vec3<f32>,
+    /// Positional variance: f32, for it has any range.
+    variance: f32,
+    diffuse: SglowPackedLobe,
+    specular: SglowPackedLobe,
+}
+
+/// A power that halves hold, with the luminance that f32 holds: the two are compared where a lobe is sharp.
+///
+/// Contract: a power that halves have lost becomes grey; weight 0 gives 0.
+fn sglow_mended_power(power: vec3<f32>, weight: f32) -> vec3<f32> {
+    let luminance = sglow_luminance(power);
+    if luminance > 1.1754944e-38 {
+        return power * (weight / luminance);
+    }
+    return vec3<f32>(weight);
+}
+
+/// Packs a lobe.
+///
+/// axis: unit; sharpness: at least 0; coefficient: at least 0.
+///
+/// Contract: a sharpness above 2096128 becomes that; negative numbers become 0; a scale that is not finite stays so.
+fn sglow_pack_lobe(axis: vec3<f32>, sharpness: f32, coefficient: vec3<f32>) -> SglowPackedLobe {
+    let scale = max(max(coefficient.r, coefficient.g), max(coefficient.b, 0.0));
+    let color = coefficient / max(scale, 1.1754944e-38);
+    let stored_sharpness = sglow_half(vec4<f32>(0.03125 * max(sharpness, 0.0), 0.0, 0.0, 0.0)).x;
+    return SglowPackedLobe(
+        pack2x16snorm(sglow_octahedral(axis)),
+        pack2x16unorm(color.rg),
+        pack2x16unorm(vec2<f32>(color.b, 0.0)) | pack2x16float(vec2<f32>(0.0, stored_sharpness)),
+        scale,
+    );
+}
+
+/// Packs a virtual light.
+fn sglow_pack_vsgl(vsgl: SglowVsgl) -> SglowPackedVsgl {
+    var packed: SglowPackedVsgl;
+    packed.position = vsgl.position;
+    packed.variance = vsgl.variance;
+    packed.diffuse = sglow_pack_lobe(vsgl.diffuse_axis, vsgl.diffuse_sharpness, vsgl.diffuse_coefficient);
+    {
+        packed.specular = sglow_pack_lobe(vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
+    }
+    return packed;
+}
+
 struct SglowSampleParameters {
     /// The origin that the moments' positions are relative to.
     origin: vec3<f32>,
@@ -421,13 +584,19 @@ struct SglowSampleParameters {
     size_factor: f32,
     /// The least positional variance: about that of one texel's footprint.
     minimum_variance: f32,
+    /// The power that a stored one stands for: a power of two.
+    power_unit: f32,
 }
 
 @group(0) @binding(0) var<uniform> sglow_sample_parameters: SglowSampleParameters;
 @group(0) @binding(1) var sglow_moments_texture: texture_2d_array<f32>;
 @group(0) @binding(2) var sglow_density_texture: texture_2d_array<f32>;
-@group(0) @binding(3) var<storage, read_write> sglow_vsgls: array<SglowVsgl>;
+@group(0) @binding(3) var<storage, read_write> sglow_vsgls: array<SglowPackedVsgl>;
 @group(0) @binding(4) var<storage, read_write> sglow_kernels: array<SglowKernel>;
+// Binding 5 is the sampler of the filter, binding 8 the chains of the draw.
+@group(0) @binding(6) var sglow_half_moments_texture: texture_2d_array<f32>;
+/// The weights, with mips; the density itself where kernels are drawn by power.
+@group(0) @binding(7) var sglow_weight_texture: texture_2d_array<f32>;
 
 /// Draws one kernel by the density and makes one light of what it covers.
 /// [Tokuyoshi 2016, Section 4, Appendix B.3]
@@ -437,36 +606,30 @@ fn sglow_sample(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= count {
         return;
     }
-    let point = sglow_lattice_point(id.x, count);
-    let kernel = sglow_kernel(sglow_density_texture, point, f32(count), sglow_sample_parameters.size_factor);
+    let kernel = sglow_kernel(sglow_density_texture, id.x, count, sglow_sample_parameters.size_factor);
     sglow_kernels[id.x] = kernel;
 
-    let position = sglow_filter(sglow_moments_texture, 0, kernel.centre, kernel.level);
-    let diffuse_power = sglow_filter(sglow_moments_texture, 1, kernel.centre, kernel.level);
-    let diffuse_direction = sglow_filter(sglow_moments_texture, 2, kernel.centre, kernel.level);
-    let weight = diffuse_power.w;
-    let diffuse = sglow_emission(diffuse_power.rgb, diffuse_direction.xyz, kernel.scale);
-
-    var vsgl: SglowVsgl;
-    var mean = vec3<f32>(0.0);
-    var variance = 0.0;
-    if weight > 0.0 {
-        mean = position.xyz / weight;
-        // The difference cancels for a small cluster far from the origin; hence the floor below.
-        variance = position.w / weight - dot(mean, mean);
-    }
-    vsgl.position = sglow_sample_parameters.origin + mean;
-    vsgl.variance = max(variance, sglow_sample_parameters.minimum_variance);
-    vsgl.diffuse_axis = diffuse.axis;
-    vsgl.diffuse_sharpness = diffuse.sharpness;
-    vsgl.diffuse_coefficient = diffuse.coefficient;
+    var moments: SglowClusterMoments;
+    moments.position = sglow_filter(sglow_moments_texture, 0, kernel.centre, kernel.level);
     {
-        let specular_direction = sglow_filter(sglow_moments_texture, 4, kernel.centre, kernel.level);
-        let specular_power = sglow_filter(sglow_moments_texture, 3, kernel.centre, kernel.level);
-        let specular = sglow_emission(specular_power.rgb, specular_direction.xyz, kernel.scale);
-        vsgl.specular_axis = specular.axis;
-        vsgl.specular_sharpness = specular.sharpness;
-        vsgl.specular_coefficient = specular.coefficient;
+        moments.diffuse_power = sglow_filter(sglow_half_moments_texture, 0, kernel.centre, kernel.level).rgb;
+        moments.weight = sglow_filter(sglow_weight_texture, 0, kernel.centre, kernel.level).x;
+        moments.diffuse_direction = sglow_filter(sglow_half_moments_texture, 1, kernel.centre, kernel.level).xyz;
     }
-    sglow_vsgls[id.x] = vsgl;
+    {
+        let specular_direction = sglow_filter(sglow_moments_texture, 1, kernel.centre, kernel.level);
+        moments.specular_power = sglow_mended_power(
+            sglow_filter(sglow_half_moments_texture, 2, kernel.centre, kernel.level).rgb,
+            specular_direction.w,
+        );
+        moments.specular_direction = specular_direction.xyz;
+    }
+    {
+        var vsgl = sglow_vsgl_of_moments(
+            moments, kernel.scale, sglow_sample_parameters.origin, sglow_sample_parameters.minimum_variance);
+        // Lobes are made of stored numbers, whose squares are in range whatever the power.
+        vsgl.diffuse_coefficient *= sglow_sample_parameters.power_unit;
+        vsgl.specular_coefficient *= sglow_sample_parameters.power_unit;
+        sglow_vsgls[id.x] = sglow_pack_vsgl(vsgl);
+    }
 }
