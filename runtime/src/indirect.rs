@@ -12,6 +12,7 @@ use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
 use crate::settings::{Settings, SettingsError};
 use crate::timing::Timer;
+use crate::visibility::Visibility;
 use thiserror::Error;
 
 /// Why there is no indirect light.
@@ -461,6 +462,30 @@ impl Indirect {
         eye: Vec3,
         timer: Option<&mut Timer<'_>>,
     ) {
+        self.encode_shade_with(encoder, gbuffer, eye, Vec::new(), timer);
+    }
+
+    /// The last stage with visibility: what [`Self::encode_shade`] does, of lights that their maps show to be seen. The
+    /// maps are encoded before, and are of the kind that the settings name.
+    pub fn encode_shade_visible(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        gbuffer: SurfaceViews<'_>,
+        eye: Vec3,
+        visibility: &Visibility,
+        timer: Option<&mut Timer<'_>>,
+    ) {
+        self.encode_shade_with(encoder, gbuffer, eye, visibility.shade_bindings().into(), timer);
+    }
+
+    fn encode_shade_with(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        gbuffer: SurfaceViews<'_>,
+        eye: Vec3,
+        maps: Vec<(u32, wgpu::BindingResource<'_>)>,
+        timer: Option<&mut Timer<'_>>,
+    ) {
         let parameters = SglowShadeParameters { eye: eye.into(), count: self.settings.count };
         self.queue.write_buffer(&self.shade_parameters, 0, bytemuck::bytes_of(&parameters));
         let mut bindings = vec![
@@ -475,6 +500,7 @@ impl Indirect {
                 bindings.push((binding, wgpu::BindingResource::TextureView(view)));
             }
         }
+        bindings.extend(maps);
         let [width, height] = self.settings.size;
         let workgroups = [width.div_ceil(8), height.div_ceil(8), 1];
         self.shade_pass.encode(

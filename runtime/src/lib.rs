@@ -36,6 +36,7 @@ pub mod indirect;
 pub mod light;
 pub mod package;
 pub mod pipeline;
+pub mod points;
 pub mod raster;
 pub mod readback;
 #[cfg(feature = "reference")]
@@ -43,3 +44,4 @@ pub mod reference;
 pub mod scene;
 pub mod settings;
 pub mod timing;
+pub mod visibility;

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use sglow_shaders::{Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Specular};
+use sglow_shaders::{Diffuse, Filter, Kernel, Light, Lobes, Ndf, Precision, Specular, Visibility};
 use thiserror::Error;
 
 /// A setting that cannot be.
@@ -80,6 +80,9 @@ pub struct Settings {
     pub specular: Specular,
     /// The distribution of microfacet normals.
     pub ndf: Ndf,
+    /// What hides virtual lights; with anything but `none` the shading pass reads maps: see
+    /// [`crate::indirect::Indirect::encode_shade_visible`].
+    pub visibility: Visibility,
     /// Draws every surface with the variant that can do everything, whether it needs it or not: what the result of
     /// leaving things out is compared with.
     pub complete: bool,
@@ -101,6 +104,7 @@ impl Default for Settings {
             diffuse: Diffuse::Fitted,
             specular: Specular::Asg,
             ndf: Ndf::Ggx,
+            visibility: Visibility::None,
             complete: false,
         }
     }
@@ -202,6 +206,7 @@ impl Settings {
             ndf: self.ndf,
             lobes: self.lobes,
             precision: self.precision,
+            visibility: self.visibility,
         }
     }
 }
