@@ -10,7 +10,8 @@
 //!
 //! # Pipeline
 //! [`surface`] and [`light`] make virtual point lights; [`rsm`] makes their moments, density and mips; [`fis`] places
-//! the kernels; [`vsgl`] makes one light per kernel; [`shade`] reflects them; [`direct`] and [`compose`] add the rest.
+//! the kernels; [`vsgl`] makes one light per kernel; [`visibility`] says what hides them; [`shade`] reflects them;
+//! [`direct`] and [`compose`] add the rest.
 //! [`sg`] has the integrals of spherical Gaussians that shading is made of, on the functions of [`math`].
 //! The truths are [`quadrature`] for integrals over the sphere and [`vpl`] for whole pictures.
 //!
@@ -19,11 +20,14 @@
 //! - Cigolle 2014: A survey of efficient representations for independent unit vectors, JCGT 3(2).
 //! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
 //! - DLMF: NIST Digital Library of Mathematical Functions, <https://dlmf.nist.gov>.
+//! - Duff 2017: Building an orthonormal basis, revisited, JCGT 6(1).
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
 //! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
 //! - Kroeger 2015: Simple, admissible, and accurate approximants of the inverse Langevin and Brillouin functions,
 //!   relevant for strong polymer deformations and flows, J. Non-Newton. Fluid Mech. 223.
+//! - Marroquim 2007: Efficient point-based rendering using image reconstruction, Symposium on Point-Based Graphics.
 //! - Meder 2018: Screen space approximate Gaussian hulls, EGSR Experimental Ideas and Implementations.
+//! - Ritschel 2008: Imperfect shadow maps for efficient computation of indirect illumination, ACM Trans. Graph. 27(5).
 //! - Schlick 1994: An inexpensive BRDF model for physically-based rendering, Comput. Graph. Forum 13(3).
 //! - Tokuyoshi 2015: Fast indirect illumination using two virtual spherical Gaussian lights, supplement.
 //! - Tokuyoshi 2016: Modified filtered importance sampling for virtual spherical Gaussian lights, CVM 2(4).
@@ -51,6 +55,7 @@ pub mod shade;
 pub mod surface;
 pub mod tolerance;
 pub mod vector;
+pub mod visibility;
 pub mod vmf;
 pub mod vpl;
 pub mod vsgl;
