@@ -185,7 +185,8 @@ mod tests {
                 }
             }
             for point in set {
-                let expected = if point.position[0] > 4.0 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
+                let expected =
+                    if point.position[0] > 4.0 { [1.0, 0.0, 0.0] } else { [0.0, 0.0, 1.0] };
                 assert_eq!(point.normal, expected);
                 assert!((2.0 * point.radius.powi(2) * 1280.0 - 1.25).abs() < 1e-5);
             }

@@ -148,9 +148,7 @@ impl Config {
                 bytes <= binding,
                 "the buffer of the lights' maps",
                 format!("{bytes} bytes"),
-                format!(
-                    "at most {binding} on this device: fewer lights or smaller maps would do"
-                ),
+                format!("at most {binding} on this device: fewer lights or smaller maps would do"),
             );
             let bytes =
                 u64::from(self.points) * u64::from(SUBSETS) * size_of::<SglowShadowPoint>() as u64;
@@ -284,9 +282,7 @@ impl Visibility {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format,
-            usage: usage
-                | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC,
+            usage: usage | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         let method = if rasterised {
@@ -349,11 +345,7 @@ impl Visibility {
             }
             Method::Splatted(splatted) => {
                 let tile = u64::from(self.config.tile);
-                encoder.clear_buffer(
-                    &splatted.splats,
-                    0,
-                    Some(4 * u64::from(count) * tile * tile),
-                );
+                encoder.clear_buffer(&splatted.splats, 0, Some(4 * u64::from(count) * tile * tile));
                 let columns = self.config.tiles()[0];
                 let rows = count.div_ceil(columns);
                 if splatted.any {
@@ -477,10 +469,8 @@ impl Visibility {
         let [width, height] = self.config.atlas_size();
         let mut bytes = vec![("light maps", 4 * width * height)];
         match &self.method {
-            Method::Rasterised(rasterised) => bytes.push((
-                "light occluders",
-                rasterised.positions.size() + rasterised.indices.size(),
-            )),
+            Method::Rasterised(rasterised) => bytes
+                .push(("light occluders", rasterised.positions.size() + rasterised.indices.size())),
             Method::Splatted(splatted) => bytes.extend([
                 ("shadow points", splatted.points.size()),
                 ("light splats", splatted.splats.size()),

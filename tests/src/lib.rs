@@ -37,3 +37,5 @@ mod shade;
 mod stress;
 #[cfg(test)]
 mod surface;
+#[cfg(test)]
+mod visibility;
