@@ -617,6 +617,7 @@ fn an_occluder_darkens_what_rays_say_it_darkens() {
             let maps = run.maps();
             let view = View::of_light(&plain(&run.lights[0]), &maps);
             let pixels = readback::texture(gpu(), run.indirect.diffuse().unwrap(), 0).unwrap();
+            let radius = if visibility == Axis::Imperfect { run.points()[0].radius } else { 0.0 };
             let (mut wrong, mut far, mut shadowed) = (0, 0, 0);
             for (pixel, &receiver) in pixels.iter().zip(&receivers) {
                 let position = reference::vector(receiver);
@@ -631,11 +632,8 @@ fn an_occluder_darkens_what_rays_say_it_darkens() {
                 // holes are filled from texels four times as wide.
                 let distance = sglow_oracle::visibility::map::distance(view.offset(position));
                 let texel = 2f64.sqrt() / maps.tile as f64 * distance * 2.0;
-                let band = if visibility == Axis::ShadowMap {
-                    texel
-                } else {
-                    4.0 * texel + 2.0 * run.points()[0].radius
-                };
+                let band =
+                    if visibility == Axis::ShadowMap { texel } else { 4.0 * texel + 2.0 * radius };
                 let edge = (0..32).any(|step| {
                     let (sine, cosine) = (f64::from(step) * 0.196_35).sin_cos();
                     [0.5, 1.0].iter().any(|share| {
@@ -683,7 +681,11 @@ fn settings_that_cannot_be_are_named() {
         (Config { tile: 48, ..config.clone() }, "the size of a light's map is 48"),
         (Config { tile: 128, ..config.clone() }, "a power of two between 8 and 64"),
         (Config { levels: 7, ..config.clone() }, "0 to 6"),
-        (Config { count: 65536, ..config.clone() }, "the atlas of the lights' maps"),
+        (
+            Config { visibility: Axis::ShadowMap, count: 65536, tile: 256, ..config.clone() },
+            "the atlas of the lights' maps is 65536 x 65536 texels",
+        ),
+        (Config { count: 65536, ..config.clone() }, "the buffer of the lights' maps"),
         (Config { points: 1 << 20, ..config.clone() }, "the buffer of points"),
         (Config { visibility: Axis::None, ..config.clone() }, "shadow_map or imperfect"),
         (Config { least_near: 0.0, ..config.clone() }, "the least near distance"),
