@@ -67,7 +67,8 @@ impl Config {
             tile: 64,
             points: 8192,
             reach: 2,
-            levels: 2,
+            // Discs leave few holes that are none; filling them was measured to darken more than it mends.
+            levels: 0,
             near_scale: 1.0,
             least_near: 1e-3,
             bias_scale: 1.0,

@@ -126,7 +126,7 @@ impl Stage {
 
     fn config(&self, visibility: Axis) -> Config {
         let Settings { lobes, precision, count, .. } = self.settings;
-        Config { points: 2048, ..Config::new(visibility, lobes, precision, count) }
+        Config { points: 2048, levels: 2, ..Config::new(visibility, lobes, precision, count) }
     }
 
     /// Runs the maps and the shading pass.
@@ -348,20 +348,30 @@ impl Run<'_> {
         })
     }
 
+    fn receivers(&self) -> Vec<SurfaceTexel> {
+        let surfaces = reference::texels(&self.stage.gbuffer);
+        surfaces.into_iter().filter(|surface: &SurfaceTexel| surface.present).collect()
+    }
+
+    /// Whether each pixel with a surface sees each light, by rays.
+    fn truth(&self) -> Vec<Vec<bool>> {
+        let maps = self.maps();
+        let views: Vec<View> =
+            self.lights.iter().map(|light| View::of_light(&plain(light), &maps)).collect();
+        let positions: Vec<Vector3> =
+            self.receivers().iter().map(|surface| surface.position).collect();
+        exact::all_seen(&self.stage.mesh.triangles(), &views, &positions)
+    }
+
     /// The share of pairs of light and pixel that the map decides wrongly: too dark, too bright, and weighted by the
     /// light that arrives without visibility.
-    fn wrong(&self) -> [f64; 3] {
+    fn wrong(&self, truth: &[Vec<bool>]) -> [f64; 3] {
         let maps = self.maps();
-        let triangles = self.stage.mesh.triangles();
         let lights: Vec<Vsgl> = self.lights.iter().map(plain).collect();
-        let views: Vec<View> = lights.iter().map(|light| View::of_light(light, &maps)).collect();
-        let surfaces: Vec<SurfaceTexel> = reference::texels(&self.stage.gbuffer);
-        let surfaces: Vec<_> = surfaces.into_iter().filter(|surface| surface.present).collect();
-        let positions: Vec<Vector3> = surfaces.iter().map(|surface| surface.position).collect();
-        let truth = exact::all_seen(&triangles, &views, &positions);
+        let surfaces = self.receivers();
         let (mut dark, mut bright, mut weighted, mut pairs, mut total) = (0, 0, 0.0, 0, 0.0);
         for (surface, truth) in surfaces.iter().zip(truth) {
-            for (index, (light, truth)) in lights.iter().zip(truth).enumerate() {
+            for (index, (light, &truth)) in lights.iter().zip(truth).enumerate() {
                 let way = light.position - surface.position;
                 // Behind the surface no light matters.
                 if way.dot(surface.normal) <= 0.0 {
@@ -474,8 +484,8 @@ fn a_broken_shader_is_noticed() {
     let points = stage.config(Axis::Imperfect);
     for (from, to, what) in [
         ("1.7320508 * point.radius", "1.7 * point.radius", "another nearest point"),
-        ("point.radius * point.radius", "0.9 * point.radius * point.radius", "smaller discs"),
-        ("dot(normal, ray) / height", "1.0 / distance", "discs that face the light"),
+        ("facing * point.radius", "0.95 * facing * point.radius", "smaller discs"),
+        ("min(facing * inverse_height", "min(1.0 / distance", "discs that face the light"),
         ("light % sglow_light_maps.subsets", "0u", "one subset for all"),
         ("all(texel == centre) ||", "", "small discs that vanish"),
     ] {
@@ -715,9 +725,10 @@ fn measures() {
     for name in ["cornell", "columns"] {
         let settings = Settings { count: 64, size: [48, 27], rsm_size: 128, ..Settings::default() };
         let stage = Stage::of_scene(name, &settings);
+        let truth = stage.run(&stage.config(Axis::ShadowMap), whole_space()).truth();
         let show = |what: &str, config: &Config| {
             let [dark, bright, weighted] =
-                stage.run(config, whole_space()).wrong().map(|share| 100.0 * share);
+                stage.run(config, whole_space()).wrong(&truth).map(|share| 100.0 * share);
             println!(
                 "{name} {what}: {dark:.2} % too dark, {bright:.2} % too bright, {weighted:.2} % of the light"
             );

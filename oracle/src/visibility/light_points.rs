@@ -56,7 +56,9 @@ pub fn splats<'a, R: Real>(
     let mut texels = vec![Range { low: 0.0, high: 0.0 }; tile * tile];
     for point in points {
         let offset = view.offset(Vector3::constant(point.position));
-        let normal = view.basis.coordinates(Vector3::constant(point.normal));
+        let either = view.basis.coordinates(Vector3::constant(point.normal));
+        // On the far side of the disc. Where rounding decides which that is, the disc is seen by the edge.
+        let normal = if either.dot(offset).value() > 0.0 { either } else { -either };
         let radius = R::constant(point.radius);
         let distance = map::distance(offset);
         let height = normal.dot(offset);
@@ -64,7 +66,7 @@ pub fn splats<'a, R: Real>(
             above(offset.z),
             // A point at just the near distance counts.
             above(distance - view.near + R::constant(1e-300)),
-            above(height.abs() - R::constant(EDGE) * distance),
+            above(height - R::constant(EDGE) * distance),
         ];
         if !conditions.iter().all(|[may, _]| *may) {
             continue;
@@ -73,8 +75,12 @@ pub fn splats<'a, R: Real>(
         let nearest = (distance - R::constant(3f64.sqrt()) * radius).max(view.near);
         let centre = map::place(offset, tile).map(|side| map::texels(side, tile));
         // How far the rim can be at most, in texels: only what bounds the work; see the shader.
-        let rim = R::constant(0.5 * 2f64.sqrt() * (1.0 + 3f64.sqrt())) * radius / nearest
-            * R::constant(tile as f64);
+        let [column, row] = map::place(offset, tile)
+            .map(|side| (side * R::constant(2.0) - R::constant(tile as f64)).abs());
+        let rim = (R::constant(0.5f64.sqrt() * tile as f64)
+            + R::constant(0.75f64.sqrt()) * column.max(row))
+            * radius
+            / nearest;
         let rim = (R::one() + rim).min(R::constant(reach as f64));
         let [least, most] = [rim.value() - rim.error(), rim.value() + rim.error()]
             .map(|reach| if reach.is_finite() { reach.max(0.0).floor() as usize } else { 8 });
@@ -85,9 +91,10 @@ pub fn splats<'a, R: Real>(
             for column in range(0) {
                 let texel = [column, row];
                 let ray = map::ray(texel.map(|side| side as f64 + 0.5), tile);
-                let inverse = normal.dot(ray) / height;
-                let aside = ray.map(|part| part / inverse) - offset;
-                let inside = above(radius * radius - aside.length_squared());
+                // The ray meets the plane at height/facing; all of this times facing.
+                let facing = normal.dot(ray);
+                let aside = ray * height - offset * facing;
+                let inside = above((radius * facing).squared() - aside.length_squared());
                 let is_centre = [
                     (0..2).all(|axis| (centre[axis][0]..=centre[axis][1]).contains(&texel[axis])),
                     (0..2).all(|axis| centre[axis] == [texel[axis]; 2]),
@@ -98,9 +105,10 @@ pub fn splats<'a, R: Real>(
                 let covers = [0, 1].map(|must| is_centre[must] || inside[must]);
                 let [may, must] = [0, 1].map(|must| {
                     conditions.iter().all(|condition| condition[must])
-                        && above(inverse)[must]
+                        && above(facing)[must]
                         && covers[must]
                 });
+                let inverse = facing * (R::one() / height);
                 let value = view.near * inverse.min(R::one() / nearest);
                 let ceiling = view.near / nearest;
                 let held = &mut texels[row * tile + column];
