@@ -722,8 +722,8 @@ fn settings_that_cannot_be_are_named() {
 #[test]
 #[ignore = "measures for a minute; run it by its name, with --nocapture"]
 fn measures() {
-    for name in ["cornell", "columns"] {
-        let settings = Settings { count: 64, size: [48, 27], rsm_size: 128, ..Settings::default() };
+    for (name, size) in [("cornell", [48, 27]), ("columns", [48, 27]), ("atrium:75k", [24, 14])] {
+        let settings = Settings { count: 64, size, rsm_size: 128, ..Settings::default() };
         let stage = Stage::of_scene(name, &settings);
         let truth = stage.run(&stage.config(Axis::ShadowMap), whole_space()).truth();
         let show = |what: &str, config: &Config| {
@@ -737,7 +737,7 @@ fn measures() {
             let config = Config { bias_scale, ..stage.config(Axis::ShadowMap) };
             show(&format!("shadow_map, bias {bias_scale}"), &config);
         }
-        let base = Config { points: 8192, ..stage.config(Axis::Imperfect) };
+        let base = Config { points: 8192, levels: 0, ..stage.config(Axis::Imperfect) };
         for points in [1024, 4096, 8192, 32768] {
             for levels in [0, 1, 2, 3, 6] {
                 show(
@@ -753,7 +753,10 @@ fn measures() {
             );
         }
         for reach in [0, 1, 2, 4, 8] {
-            show(&format!("8192 points, reach {reach}"), &Config { reach, ..base.clone() });
+            for levels in [0, 2] {
+                let config = Config { reach, levels, ..base.clone() };
+                show(&format!("8192 points, reach {reach}, {levels} levels"), &config);
+            }
         }
     }
 }
@@ -764,15 +767,18 @@ fn measures() {
 fn measures_times() {
     let settings = Settings { count: 1024, size: [160, 90], rsm_size: 256, ..Settings::default() };
     let stage = Stage::of_scene("cornell", &settings);
-    for visibility in [Axis::ShadowMap, Axis::Imperfect] {
-        let config = Config { points: 8192, ..stage.config(visibility) };
-        for _ in 0..3 {
-            println!("{visibility}: {:?}", stage.run(&config, whole_space()).times);
+    for (visibility, levels) in
+        [(Axis::ShadowMap, 0), (Axis::Imperfect, 0), (Axis::Imperfect, 2), (Axis::Imperfect, 6)]
+    {
+        let config = Config { points: 8192, levels, ..stage.config(visibility) };
+        for _ in 0..5 {
+            let times = stage.run(&config, whole_space()).times;
+            println!("{visibility}, {levels} levels: {times:?}");
         }
     }
     let scene = Scene::builtin("cornell").unwrap();
     let renderer = Renderer::new(gpu(), whole_space(), &scene, &settings, 0).unwrap();
-    for _ in 0..3 {
+    for _ in 0..5 {
         let times = renderer.render().unwrap().passes;
         println!("none: {:?}", times.iter().find(|(label, _)| *label == "shade"));
     }
