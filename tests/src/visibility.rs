@@ -7,6 +7,7 @@ use sglow_oracle::fis::stress::Random;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::tolerance::ULP;
 use sglow_oracle::visibility::light_shadow::texel;
+use sglow_oracle::visibility::map::distance;
 use sglow_oracle::visibility::{Maps, Point, Seen, View, exact, light_fill, light_points, visible};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, shade};
@@ -304,7 +305,7 @@ impl Run<'_> {
     /// pixel. Returns the shares of lights that are seen, and of those where rounding decides.
     fn compare_shading(
         &self,
-        seen: &dyn Fn(usize, &Vsgl<Bounded>, &SurfaceTexel<Bounded>) -> Seen,
+        seen: impl Fn(usize, &Vsgl<Bounded>, &SurfaceTexel<Bounded>) -> Seen,
     ) -> (Comparison, [f64; 2]) {
         let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&self.stage.gbuffer);
         let model = reference::model(self.indirect.settings());
@@ -343,7 +344,7 @@ impl Run<'_> {
 
     fn by_the_atlas(&self) -> (Comparison, [f64; 2]) {
         let maps = self.maps();
-        self.compare_shading(&|light, vsgl, surface| {
+        self.compare_shading(|light, vsgl, surface| {
             visible(light, vsgl, surface.position, surface.normal, &maps, &self.atlas)
         })
     }
@@ -539,26 +540,28 @@ fn floor() -> Stage {
     Stage::made(mesh, &receivers, Vec3::Z, &lights)
 }
 
+/// Seen is all that lies before a light's plane. Where lifting the receiver may carry it through that plane, which the
+/// comparison with the oracle looks into, both are right.
+fn before_the_plane(vsgl: &Vsgl<Bounded>, surface: &SurfaceTexel<Bounded>, maps: &Maps) -> Seen {
+    let offset = View::of_light(&plain(vsgl), maps).offset(surface.position.value());
+    let lift = 2.0 * maps.bias * distance(offset);
+    if offset.z.abs() <= lift {
+        Seen::Uncertain
+    } else if offset.z > 0.0 {
+        Seen::Yes
+    } else {
+        Seen::No
+    }
+}
+
 #[test]
 fn a_lit_plane_has_no_acne_and_half_the_bias_does_not_do() {
     let stage = floor();
     let compare = |config: &Config, package: &Package| {
         let run = stage.run(config, package);
         let maps = run.maps();
-        // All that lies before a light's plane is seen. Where lifting the receiver may carry it through that plane, which
-        // the comparison with the oracle looks into, both are right.
-        let (comparison, shares) = run.compare_shading(&|_, vsgl, surface| {
-            let view = View::of_light(&plain(vsgl), &maps);
-            let offset = view.offset(surface.position.value());
-            let lift = 2.0 * maps.bias * sglow_oracle::visibility::map::distance(offset);
-            if offset.z.abs() <= lift {
-                Seen::Uncertain
-            } else if offset.z > 0.0 {
-                Seen::Yes
-            } else {
-                Seen::No
-            }
-        });
+        let (comparison, shares) =
+            run.compare_shading(|_, vsgl, surface| before_the_plane(vsgl, surface, &maps));
         println!("{shares:?}");
         comparison
     };
@@ -584,19 +587,8 @@ fn without_geometry_everything_is_visible() {
         assert!(seen > 0.5, "{seen}");
         // What is seen is all that lies before the lights' planes.
         let maps = run.maps();
-        let before = |light: &Vsgl<Bounded>, surface: &SurfaceTexel<Bounded>| {
-            let view = View::of_light(&plain(light), &maps);
-            let offset = view.offset(surface.position.value());
-            let lift = 2.0 * maps.bias * sglow_oracle::visibility::map::distance(offset);
-            if offset.z.abs() <= lift {
-                Seen::Uncertain
-            } else if offset.z > 0.0 {
-                Seen::Yes
-            } else {
-                Seen::No
-            }
-        };
-        let (comparison, _) = run.compare_shading(&|_, light, surface| before(light, surface));
+        let (comparison, _) =
+            run.compare_shading(|_, vsgl, surface| before_the_plane(vsgl, surface, &maps));
         comparison.assert_holds(&format!("{visibility} of nothing, by planes"));
     }
 }
@@ -640,8 +632,8 @@ fn an_occluder_darkens_what_rays_say_it_darkens() {
                 // Twice half a texel's diagonal, for the texel that is looked at and for the lift, where it falls on the
                 // wall; with points, discs reach over the edge by their radius, which the wall sees twice as large, and
                 // holes are filled from texels four times as wide.
-                let distance = sglow_oracle::visibility::map::distance(view.offset(position));
-                let texel = 2f64.sqrt() / maps.tile as f64 * distance * 2.0;
+                let way = distance(view.offset(position));
+                let texel = 2f64.sqrt() / maps.tile as f64 * way * 2.0;
                 let band =
                     if visibility == Axis::ShadowMap { texel } else { 4.0 * texel + 2.0 * radius };
                 let edge = (0..32).any(|step| {
