@@ -11,7 +11,7 @@
 //! # Pipeline
 //! [`surface`] and [`light`] make virtual point lights; [`rsm`] makes their moments and mips; [`density`] says by
 //! what kernels are drawn; [`fis`] places the kernels; [`vsgl`] makes one light per kernel, [`cluster`] one per cluster of
-//! texels; [`shade`] reflects them;
+//! texels; [`visibility`] says what hides them; [`shade`] reflects them;
 //! [`direct`] and [`compose`] add the rest.
 //! [`sg`] has the integrals of spherical Gaussians that shading is made of, on the functions of [`math`].
 //! The truths are [`quadrature`] for integrals over the sphere, and [`vpl`] (without visibility) and [`path`] (with it)
@@ -25,14 +25,17 @@
 //! - DLMF: NIST Digital Library of Mathematical Functions, <https://dlmf.nist.gov>.
 //! - Dupuy 2023: Sampling visible GGX normals with spherical caps, Comput. Graph. Forum 42(8).
 //! - Hastings 1970: Monte Carlo sampling methods using Markov chains and their applications, Biometrika 57(1).
+//! - Duff 2017: Building an orthonormal basis, revisited, JCGT 6(1).
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
 //! - Jarzynski and Olano 2020: Hash functions for GPU rendering, JCGT 9(3).
 //! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
 //! - Kroeger 2015: Simple, admissible, and accurate approximants of the inverse Langevin and Brillouin functions,
 //!   relevant for strong polymer deformations and flows, J. Non-Newton. Fluid Mech. 223.
+//! - Marroquim 2007: Efficient point-based rendering using image reconstruction, Symposium on Point-Based Graphics.
 //! - Meder 2018: Screen space approximate Gaussian hulls, EGSR Experimental Ideas and Implementations.
 //! - Metropolis 1953: Equation of state calculations by fast computing machines, J. Chem. Phys. 21(6).
 //! - Ritschel 2011: Making imperfect shadow maps view-adaptive, Comput. Graph. Forum 30(8).
+//! - Ritschel 2008: Imperfect shadow maps for efficient computation of indirect illumination, ACM Trans. Graph. 27(5).
 //! - Schlick 1994: An inexpensive BRDF model for physically-based rendering, Comput. Graph. Forum 13(3).
 //! - Tokuyoshi 2015: Fast indirect illumination using two virtual spherical Gaussian lights, supplement.
 //! - Tokuyoshi 2016: Modified filtered importance sampling for virtual spherical Gaussian lights, CVM 2(4).
@@ -65,6 +68,7 @@ pub mod shade;
 pub mod surface;
 pub mod tolerance;
 pub mod vector;
+pub mod visibility;
 pub mod vmf;
 pub mod vpl;
 pub mod vsgl;

@@ -4,7 +4,10 @@ use std::time::Duration;
 
 use glam::Vec3;
 use glam::camera::rh::view::look_to_mat4;
-use sglow_shaders::{Diffuse, Emission, Indirect as IndirectAxis, Light, SglowView, Specular};
+use sglow_shaders::{
+    Diffuse, Emission, Indirect as IndirectAxis, Light, SglowView, Specular,
+    Visibility as VisibilityAxis,
+};
 use thiserror::Error;
 
 use crate::device::{DeviceError, Gpu};
@@ -13,11 +16,13 @@ use crate::indirect::{Indirect, IndirectError, Inputs, picture};
 use crate::light::{LightView, perspective};
 use crate::package::Package;
 use crate::pipeline::PipelineError;
+use crate::points::Geometry;
 use crate::raster::{Raster, SurfaceTargets};
 use crate::readback;
 use crate::scene::{self, Bounds, LightKind, Scene};
 use crate::settings::Settings;
 use crate::timing::{Clock, Timer};
+use crate::visibility::{Config, Visibility, VisibilityError};
 
 /// Why there is no frame.
 #[derive(Debug, Error)]
@@ -41,6 +46,9 @@ pub enum FrameError {
         /// What was given.
         is: Light,
     },
+    /// There are no maps of the virtual lights.
+    #[error(transparent)]
+    Visibility(#[from] VisibilityError),
     /// The scene has no such light.
     #[error("the scene has no light {index}; it has {count}, counted from 0")]
     NoSuchLight {
@@ -58,6 +66,32 @@ fn kind(light: &scene::Light) -> Light {
         LightKind::Directional => Light::Directional,
         LightKind::Point => Light::Point,
     }
+}
+
+/// The maps of the virtual lights, if there is visibility.
+fn light_maps(
+    gpu: &Gpu,
+    package: &Package,
+    scene: &Scene,
+    settings: &Settings,
+) -> Result<Option<Visibility>, VisibilityError> {
+    if settings.visibility == VisibilityAxis::None {
+        return Ok(None);
+    }
+    let (mut positions, mut indices) = (Vec::new(), Vec::new());
+    for mesh in &scene.meshes {
+        let first = positions.len() as u32;
+        positions.extend_from_slice(&mesh.positions);
+        indices.extend(mesh.indices.iter().map(|index| first + index));
+    }
+    let Settings { visibility, lobes, precision, count, .. } = *settings;
+    let config = Config {
+        points: settings.shadow_points,
+        least_near: 1e-4 * scene.bounds().radius(),
+        ..Config::new(visibility, lobes, precision, count)
+    };
+    let geometry = Geometry { positions: &positions, indices: &indices };
+    Visibility::new(&gpu.device, &gpu.queue, package, &config, geometry).map(Some)
 }
 
 /// The biases of a shadow map that is drawn by the light's view.
@@ -122,6 +156,7 @@ pub struct Renderer<'a> {
     shadow_map: wgpu::Texture,
     shadow_bias: ShadowBias,
     indirect: Indirect,
+    visibility: Option<Visibility>,
     direct: Direct,
     emission: Option<wgpu::Texture>,
     compose: Compose,
@@ -193,6 +228,7 @@ impl<'a> Renderer<'a> {
             )?,
             bounds,
             light: view_of_light,
+            visibility: light_maps(gpu, package, scene, &settings)?,
             indirect,
             gpu,
         })
@@ -231,6 +267,7 @@ impl<'a> Renderer<'a> {
             gbuffer: self.gbuffer.views(),
             light: &self.light,
             eye: self.eye,
+            visibility: self.visibility.as_ref(),
         }
     }
 

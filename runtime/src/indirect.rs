@@ -14,6 +14,7 @@ use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
 use crate::pyramid::texture_bytes;
 use crate::settings::{Settings, SettingsError};
 use crate::timing::Timer;
+use crate::visibility::Visibility;
 use thiserror::Error;
 
 /// Why there is no indirect light.
@@ -51,6 +52,8 @@ pub struct Inputs<'a> {
     pub light: &'a LightView,
     /// The camera's position.
     pub eye: Vec3,
+    /// The maps of the virtual lights, of the kind that the settings name; none where lights shine through walls.
+    pub visibility: Option<&'a Visibility>,
 }
 
 /// The camera's virtual lights, which the bidirectional density is made of.
@@ -160,7 +163,14 @@ impl Indirect {
         self.encode_density(encoder, inputs, timer.as_deref_mut());
         self.encode_mips(encoder, timer.as_deref_mut());
         self.encode_sample(encoder, inputs, timer.as_deref_mut());
-        self.encode_shade(encoder, inputs.gbuffer, inputs.eye, timer);
+        let Inputs { gbuffer, eye, .. } = *inputs;
+        match inputs.visibility {
+            None => self.encode_shade(encoder, gbuffer, eye, timer),
+            Some(maps) => {
+                maps.encode(encoder, self.vsgls(), self.settings.count, timer.as_deref_mut());
+                self.encode_shade_visible(encoder, gbuffer, eye, maps, timer);
+            }
+        }
     }
 
     /// Before all: the camera's virtual lights. Nothing without the bidirectional density.
@@ -250,6 +260,30 @@ impl Indirect {
         eye: Vec3,
         timer: Option<&mut Timer<'_>>,
     ) {
+        self.encode_shade_with(encoder, gbuffer, eye, Vec::new(), timer);
+    }
+
+    /// The last stage with visibility: what [`Self::encode_shade`] does, of lights that their maps show to be seen. The
+    /// maps are encoded before, and are of the kind that the settings name.
+    pub fn encode_shade_visible(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        gbuffer: SurfaceViews<'_>,
+        eye: Vec3,
+        visibility: &Visibility,
+        timer: Option<&mut Timer<'_>>,
+    ) {
+        self.encode_shade_with(encoder, gbuffer, eye, visibility.shade_bindings().into(), timer);
+    }
+
+    fn encode_shade_with(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        gbuffer: SurfaceViews<'_>,
+        eye: Vec3,
+        maps: Vec<(u32, wgpu::BindingResource<'_>)>,
+        timer: Option<&mut Timer<'_>>,
+    ) {
         let parameters = SglowShadeParameters { eye: eye.into(), count: self.settings.count };
         self.queue.write_buffer(&self.shade_parameters, 0, bytemuck::bytes_of(&parameters));
         let mut bindings = vec![
@@ -264,6 +298,7 @@ impl Indirect {
                 bindings.push((binding, wgpu::BindingResource::TextureView(view)));
             }
         }
+        bindings.extend(maps);
         let [width, height] = self.settings.size;
         let workgroups = [width.div_ceil(8), height.div_ceil(8), 1];
         self.shade_pass.encode(

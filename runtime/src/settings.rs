@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use sglow_shaders::{
     Density, Diffuse, Draw, Filter, Kernel, Light, Lobes, Ndf, Precision, Solver, Space, Specular,
+    Visibility,
 };
 use thiserror::Error;
 
@@ -94,6 +95,11 @@ pub struct Settings {
     pub specular: Specular,
     /// The distribution of microfacet normals.
     pub ndf: Ndf,
+    /// What hides virtual lights; with anything but `none` the shading pass reads maps: see
+    /// [`crate::indirect::Indirect::encode_shade_visible`].
+    pub visibility: Visibility,
+    /// Points that each virtual light sees of the scene, 1 to 1048576, with imperfect visibility.
+    pub shadow_points: u32,
     /// Draws every surface with the variant that can do everything, whether it needs it or not: what the result of
     /// leaving things out is compared with.
     pub complete: bool,
@@ -120,13 +126,15 @@ impl Default for Settings {
             diffuse: Diffuse::Fitted,
             specular: Specular::Asg,
             ndf: Ndf::Ggx,
+            visibility: Visibility::None,
+            shadow_points: 8192,
             complete: false,
         }
     }
 }
 
 /// The axes that `set` knows.
-pub const AXES: [&str; 12] = [
+pub const AXES: [&str; 13] = [
     "light",
     "lobes",
     "precision",
@@ -136,6 +144,7 @@ pub const AXES: [&str; 12] = [
     "solver",
     "filter",
     "space",
+    "visibility",
     "diffuse",
     "specular",
     "ndf",
@@ -154,6 +163,7 @@ impl Settings {
             "density" => self.density = parse(value)?,
             "draw" => self.draw = parse(value)?,
             "space" => self.space = parse(value)?,
+            "visibility" => self.visibility = parse(value)?,
             "kernel" => self.kernel = parse(value)?,
             "solver" => self.solver = parse(value)?,
             "filter" => self.filter = parse(value)?,
@@ -288,6 +298,7 @@ impl Settings {
             ndf: self.ndf,
             lobes: self.lobes,
             precision: self.precision,
+            visibility: self.visibility,
         }
     }
 }

@@ -317,8 +317,13 @@ impl Run {
         };
         let rsm = Uploaded::new(&run.rsm, [settings.rsm_size; 2]);
         let gbuffer = Uploaded::new(&run.gbuffer, settings.size);
-        let inputs =
-            Inputs { rsm: rsm.views(), gbuffer: gbuffer.views(), light: &run.light, eye: run.eye };
+        let inputs = Inputs {
+            rsm: rsm.views(),
+            gbuffer: gbuffer.views(),
+            light: &run.light,
+            eye: run.eye,
+            visibility: None,
+        };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         run.indirect.encode(&mut encoder, &inputs, None);
         gpu.queue.submit([encoder.finish()]);

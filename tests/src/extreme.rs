@@ -30,7 +30,7 @@ fn light_of_any_power_is_reflected_alike() {
 fn bounds_of_extremes_notice_what_they_are_for() {
     // The default's variants, each broken in one way.
     let sample = "sample-warped-modified-bracketed-exact-both-f32";
-    let shade = "shade-fitted-asg-ggx-both-f32";
+    let shade = "shade-fitted-asg-ggx-both-f32-none";
     let breaks = [
         // The length of what grows with the light's power, as it was: its square overflows.
         (

@@ -47,3 +47,5 @@ mod shade;
 mod stress;
 #[cfg(test)]
 mod surface;
+#[cfg(test)]
+mod visibility;

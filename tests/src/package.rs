@@ -9,7 +9,7 @@ use sglow_shader_gen::library::Library;
 use sglow_shader_gen::package::{Change, Error, Options, Target, generate, verify_hashes};
 use sglow_shader_gen::prune::Whole;
 use sglow_shaders::shade::Shade;
-use sglow_shaders::{Diffuse, Lobes, Ndf, Precision, Specular, bind_groups};
+use sglow_shaders::{Diffuse, Lobes, Ndf, Precision, Specular, Visibility, bind_groups};
 
 const LIBRARY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
 
@@ -57,18 +57,20 @@ fn the_bindings_exclude_what_the_library_excludes() {
             for (ndf, lobes) in
                 Ndf::ALL.into_iter().flat_map(|ndf| Lobes::ALL.map(|lobes| (ndf, lobes)))
             {
-                let precision = Precision::F32;
-                let shade = Shade { diffuse, specular, ndf, lobes, precision };
-                let id = shade.id().to_string();
-                counted += 1;
-                assert_eq!(shade.excluded().is_some(), excluded.contains(&id), "{id}");
-                assert_eq!(shade.excluded().is_none(), legal.contains(&id), "{id}");
-                assert_eq!(committed.contains(&id), bind_groups(&id).is_some(), "{id}");
+                for visibility in Visibility::ALL {
+                    let precision = Precision::F32;
+                    let shade = Shade { diffuse, specular, ndf, lobes, precision, visibility };
+                    let id = shade.id().to_string();
+                    counted += 1;
+                    assert_eq!(shade.excluded().is_some(), excluded.contains(&id), "{id}");
+                    assert_eq!(shade.excluded().is_none(), legal.contains(&id), "{id}");
+                    assert_eq!(committed.contains(&id), bind_groups(&id).is_some(), "{id}");
+                }
             }
         }
     }
-    assert_eq!(counted, 168);
-    assert_eq!(Shade::all().len(), 164);
+    assert_eq!(counted, 3 * 168);
+    assert_eq!(Shade::all().len(), 3 * 164);
 }
 
 #[test]
@@ -86,9 +88,9 @@ fn snapshots() {
             "sample-warped-modified-bracketed-exact-both-f16",
             "sample-warped-modified-bracketed-exact-both-f32",
             "sample-warped-previous-none-hardware-diffuse-f32",
-            "shade-constant-none-none-diffuse-f32",
-            "shade-constant-asg-ggx-both-f16",
-            "shade-fitted-ndf_filtered-ggx-both-f32",
+            "shade-constant-none-none-diffuse-f32-none",
+            "shade-constant-asg-ggx-both-f16-none",
+            "shade-fitted-ndf_filtered-ggx-both-f32-none",
             "surface-textured-cutout",
         ] {
             insta::assert_snapshot!(
@@ -101,7 +103,7 @@ fn snapshots() {
         let variants = manifest["variants"].as_array().unwrap();
         for id in [
             "sample-warped-modified-bracketed-exact-both-f32",
-            "shade-constant-none-none-diffuse-f32",
+            "shade-constant-none-none-diffuse-f32-none",
         ] {
             let variant = variants.iter().find(|variant| variant["id"] == id).unwrap();
             let text = serde_json::to_string_pretty(variant).unwrap();

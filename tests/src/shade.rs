@@ -116,7 +116,7 @@ fn a_broken_shader_is_noticed() {
         ),
     ];
     for (diffuse, specular, ndf, from, to, what) in breaks {
-        let id = format!("shade-{diffuse}-{specular}-{ndf}-both-f32");
+        let id = format!("shade-{diffuse}-{specular}-{ndf}-both-f32-none");
         let settings = settings(
             diffuse.parse().unwrap(),
             specular.parse().unwrap(),

@@ -8,5 +8,5 @@ pub mod specular;
 
 pub use diffuse::Diffuse;
 pub use incoming::{Incoming, incoming};
-pub use shade::{Model, Reflected, shade, towards};
+pub use shade::{Model, Reflected, shade, shade_visible, towards};
 pub use specular::Specular;

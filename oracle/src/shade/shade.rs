@@ -3,8 +3,9 @@
 use crate::brdf::Ndf;
 use crate::shade::{Diffuse, Specular, incoming};
 use crate::surface::SurfaceTexel;
+use crate::visibility::Seen;
 use crate::vsgl::Vsgl;
-use crate::{Real, Vector3};
+use crate::{Linear, Real, Vector3};
 
 /// Which reflections there are and how they are approximated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -58,11 +59,36 @@ pub fn towards<R: Real>(
     lights: impl IntoIterator<Item = Vsgl<R>>,
     model: &Model,
 ) -> Reflected<R> {
+    reflect(surface, view, lights.into_iter().map(|light| (light, Seen::Yes)), model)
+}
+
+/// The radiance that a surface reflects of lights that are seen or not. Of a light of which that is not certain, both
+/// are within the tolerance.
+// [Tokuyoshi 2016, Appendix C]
+pub fn shade_visible<R: Real>(
+    surface: &SurfaceTexel<R>,
+    eye: Vector3<R>,
+    lights: impl IntoIterator<Item = (Vsgl<R>, Seen)>,
+    model: &Model,
+) -> Reflected<R> {
+    reflect(surface, (eye - surface.position).normalized(), lights, model)
+}
+
+fn reflect<R: Real>(
+    surface: &SurfaceTexel<R>,
+    view: Vector3<R>,
+    lights: impl IntoIterator<Item = (Vsgl<R>, Seen)>,
+    model: &Model,
+) -> Reflected<R> {
     let mut sum = Reflected::none();
     if !surface.present {
         return sum;
     }
-    for light in lights {
+    for (light, seen) in lights {
+        if seen == Seen::No {
+            continue;
+        }
+        let before = sum;
         for lobe in core::iter::once(light.diffuse).chain(light.specular) {
             let arriving = incoming(surface.position, light.position, light.variance, &lobe);
             if let Some(diffuse) = model.diffuse {
@@ -74,6 +100,10 @@ pub fn towards<R: Real>(
                     specular.reflect(&arriving, &surface.material, model.ndf, view, surface.normal);
                 sum.specular = sum.specular + reflected;
             }
+        }
+        if seen == Seen::Uncertain {
+            sum.diffuse = sum.diffuse.covering(before.diffuse);
+            sum.specular = sum.specular.covering(before.specular);
         }
     }
     sum

@@ -204,6 +204,69 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: emission::NAMES_2,
     },
     Variant {
+        id: "light_fill",
+        pass: light_fill::PASS,
+        entry_points: light_fill::ENTRY_POINTS_0,
+        bind_groups: light_fill::LAYOUT_0,
+        binding_names: light_fill::NAMES_0,
+    },
+    Variant {
+        id: "light_points-both-f16",
+        pass: light_points::PASS,
+        entry_points: light_points::ENTRY_POINTS_0,
+        bind_groups: light_points::LAYOUT_0,
+        binding_names: light_points::NAMES_0,
+    },
+    Variant {
+        id: "light_points-both-f32",
+        pass: light_points::PASS,
+        entry_points: light_points::ENTRY_POINTS_0,
+        bind_groups: light_points::LAYOUT_1,
+        binding_names: light_points::NAMES_1,
+    },
+    Variant {
+        id: "light_points-diffuse-f16",
+        pass: light_points::PASS,
+        entry_points: light_points::ENTRY_POINTS_0,
+        bind_groups: light_points::LAYOUT_2,
+        binding_names: light_points::NAMES_2,
+    },
+    Variant {
+        id: "light_points-diffuse-f32",
+        pass: light_points::PASS,
+        entry_points: light_points::ENTRY_POINTS_0,
+        bind_groups: light_points::LAYOUT_3,
+        binding_names: light_points::NAMES_3,
+    },
+    Variant {
+        id: "light_shadow-both-f16",
+        pass: light_shadow::PASS,
+        entry_points: light_shadow::ENTRY_POINTS_0,
+        bind_groups: light_shadow::LAYOUT_0,
+        binding_names: light_shadow::NAMES_0,
+    },
+    Variant {
+        id: "light_shadow-both-f32",
+        pass: light_shadow::PASS,
+        entry_points: light_shadow::ENTRY_POINTS_0,
+        bind_groups: light_shadow::LAYOUT_1,
+        binding_names: light_shadow::NAMES_1,
+    },
+    Variant {
+        id: "light_shadow-diffuse-f16",
+        pass: light_shadow::PASS,
+        entry_points: light_shadow::ENTRY_POINTS_0,
+        bind_groups: light_shadow::LAYOUT_2,
+        binding_names: light_shadow::NAMES_2,
+    },
+    Variant {
+        id: "light_shadow-diffuse-f32",
+        pass: light_shadow::PASS,
+        entry_points: light_shadow::ENTRY_POINTS_0,
+        bind_groups: light_shadow::LAYOUT_3,
+        binding_names: light_shadow::NAMES_3,
+    },
+    Variant {
         id: "mip-r32float-one",
         pass: mip::PASS,
         entry_points: mip::ENTRY_POINTS_0,
@@ -477,270 +540,326 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: sample::NAMES_7,
     },
     Variant {
-        id: "shade-constant-asg-ggx-both-f16",
+        id: "shade-constant-asg-ggx-both-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_0,
         binding_names: shade::NAMES_0,
     },
     Variant {
-        id: "shade-constant-asg-ggx-both-f32",
+        id: "shade-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-constant-asg-ggx-diffuse-f16",
+        id: "shade-constant-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_2,
         binding_names: shade::NAMES_2,
     },
     Variant {
-        id: "shade-constant-asg-ggx-diffuse-f32",
+        id: "shade-constant-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-constant-ndf_filtered-ggx-both-f32",
+        id: "shade-constant-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-constant-ndf_filtered-ggx-diffuse-f32",
+        id: "shade-constant-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-constant-none-none-both-f16",
+        id: "shade-constant-none-none-both-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_4,
         binding_names: shade::NAMES_4,
     },
     Variant {
-        id: "shade-constant-none-none-both-f32",
+        id: "shade-constant-none-none-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_5,
         binding_names: shade::NAMES_5,
     },
     Variant {
-        id: "shade-constant-none-none-diffuse-f16",
+        id: "shade-constant-none-none-diffuse-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_6,
         binding_names: shade::NAMES_6,
     },
     Variant {
-        id: "shade-constant-none-none-diffuse-f32",
+        id: "shade-constant-none-none-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_7,
         binding_names: shade::NAMES_7,
     },
     Variant {
-        id: "shade-constant-sg-ggx-both-f32",
+        id: "shade-constant-sg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-constant-sg-ggx-diffuse-f32",
+        id: "shade-constant-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-both-f16",
+        id: "shade-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_0,
         binding_names: shade::NAMES_0,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-both-f32",
+        id: "shade-fitted-asg-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_8,
+        binding_names: shade::NAMES_8,
+    },
+    Variant {
+        id: "shade-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-diffuse-f16",
+        id: "shade-fitted-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_2,
         binding_names: shade::NAMES_2,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-diffuse-f32",
+        id: "shade-fitted-asg-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_10,
+        binding_names: shade::NAMES_10,
+    },
+    Variant {
+        id: "shade-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-fitted-ndf_filtered-ggx-both-f32",
+        id: "shade-fitted-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-fitted-ndf_filtered-ggx-diffuse-f32",
+        id: "shade-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-fitted-none-none-both-f16",
+        id: "shade-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_4,
         binding_names: shade::NAMES_4,
     },
     Variant {
-        id: "shade-fitted-none-none-both-f32",
+        id: "shade-fitted-none-none-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_12,
+        binding_names: shade::NAMES_12,
+    },
+    Variant {
+        id: "shade-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_5,
         binding_names: shade::NAMES_5,
     },
     Variant {
-        id: "shade-fitted-none-none-diffuse-f16",
+        id: "shade-fitted-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_13,
+        binding_names: shade::NAMES_13,
+    },
+    Variant {
+        id: "shade-fitted-none-none-diffuse-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_6,
         binding_names: shade::NAMES_6,
     },
     Variant {
-        id: "shade-fitted-none-none-diffuse-f32",
+        id: "shade-fitted-none-none-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_14,
+        binding_names: shade::NAMES_14,
+    },
+    Variant {
+        id: "shade-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_7,
         binding_names: shade::NAMES_7,
     },
     Variant {
-        id: "shade-fitted-sg-ggx-both-f32",
+        id: "shade-fitted-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-fitted-sg-ggx-diffuse-f32",
+        id: "shade-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-gaussian-asg-ggx-both-f32",
+        id: "shade-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-gaussian-asg-ggx-diffuse-f32",
+        id: "shade-gaussian-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-gaussian-ndf_filtered-ggx-both-f32",
+        id: "shade-gaussian-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32",
+        id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-gaussian-none-none-both-f32",
+        id: "shade-gaussian-none-none-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_5,
         binding_names: shade::NAMES_5,
     },
     Variant {
-        id: "shade-gaussian-none-none-diffuse-f32",
+        id: "shade-gaussian-none-none-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_7,
         binding_names: shade::NAMES_7,
     },
     Variant {
-        id: "shade-gaussian-sg-ggx-both-f32",
+        id: "shade-gaussian-sg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-gaussian-sg-ggx-diffuse-f32",
+        id: "shade-gaussian-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-none-asg-ggx-both-f32",
+        id: "shade-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_8,
-        binding_names: shade::NAMES_8,
+        bind_groups: shade::LAYOUT_16,
+        binding_names: shade::NAMES_16,
     },
     Variant {
-        id: "shade-none-asg-ggx-diffuse-f32",
+        id: "shade-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_9,
-        binding_names: shade::NAMES_9,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
     },
     Variant {
-        id: "shade-none-ndf_filtered-ggx-both-f32",
+        id: "shade-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_8,
-        binding_names: shade::NAMES_8,
+        bind_groups: shade::LAYOUT_16,
+        binding_names: shade::NAMES_16,
     },
     Variant {
-        id: "shade-none-ndf_filtered-ggx-diffuse-f32",
+        id: "shade-none-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_9,
-        binding_names: shade::NAMES_9,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
     },
     Variant {
-        id: "shade-none-sg-ggx-both-f32",
+        id: "shade-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_8,
-        binding_names: shade::NAMES_8,
+        bind_groups: shade::LAYOUT_16,
+        binding_names: shade::NAMES_16,
     },
     Variant {
-        id: "shade-none-sg-ggx-diffuse-f32",
+        id: "shade-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_9,
-        binding_names: shade::NAMES_9,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
     },
     Variant {
         id: "shadow-constant-opaque",
@@ -954,6 +1073,60 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-textured-opaque.wgsl"),
         sha256: "024982128a93611ed55337d1f832d2c4a4f451adfec8c91b30c20e0775bfd065",
+    },
+    Embedded {
+        id: "light_fill",
+        pass: light_fill::PASS,
+        text: include_str!("../wgsl/light_fill.wgsl"),
+        sha256: "c848cbb104fc5eb60d46e48e0255efc0a5dd311a311bcb7baff1b59011639518",
+    },
+    Embedded {
+        id: "light_points-both-f16",
+        pass: light_points::PASS,
+        text: include_str!("../wgsl/light_points-both-f16.wgsl"),
+        sha256: "88a37b5bd62461ff48aed066f39b521a2a37ec86c6b5c006a7f8a8f9879ce9cb",
+    },
+    Embedded {
+        id: "light_points-both-f32",
+        pass: light_points::PASS,
+        text: include_str!("../wgsl/light_points-both-f32.wgsl"),
+        sha256: "0d8f45df8a71a4c5dbb6e51c2d1577673a41b4fcdf910082c398a001f03a23c2",
+    },
+    Embedded {
+        id: "light_points-diffuse-f16",
+        pass: light_points::PASS,
+        text: include_str!("../wgsl/light_points-diffuse-f16.wgsl"),
+        sha256: "f8d765af27f18d6c21da74b83f9b27ed6560e2947435ca7e31b7543132756c5c",
+    },
+    Embedded {
+        id: "light_points-diffuse-f32",
+        pass: light_points::PASS,
+        text: include_str!("../wgsl/light_points-diffuse-f32.wgsl"),
+        sha256: "0c421dd86c39d8acdc74f137086dd2f0059198447c2e3030a0e48981d8b6aa43",
+    },
+    Embedded {
+        id: "light_shadow-both-f16",
+        pass: light_shadow::PASS,
+        text: include_str!("../wgsl/light_shadow-both-f16.wgsl"),
+        sha256: "e4ad2f44bd96af0de29343643c4d7fbee7d25c411ecf67f4dd83b8a49d4c2f8e",
+    },
+    Embedded {
+        id: "light_shadow-both-f32",
+        pass: light_shadow::PASS,
+        text: include_str!("../wgsl/light_shadow-both-f32.wgsl"),
+        sha256: "2b71072a59735e72c238ba61c2472bcea2bb6792105865457f1b7e04bf923742",
+    },
+    Embedded {
+        id: "light_shadow-diffuse-f16",
+        pass: light_shadow::PASS,
+        text: include_str!("../wgsl/light_shadow-diffuse-f16.wgsl"),
+        sha256: "2c0c73fb7b0bcb1ed4b10b1bfcc9460b0c6ac100480afd428f78cc3df3282d90",
+    },
+    Embedded {
+        id: "light_shadow-diffuse-f32",
+        pass: light_shadow::PASS,
+        text: include_str!("../wgsl/light_shadow-diffuse-f32.wgsl"),
+        sha256: "4aa4a988018ed2593cdf1d33162df8130d8b9a5b3dc2a29494c64ab0ceb085ef",
     },
     Embedded {
         id: "mip-r32float-one",
@@ -1212,232 +1385,286 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "0ba5ebe0c4005568e88806ea3aca2fb771c6ea0509e592a6097782167c24d172",
     },
     Embedded {
-        id: "shade-constant-asg-ggx-both-f16",
+        id: "shade-constant-asg-ggx-both-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-both-f16.wgsl"),
-        sha256: "b8bb5883cfabd99e3f39ee550083082a51fa2e36ef2956daa2c4649f020104fc",
+        text: include_str!("../wgsl/shade-constant-asg-ggx-both-f16-none.wgsl"),
+        sha256: "9cfa8ac4564399bca4aa8127996c46addae08b1df5a4d3cf2e46f4d2a0c5dbe6",
     },
     Embedded {
-        id: "shade-constant-asg-ggx-both-f32",
+        id: "shade-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-both-f32.wgsl"),
-        sha256: "9aac42b7ffb8e0b0a9843c211f64737b3776ee894d2d84b373032e963efda964",
+        text: include_str!("../wgsl/shade-constant-asg-ggx-both-f32-none.wgsl"),
+        sha256: "3af5b9df264ad8c48df0b24b9c72bde2474fc033b9918cac2b28f452ea04503c",
     },
     Embedded {
-        id: "shade-constant-asg-ggx-diffuse-f16",
+        id: "shade-constant-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f16.wgsl"),
-        sha256: "d9c22d30e9872c39dc75c0024a6dd2946d537f8a2bd0a85d4e5805c7d67336de",
+        text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f16-none.wgsl"),
+        sha256: "f2e7c41c7f58ca86540413b83fdaadf77656ce5d6dc28ac0eb58326ea6a51166",
     },
     Embedded {
-        id: "shade-constant-asg-ggx-diffuse-f32",
+        id: "shade-constant-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f32.wgsl"),
-        sha256: "500b057eb368f9dcbb90da20bdc0364bdd65b23ee544f3ed54e49c0f39495274",
+        text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "9fd8df93040da63c583988ca97333ad73b2dad3bb3c2165ec5494b756b05c3bd",
     },
     Embedded {
-        id: "shade-constant-ndf_filtered-ggx-both-f32",
+        id: "shade-constant-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-both-f32.wgsl"),
-        sha256: "cd08cc131cfcf6bcd357bc45ca7ded22ffe5136228da9eac96607e1d7384fd23",
+        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-both-f32-none.wgsl"),
+        sha256: "533b1762a57ad7ddc6d57f91f390a41dfcb09e6ce3275dca43266885d81a82a6",
     },
     Embedded {
-        id: "shade-constant-ndf_filtered-ggx-diffuse-f32",
+        id: "shade-constant-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-diffuse-f32.wgsl"),
-        sha256: "02dd9a417292c74744d2e85c383ce148b42f198ce45a6ceac6de4eda59a97599",
+        text: include_str!(
+            "../wgsl/shade-constant-ndf_filtered-ggx-diffuse-f32-none.wgsl"
+        ),
+        sha256: "4f3b1d296513a7d16b95694d483173bd0b87d3ccaf79f576f12d332f43135a37",
     },
     Embedded {
-        id: "shade-constant-none-none-both-f16",
+        id: "shade-constant-none-none-both-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-both-f16.wgsl"),
-        sha256: "67d3ed65ddcbf00eddebc4612eb6dc17fb11fb156644b2fcb1f42500776a775c",
+        text: include_str!("../wgsl/shade-constant-none-none-both-f16-none.wgsl"),
+        sha256: "f3ca79af981246db47d9a6d85a8010ea6a6f17b5147beb59837d89a7ffe62660",
     },
     Embedded {
-        id: "shade-constant-none-none-both-f32",
+        id: "shade-constant-none-none-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-both-f32.wgsl"),
-        sha256: "00ae3c45c356300b575ea8fd38d77528f5cbf5b57f41ce20dd3c533e267919d7",
+        text: include_str!("../wgsl/shade-constant-none-none-both-f32-none.wgsl"),
+        sha256: "4e11c23d1e442ef0d568e1c076c11f08b5f2df21f9de91a932725d1b84c3271b",
     },
     Embedded {
-        id: "shade-constant-none-none-diffuse-f16",
+        id: "shade-constant-none-none-diffuse-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-diffuse-f16.wgsl"),
-        sha256: "7855342fd4dbb2996bcc2f7432c57da5ebf61b7715ae0f986c9376e4495d5279",
+        text: include_str!("../wgsl/shade-constant-none-none-diffuse-f16-none.wgsl"),
+        sha256: "c7ae9bca9d74871af2bc9e7e29a64c4fcf62670b859fdc4a8b8bd537308fb522",
     },
     Embedded {
-        id: "shade-constant-none-none-diffuse-f32",
+        id: "shade-constant-none-none-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-diffuse-f32.wgsl"),
-        sha256: "ab2bf2d3ba1d1da10c976747b60614d8348a1c2e5cdfc51c0d3d884a43413101",
+        text: include_str!("../wgsl/shade-constant-none-none-diffuse-f32-none.wgsl"),
+        sha256: "303f3a1f3e172baab1f6012e7571580b305ec96b9ac77fcd843f8aef3eb3fcf2",
     },
     Embedded {
-        id: "shade-constant-sg-ggx-both-f32",
+        id: "shade-constant-sg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-sg-ggx-both-f32.wgsl"),
-        sha256: "081a20f54ce0f93095e71f0b315dbbb3b931f97c9bc2a768025fef1bb23ce481",
+        text: include_str!("../wgsl/shade-constant-sg-ggx-both-f32-none.wgsl"),
+        sha256: "8f160c164cafa33b09b0b617bd0524e69ada789c45feb551b20ae1c4a4dd4a44",
     },
     Embedded {
-        id: "shade-constant-sg-ggx-diffuse-f32",
+        id: "shade-constant-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-sg-ggx-diffuse-f32.wgsl"),
-        sha256: "69dab0c903ce28927b416c80cb08462730a2b4d706c8d57860b5ae6460df170f",
+        text: include_str!("../wgsl/shade-constant-sg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "27c014876a8579d9ce17691f680379d04bf55b349189ed76641d9b3883e8c721",
     },
     Embedded {
-        id: "shade-fitted-asg-ggx-both-f16",
+        id: "shade-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f16.wgsl"),
-        sha256: "a9fdd489be650e98e23c3a1ca1a5a660cc3acb8798950cb95959bdd0e25dabf8",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f16-none.wgsl"),
+        sha256: "75764c32146952cc78bb7c83837b89a2d4ade4d3695e5070aed2602d8f4e9132",
     },
     Embedded {
-        id: "shade-fitted-asg-ggx-both-f32",
+        id: "shade-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32.wgsl"),
-        sha256: "d0bb784accb49745ed8496a691684293de8ba9a44d83c47105031cf01967ef31",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32-imperfect.wgsl"),
+        sha256: "d114914baa1bb1f1d110d3d9731ffccb11426ea2229aea9f2e0812211b0900dd",
     },
     Embedded {
-        id: "shade-fitted-asg-ggx-diffuse-f16",
+        id: "shade-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f16.wgsl"),
-        sha256: "65a79f80f36a8dd3f22f208571261a27784e804fdea410d7fc30b9889e0a9883",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32-none.wgsl"),
+        sha256: "6c7524449c85f9dc50ead3554de0ebea479fed309e693208877ac1a21b39cd1c",
     },
     Embedded {
-        id: "shade-fitted-asg-ggx-diffuse-f32",
+        id: "shade-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32.wgsl"),
-        sha256: "deab2551f71e5efa1f434a87a70f20c35441a8677864b6c1275e1cefd15ec335",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
+        sha256: "2fafbad46c49cbc3ca529518bc191484b8ef4b2dbe2a497f9de9a802170bada0",
     },
     Embedded {
-        id: "shade-fitted-ndf_filtered-ggx-both-f32",
+        id: "shade-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-both-f32.wgsl"),
-        sha256: "6a27940558f95149ec6c4835d0c2cc537a6339605c0627cdb9819cdfe0cf1113",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f16-none.wgsl"),
+        sha256: "2e48730897d934733c2988c514c48b1aad58f1e25be9dfb371f561caadd6713a",
     },
     Embedded {
-        id: "shade-fitted-ndf_filtered-ggx-diffuse-f32",
+        id: "shade-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-diffuse-f32.wgsl"),
-        sha256: "3165cdde511fa5f96aba2f12a2da8f9d61ffae366444a9e8615064e15ae7113c",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"),
+        sha256: "ed1eccd842529ed0cfc0c00824d217ee7983809fc9a5a72e373f122145b7a3c2",
     },
     Embedded {
-        id: "shade-fitted-none-none-both-f16",
+        id: "shade-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-both-f16.wgsl"),
-        sha256: "7a18e12708936d6eee368e40e23d7fb708e1c1e426537893758174c16f28ad99",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "a4415a95a2b2726984bd3476f17784ca64fdabad3d1679ace9aa81f546082e82",
     },
     Embedded {
-        id: "shade-fitted-none-none-both-f32",
+        id: "shade-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-both-f32.wgsl"),
-        sha256: "ed4d6af6d2f8a5fa228f4b7f845cdaf8e6b73697b8ea64ffdb9db7faeb4ca924",
+        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"),
+        sha256: "4146c042875981d8de4dc8bfcef23db4ccf20a1f784dd7fae82193ccd3b5dcfd",
     },
     Embedded {
-        id: "shade-fitted-none-none-diffuse-f16",
+        id: "shade-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f16.wgsl"),
-        sha256: "b1020c61d71e7b8a3456038cf02442ebb6cb4a6d0f042bac55ff73bab6ccb285",
+        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-both-f32-none.wgsl"),
+        sha256: "8d39b77231ca393286516acd5466e062eaf0b2edd8e9dcaec3217396da0c881e",
     },
     Embedded {
-        id: "shade-fitted-none-none-diffuse-f32",
+        id: "shade-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f32.wgsl"),
-        sha256: "3f37221fcd141a4e7032e53a89a4934f5a6b4617fbdfef64f85c1ba9357bbc47",
+        text: include_str!(
+            "../wgsl/shade-fitted-ndf_filtered-ggx-diffuse-f32-none.wgsl"
+        ),
+        sha256: "ee7eff37207f023fb9a8a9df1ac483062d98f2bf58c0c65a80b2919d6c3d0701",
     },
     Embedded {
-        id: "shade-fitted-sg-ggx-both-f32",
+        id: "shade-fitted-none-none-both-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-sg-ggx-both-f32.wgsl"),
-        sha256: "c1ef9ab3055c9b22bc36c22b05b41bc7e88387fd65a910f544ae3cf105f31792",
+        text: include_str!("../wgsl/shade-fitted-none-none-both-f16-none.wgsl"),
+        sha256: "e521bf1535c8acd37d53c93302e2ba1353c93b16d17477e6693bea833a084a22",
     },
     Embedded {
-        id: "shade-fitted-sg-ggx-diffuse-f32",
+        id: "shade-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-sg-ggx-diffuse-f32.wgsl"),
-        sha256: "bca2f8d5a146a5c66b80eabbf1651764d01ccd0b0671046dffbba0fdb85bff5d",
+        text: include_str!("../wgsl/shade-fitted-none-none-both-f32-imperfect.wgsl"),
+        sha256: "25fd0b016d8362676aa090e253f67f4ed170a61f2b21531ec1199a6483e6e753",
     },
     Embedded {
-        id: "shade-gaussian-asg-ggx-both-f32",
+        id: "shade-fitted-none-none-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-asg-ggx-both-f32.wgsl"),
-        sha256: "9bd8cfff30dd6c8287d98b51330d26e5a4d378534954174c51a3336d311629c4",
+        text: include_str!("../wgsl/shade-fitted-none-none-both-f32-none.wgsl"),
+        sha256: "bb81a8be6d32f9d6af1209548ba907de6d0a3f770c4cedf0f393e8535109a7d2",
     },
     Embedded {
-        id: "shade-gaussian-asg-ggx-diffuse-f32",
+        id: "shade-fitted-none-none-both-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-asg-ggx-diffuse-f32.wgsl"),
-        sha256: "82be85484c4acccbb861d751be4160de3f1b6c1b01371170e1fbb3575c973295",
+        text: include_str!("../wgsl/shade-fitted-none-none-both-f32-shadow_map.wgsl"),
+        sha256: "efd26619855a0420e99377958da54b3e6eab84d7bddb6932152bf936c234708b",
     },
     Embedded {
-        id: "shade-gaussian-ndf_filtered-ggx-both-f32",
+        id: "shade-fitted-none-none-diffuse-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-both-f32.wgsl"),
-        sha256: "90285ece4cf6897f6947d3bc67308d1451b56ab6d9bfd45f883997e48110291d",
+        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f16-none.wgsl"),
+        sha256: "81cff69ea8f4612d889615e85eca72956995743feb86e66515707cbabde5ca19",
     },
     Embedded {
-        id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32",
+        id: "shade-fitted-none-none-diffuse-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-diffuse-f32.wgsl"),
-        sha256: "0b7145aa2be508a6bf6a28dd0aa1b03ae0e3b2ec221654a0ba73ad639ec186b7",
+        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f32-imperfect.wgsl"),
+        sha256: "bf88bc7dbd1e9eddb63fa2326ee759252f986baaf24c46cf5f6f374849168957",
     },
     Embedded {
-        id: "shade-gaussian-none-none-both-f32",
+        id: "shade-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-none-none-both-f32.wgsl"),
-        sha256: "2958df6f97c807c05749fba5989d2f2a6f1f941031501c8d7ab8f0cea7861481",
+        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f32-none.wgsl"),
+        sha256: "01e1008994a80bad9319d99fa8d543106e391298c09dff2137617ce8c0a24b57",
     },
     Embedded {
-        id: "shade-gaussian-none-none-diffuse-f32",
+        id: "shade-fitted-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-none-none-diffuse-f32.wgsl"),
-        sha256: "b8d654d0a15af072d7c3f633c5a752147dca3f2265c35bd3cf157b92a08e4d22",
+        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f32-shadow_map.wgsl"),
+        sha256: "74fe3f4c74742a485b16fd257dfbf760f2bd0f58e70b42f51a1b9aa580c726cf",
     },
     Embedded {
-        id: "shade-gaussian-sg-ggx-both-f32",
+        id: "shade-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-sg-ggx-both-f32.wgsl"),
-        sha256: "026a492aca40b8f9759d84b851f1eeeadd3db6246338a344e5c04cc111744fa2",
+        text: include_str!("../wgsl/shade-fitted-sg-ggx-both-f32-none.wgsl"),
+        sha256: "afe2b273f7e12a9b6e93fa2dbf52a9991deaf9464108a18ecb7cfad9f4ae18c6",
     },
     Embedded {
-        id: "shade-gaussian-sg-ggx-diffuse-f32",
+        id: "shade-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-sg-ggx-diffuse-f32.wgsl"),
-        sha256: "eb6e58d05aa3b482b628a7e12ce7caa8c61a08e3a67c2927c739728b3d019bee",
+        text: include_str!("../wgsl/shade-fitted-sg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "3540dfd9cad07fda7fae016e7132bf40b3c5847e8942d6c33cf6f8dea1fe2781",
     },
     Embedded {
-        id: "shade-none-asg-ggx-both-f32",
+        id: "shade-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-asg-ggx-both-f32.wgsl"),
-        sha256: "2976b58cd9f746d1b682c77d5022c1c0a2b2228097b30385dd7934bc74a291f9",
+        text: include_str!("../wgsl/shade-gaussian-asg-ggx-both-f32-none.wgsl"),
+        sha256: "b9ca971fef7c72e39d74c8fe8d2df8b80698cf0754b49226837acb06413a4d3d",
     },
     Embedded {
-        id: "shade-none-asg-ggx-diffuse-f32",
+        id: "shade-gaussian-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-asg-ggx-diffuse-f32.wgsl"),
-        sha256: "894f3dcc6ff9e66923a9b4aae82373f1a136fc5bb00e6246d77a05c6ba162873",
+        text: include_str!("../wgsl/shade-gaussian-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "4f18802668f50079cb5063c676ecb31c7182d1b07f0b90bbbe8c42c26637587d",
     },
     Embedded {
-        id: "shade-none-ndf_filtered-ggx-both-f32",
+        id: "shade-gaussian-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-both-f32.wgsl"),
-        sha256: "1470042a9d2ed645891b379c628c5a86a6ac6f405c356e4ac292669d3d6a4a66",
+        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-both-f32-none.wgsl"),
+        sha256: "f93631105d50f2fc9675bab8f7766d6d8b355d479b005bd4ea9b8ff52c9bc2b3",
     },
     Embedded {
-        id: "shade-none-ndf_filtered-ggx-diffuse-f32",
+        id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-diffuse-f32.wgsl"),
-        sha256: "f2551affb719d479dec30b9f171ad468e646079553073f465485e6371e3a446b",
+        text: include_str!(
+            "../wgsl/shade-gaussian-ndf_filtered-ggx-diffuse-f32-none.wgsl"
+        ),
+        sha256: "77266ffd7e121866fad5bfddaf695c1a8b9831c646bcc3b49abee2d66289f158",
     },
     Embedded {
-        id: "shade-none-sg-ggx-both-f32",
+        id: "shade-gaussian-none-none-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-sg-ggx-both-f32.wgsl"),
-        sha256: "6b4ccc7d6dc93ee138a18229b2b5cafbc1c63adb7042bf39d171a3c7b871523c",
+        text: include_str!("../wgsl/shade-gaussian-none-none-both-f32-none.wgsl"),
+        sha256: "830a21f0e20750ea3791af36d1775f0cf9e21dd1f84b00b364140fb2796554cc",
     },
     Embedded {
-        id: "shade-none-sg-ggx-diffuse-f32",
+        id: "shade-gaussian-none-none-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-sg-ggx-diffuse-f32.wgsl"),
-        sha256: "2abe93bd69676e826de65f12a36275ee123cc46b225e06450f58898cc72253e6",
+        text: include_str!("../wgsl/shade-gaussian-none-none-diffuse-f32-none.wgsl"),
+        sha256: "e28cbf9d85f894ea4df5d99636c03fca9b66ceb48d3ec1caca975ae6fe137d0d",
+    },
+    Embedded {
+        id: "shade-gaussian-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-gaussian-sg-ggx-both-f32-none.wgsl"),
+        sha256: "05f424ed95011e8b1dc3f0ea1285006fe44f7ce5e428a1988e4596fb0a80d1e0",
+    },
+    Embedded {
+        id: "shade-gaussian-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-gaussian-sg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "c3954dd8c88e7994526b5ab9606223899e86fdef1705f6a85b36915618804f6d",
+    },
+    Embedded {
+        id: "shade-none-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-asg-ggx-both-f32-none.wgsl"),
+        sha256: "ef4ea561590cfe48d3551ba7bf458528bb90cf8dee4333a1edd9bf743ea5482d",
+    },
+    Embedded {
+        id: "shade-none-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "d82cbb3696fc9594a4ddd87d16fef1832a632a567cb514b4755822c290febd95",
+    },
+    Embedded {
+        id: "shade-none-ndf_filtered-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-both-f32-none.wgsl"),
+        sha256: "7fd62ef3f12c443a7903f103042c21199e2251127bd7b1b3016f24b3b9abb596",
+    },
+    Embedded {
+        id: "shade-none-ndf_filtered-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-diffuse-f32-none.wgsl"),
+        sha256: "edfb9e5ad0ef0ded7586499b6573ca315b1570a05395a2de66bf7dbdd3802f37",
+    },
+    Embedded {
+        id: "shade-none-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-sg-ggx-both-f32-none.wgsl"),
+        sha256: "e0eefe7aa7b95dfdf14c84d6123ea69b3ae91d0f8c3da13dbcda4f659c22ceff",
+    },
+    Embedded {
+        id: "shade-none-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-none-sg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "06187ad3d7d026a6b751453128535a7f98a7f48d83e8dd23c433605567f4d8eb",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -2595,6 +2822,49 @@ impl core::fmt::Display for Texel {
     }
 }
 impl core::str::FromStr for Texel {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
+/// What hides a virtual light from a shading point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Visibility {
+    /// Nothing: a virtual light shines through walls.
+    #[default]
+    None,
+    /// A map of each light, its triangles rasterised.
+    ShadowMap,
+    /// A map of each light from points on the surfaces, its holes filled \[Ritschel 2008; Tokuyoshi 2016, Section 5\].
+    Imperfect,
+}
+impl Visibility {
+    /// The name of the axis.
+    pub const AXIS: &str = "visibility";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 3] = [Self::None, Self::ShadowMap, Self::Imperfect];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::ShadowMap => "shadow_map",
+            Self::Imperfect => "imperfect",
+        }
+    }
+}
+impl core::fmt::Display for Visibility {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Visibility {
     type Err = UnknownValue;
     fn from_str(name: &str) -> Result<Self, UnknownValue> {
         Self::ALL
@@ -4808,6 +5078,265 @@ pub mod check {
         ],
     ];
 }
+/// Rasterises what hides each virtual light: an exact shadow map for each in an atlas.
+pub mod light_shadow {
+    /// The name of the pass.
+    pub const PASS: &str = "light_shadow";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `light_shadow`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct LightShadow {
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+        /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
+        pub precision: super::Precision,
+    }
+    impl LightShadow {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for lobes in super::Lobes::ALL {
+                for precision in super::Precision::ALL {
+                    all.push(Self { lobes, precision });
+                }
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}-{}", self.lobes, self.precision)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_light_shadow_vertex",
+            stage: wgpu::ShaderStages::VERTEX,
+            workgroup_size: None,
+        },
+        super::EntryPoint {
+            name: "sglow_light_shadow_fragment",
+            stage: wgpu::ShaderStages::FRAGMENT,
+            workgroup_size: None,
+        },
+    ];
+    /// `light_shadow-both-f16`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(
+                0,
+                wgpu::ShaderStages::VERTEX.union(wgpu::ShaderStages::FRAGMENT),
+                40,
+            ),
+            super::storage(1, wgpu::ShaderStages::VERTEX, true, 48),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_light_maps", "sglow_vsgls"]];
+    /// `light_shadow-both-f32`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(
+                0,
+                wgpu::ShaderStages::VERTEX.union(wgpu::ShaderStages::FRAGMENT),
+                40,
+            ),
+            super::storage(1, wgpu::ShaderStages::VERTEX, true, 80),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[&["sglow_light_maps", "sglow_vsgls"]];
+    /// `light_shadow-diffuse-f16`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(
+                0,
+                wgpu::ShaderStages::VERTEX.union(wgpu::ShaderStages::FRAGMENT),
+                40,
+            ),
+            super::storage(1, wgpu::ShaderStages::VERTEX, true, 32),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[&["sglow_light_maps", "sglow_vsgls"]];
+    /// `light_shadow-diffuse-f32`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(
+                0,
+                wgpu::ShaderStages::VERTEX.union(wgpu::ShaderStages::FRAGMENT),
+                40,
+            ),
+            super::storage(1, wgpu::ShaderStages::VERTEX, true, 48),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[&["sglow_light_maps", "sglow_vsgls"]];
+}
+/// Splats points of the scene's surfaces into a map of each virtual light.
+pub mod light_points {
+    /// The name of the pass.
+    pub const PASS: &str = "light_points";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `light_points`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct LightPoints {
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+        /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
+        pub precision: super::Precision,
+    }
+    impl LightPoints {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for lobes in super::Lobes::ALL {
+                for precision in super::Precision::ALL {
+                    all.push(Self { lobes, precision });
+                }
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}-{}", self.lobes, self.precision)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_light_points",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `light_points-both-f16`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 40),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 32),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &["sglow_light_maps", "sglow_vsgls", "sglow_shadow_points", "sglow_splats"],
+    ];
+    /// `light_points-both-f32`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 40),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 32),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &["sglow_light_maps", "sglow_vsgls", "sglow_shadow_points", "sglow_splats"],
+    ];
+    /// `light_points-diffuse-f16`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 40),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 32),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 32),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &["sglow_light_maps", "sglow_vsgls", "sglow_shadow_points", "sglow_splats"],
+    ];
+    /// `light_points-diffuse-f32`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 40),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 32),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
+        &["sglow_light_maps", "sglow_vsgls", "sglow_shadow_points", "sglow_splats"],
+    ];
+}
+/// Fills the holes between the points and writes the atlas.
+pub mod light_fill {
+    /// The name of the pass.
+    pub const PASS: &str = "light_fill";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `light_fill`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct LightFill;
+    impl LightFill {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_light_fill",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([256, 1, 1]),
+        },
+    ];
+    /// `light_fill`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 40),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage_texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &["sglow_light_maps", "sglow_splats", "sglow_light_atlas_output"],
+    ];
+}
 /// Reflects the virtual lights towards the camera.
 pub mod shade {
     /// The name of the pass.
@@ -4827,6 +5356,8 @@ pub mod shade {
         pub lobes: super::Lobes,
         /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
         pub precision: super::Precision,
+        /// What hides a virtual light from a shading point.
+        pub visibility: super::Visibility,
     }
     impl Shade {
         /// Every legal variant.
@@ -4837,13 +5368,16 @@ pub mod shade {
                     for ndf in super::Ndf::ALL {
                         for lobes in super::Lobes::ALL {
                             for precision in super::Precision::ALL {
-                                all.push(Self {
-                                    diffuse,
-                                    specular,
-                                    ndf,
-                                    lobes,
-                                    precision,
-                                });
+                                for visibility in super::Visibility::ALL {
+                                    all.push(Self {
+                                        diffuse,
+                                        specular,
+                                        ndf,
+                                        lobes,
+                                        precision,
+                                        visibility,
+                                    });
+                                }
                             }
                         }
                     }
@@ -4855,8 +5389,8 @@ pub mod shade {
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
             format!(
-                "{PASS}-{}-{}-{}-{}-{}", self.diffuse, self.specular, self.ndf, self
-                .lobes, self.precision
+                "{PASS}-{}-{}-{}-{}-{}-{}", self.diffuse, self.specular, self.ndf, self
+                .lobes, self.precision, self.visibility
             )
         }
         /// The rule that excludes it, if it is illegal.
@@ -4914,7 +5448,7 @@ pub mod shade {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `shade-constant-asg-ggx-both-f16`, `shade-fitted-asg-ggx-both-f16`.
+    /// `shade-constant-asg-ggx-both-f16-none`, `shade-fitted-asg-ggx-both-f16-none`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -4973,7 +5507,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-asg-ggx-both-f32`, `shade-constant-ndf_filtered-ggx-both-f32`, `shade-constant-sg-ggx-both-f32`, `shade-fitted-asg-ggx-both-f32`, `shade-fitted-ndf_filtered-ggx-both-f32`, `shade-fitted-sg-ggx-both-f32`, `shade-gaussian-asg-ggx-both-f32`, `shade-gaussian-ndf_filtered-ggx-both-f32`, `shade-gaussian-sg-ggx-both-f32`.
+    /// `shade-constant-asg-ggx-both-f32-none`, `shade-constant-ndf_filtered-ggx-both-f32-none`, `shade-constant-sg-ggx-both-f32-none`, `shade-fitted-asg-ggx-both-f32-none`, `shade-fitted-ndf_filtered-ggx-both-f32-none`, `shade-fitted-sg-ggx-both-f32-none`, `shade-gaussian-asg-ggx-both-f32-none`, `shade-gaussian-ndf_filtered-ggx-both-f32-none`, `shade-gaussian-sg-ggx-both-f32-none`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5032,7 +5566,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-asg-ggx-diffuse-f16`, `shade-fitted-asg-ggx-diffuse-f16`.
+    /// `shade-constant-asg-ggx-diffuse-f16-none`, `shade-fitted-asg-ggx-diffuse-f16-none`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5091,7 +5625,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-asg-ggx-diffuse-f32`, `shade-constant-ndf_filtered-ggx-diffuse-f32`, `shade-constant-sg-ggx-diffuse-f32`, `shade-fitted-asg-ggx-diffuse-f32`, `shade-fitted-ndf_filtered-ggx-diffuse-f32`, `shade-fitted-sg-ggx-diffuse-f32`, `shade-gaussian-asg-ggx-diffuse-f32`, `shade-gaussian-ndf_filtered-ggx-diffuse-f32`, `shade-gaussian-sg-ggx-diffuse-f32`.
+    /// `shade-constant-asg-ggx-diffuse-f32-none`, `shade-constant-ndf_filtered-ggx-diffuse-f32-none`, `shade-constant-sg-ggx-diffuse-f32-none`, `shade-fitted-asg-ggx-diffuse-f32-none`, `shade-fitted-ndf_filtered-ggx-diffuse-f32-none`, `shade-fitted-sg-ggx-diffuse-f32-none`, `shade-gaussian-asg-ggx-diffuse-f32-none`, `shade-gaussian-ndf_filtered-ggx-diffuse-f32-none`, `shade-gaussian-sg-ggx-diffuse-f32-none`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5150,7 +5684,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-none-none-both-f16`, `shade-fitted-none-none-both-f16`.
+    /// `shade-constant-none-none-both-f16-none`, `shade-fitted-none-none-both-f16-none`.
     pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5201,7 +5735,7 @@ pub mod shade {
             "sglow_diffuse_output",
         ],
     ];
-    /// `shade-constant-none-none-both-f32`, `shade-fitted-none-none-both-f32`, `shade-gaussian-none-none-both-f32`.
+    /// `shade-constant-none-none-both-f32-none`, `shade-fitted-none-none-both-f32-none`, `shade-gaussian-none-none-both-f32-none`.
     pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5252,7 +5786,7 @@ pub mod shade {
             "sglow_diffuse_output",
         ],
     ];
-    /// `shade-constant-none-none-diffuse-f16`, `shade-fitted-none-none-diffuse-f16`.
+    /// `shade-constant-none-none-diffuse-f16-none`, `shade-fitted-none-none-diffuse-f16-none`.
     pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5303,7 +5837,7 @@ pub mod shade {
             "sglow_diffuse_output",
         ],
     ];
-    /// `shade-constant-none-none-diffuse-f32`, `shade-fitted-none-none-diffuse-f32`, `shade-gaussian-none-none-diffuse-f32`.
+    /// `shade-constant-none-none-diffuse-f32-none`, `shade-fitted-none-none-diffuse-f32-none`, `shade-gaussian-none-none-diffuse-f32-none`.
     pub(super) const LAYOUT_7: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5354,8 +5888,536 @@ pub mod shade {
             "sglow_diffuse_output",
         ],
     ];
-    /// `shade-none-asg-ggx-both-f32`, `shade-none-ndf_filtered-ggx-both-f32`, `shade-none-sg-ggx-both-f32`.
+    /// `shade-fitted-asg-ggx-both-f32-imperfect`.
     pub(super) const LAYOUT_8: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_8: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-fitted-asg-ggx-both-f32-shadow_map`.
+    pub(super) const LAYOUT_9: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_9: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-fitted-asg-ggx-diffuse-f32-imperfect`.
+    pub(super) const LAYOUT_10: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_10: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-fitted-asg-ggx-diffuse-f32-shadow_map`.
+    pub(super) const LAYOUT_11: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_11: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-fitted-none-none-both-f32-imperfect`.
+    pub(super) const LAYOUT_12: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_12: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-fitted-none-none-both-f32-shadow_map`.
+    pub(super) const LAYOUT_13: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_13: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-fitted-none-none-diffuse-f32-imperfect`.
+    pub(super) const LAYOUT_14: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_14: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-fitted-none-none-diffuse-f32-shadow_map`.
+    pub(super) const LAYOUT_15: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_15: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-none-asg-ggx-both-f32-none`, `shade-none-ndf_filtered-ggx-both-f32-none`, `shade-none-sg-ggx-both-f32-none`.
+    pub(super) const LAYOUT_16: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -5395,7 +6457,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_8: &[&[&str]] = &[
+    pub(super) const NAMES_16: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -5405,8 +6467,8 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-none-asg-ggx-diffuse-f32`, `shade-none-ndf_filtered-ggx-diffuse-f32`, `shade-none-sg-ggx-diffuse-f32`.
-    pub(super) const LAYOUT_9: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    /// `shade-none-asg-ggx-diffuse-f32-none`, `shade-none-ndf_filtered-ggx-diffuse-f32-none`, `shade-none-sg-ggx-diffuse-f32-none`.
+    pub(super) const LAYOUT_17: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -5446,7 +6508,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_9: &[&[&str]] = &[
+    pub(super) const NAMES_17: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -6168,6 +7230,50 @@ const _: () = {
     equal(core::mem::offset_of!(SglowLight, cone_offset), 60);
     equal(core::mem::offset_of!(SglowLight, intensity), 64);
 };
+/// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere about the axis of the light's diffuse lobe, seen from its mean position.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowLightMaps {
+    /// Width and height of a tile in texels: a power of two. (`u32` at byte 0)
+    pub tile: u32,
+    /// Tiles in a row of the atlas. (`u32` at byte 4)
+    pub columns: u32,
+    /// Number of lights. (`u32` at byte 8)
+    pub count: u32,
+    /// Number of points in a subset. (`u32` at byte 12)
+    pub points: u32,
+    /// Number of subsets of points: light i sees subset i modulo this. (`u32` at byte 16)
+    pub subsets: u32,
+    /// How many texels a point's disc may reach from the texel of its centre. (`u32` at byte 20)
+    pub reach: u32,
+    /// How many times a hole may be filled from texels twice as wide. (`u32` at byte 24)
+    pub levels: u32,
+    /// What lies within this many standard deviations of the light's positions casts no shadow. (`f32` at byte 28)
+    pub near_scale: f32,
+    /// What lies within this distance casts none either; above 0. (`f32` at byte 32)
+    pub least_near: f32,
+    /// How far a receiver is moved along its normal, over its distance along |x| + |y| + |z|. (`f32` at byte 36)
+    pub bias: f32,
+}
+impl Default for SglowLightMaps {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowLightMaps>(), 40);
+    equal(core::mem::offset_of!(SglowLightMaps, tile), 0);
+    equal(core::mem::offset_of!(SglowLightMaps, columns), 4);
+    equal(core::mem::offset_of!(SglowLightMaps, count), 8);
+    equal(core::mem::offset_of!(SglowLightMaps, points), 12);
+    equal(core::mem::offset_of!(SglowLightMaps, subsets), 16);
+    equal(core::mem::offset_of!(SglowLightMaps, reach), 20);
+    equal(core::mem::offset_of!(SglowLightMaps, levels), 24);
+    equal(core::mem::offset_of!(SglowLightMaps, near_scale), 28);
+    equal(core::mem::offset_of!(SglowLightMaps, least_near), 32);
+    equal(core::mem::offset_of!(SglowLightMaps, bias), 36);
+};
 /// A metallic-roughness material.
 ///
 /// `SglowMaterial` of the variants with material = constant.
@@ -6454,6 +7560,31 @@ const _: () = {
     equal(size_of::<SglowShadeParameters>(), 16);
     equal(core::mem::offset_of!(SglowShadeParameters, eye), 0);
     equal(core::mem::offset_of!(SglowShadeParameters, count), 12);
+};
+/// A point of the scene's surfaces, as a disc.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowShadowPoint {
+    /// `vec3<f32>` at byte 0.
+    pub position: [f32; 3],
+    /// Of the disc, in world units. (`f32` at byte 12)
+    pub radius: f32,
+    /// Unit normal of the surface, on either side. (`vec3<f32>` at byte 16)
+    pub normal: [f32; 3],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
+}
+impl Default for SglowShadowPoint {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowShadowPoint>(), 32);
+    equal(core::mem::offset_of!(SglowShadowPoint, position), 0);
+    equal(core::mem::offset_of!(SglowShadowPoint, radius), 12);
+    equal(core::mem::offset_of!(SglowShadowPoint, normal), 16);
 };
 /// A camera, or the view of a light.
 #[repr(C)]
