@@ -118,13 +118,13 @@ pub(crate) struct Step<'a> {
 pub(crate) fn encode_stage(
     device: &wgpu::Device,
     encoder: &mut wgpu::CommandEncoder,
-    timer: Option<&mut Timer<'_>>,
+    mut timer: Option<&mut Timer<'_>>,
     label: &'static str,
     steps: &[Step<'_>],
 ) {
     let groups: Vec<_> =
         steps.iter().map(|step| step.pass.bind_group(device, &step.bindings)).collect();
-    timed(encoder, timer, label, |encoder, stamps| {
+    timed(encoder, timer.as_deref_mut(), label, |encoder, stamps| {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(label),
             timestamp_writes: stamps.map(|stamps| stamps.compute()),
@@ -136,6 +136,9 @@ pub(crate) fn encode_stage(
             pass.dispatch_workgroups(x, y, z);
         }
     });
+    if let Some(timer) = timer {
+        timer.dispatched(steps.len());
+    }
 }
 
 impl ComputePass {

@@ -36,6 +36,7 @@ pub struct Timer<'a> {
     gpu: &'a Gpu,
     method: Method,
     labels: Vec<&'static str>,
+    dispatches: Vec<usize>,
 }
 
 /// What a compute or render pass writes around itself.
@@ -82,7 +83,7 @@ impl<'a> Timer<'a> {
         } else {
             Method::Wall { since: Instant::now(), times: Vec::new() }
         };
-        Self { gpu, method, labels: Vec::new() }
+        Self { gpu, method, labels: Vec::new(), dispatches: Vec::new() }
     }
 
     /// How this timer takes its times.
@@ -100,6 +101,7 @@ impl<'a> Timer<'a> {
             return None;
         }
         self.labels.push(label);
+        self.dispatches.push(0);
         match &mut self.method {
             Method::Timestamps { queries, .. } => Some(Stamps { queries, begin: 2 * index }),
             Method::Wall { since, .. } => {
@@ -107,6 +109,18 @@ impl<'a> Timer<'a> {
                 None
             }
         }
+    }
+
+    /// Says how many dispatches the pass has that was announced last.
+    pub(crate) fn dispatched(&mut self, count: usize) {
+        if let Some(last) = self.dispatches.last_mut() {
+            *last += count;
+        }
+    }
+
+    /// The dispatches of each compute pass in the order they were announced; 0 of a render pass.
+    pub fn dispatches(&self) -> Vec<usize> {
+        self.dispatches.clone()
     }
 
     /// Ends the pass that was announced last. By the wall's clock this submits what `encoder` holds and waits for it.

@@ -52,8 +52,8 @@ fn bounds_of_extremes_notice_what_they_are_for() {
         (
             "ring",
             "sample-warped-modified-bracketed-exact-diffuse-f32",
-            "texels / (count * max(filtered, 1e-30))",
-            "1.1 * texels / (count * max(filtered, 1e-30))",
+            "texels / (f32(count) * max(filtered, 1e-30))",
+            "1.1 * texels / (f32(count) * max(filtered, 1e-30))",
         ),
     ];
     for (name, id, from, to) in breaks {
@@ -93,8 +93,8 @@ fn bounds_of_halves_notice_what_they_are_for() {
     assert!(!failing(&overflowing).is_empty());
     let bright = broken(
         "sample-warped-modified-bracketed-exact-both-f16",
-        "texels / (count * max(filtered, 1e-30))",
-        "1.01 * texels / (count * max(filtered, 1e-30))",
+        "texels / (f32(count) * max(filtered, 1e-30))",
+        "1.01 * texels / (f32(count) * max(filtered, 1e-30))",
     );
     let noticed = failing(&bright);
     assert!(noticed.len() >= 2, "{noticed:?}");

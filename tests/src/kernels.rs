@@ -198,7 +198,7 @@ fn a_broken_kernel_is_noticed() {
 fn a_broken_light_is_noticed() {
     let breaks = [
         (
-            "texels / (count * max(filtered, 1e-30))",
+            "texels / (f32(count) * max(filtered, 1e-30))",
             "1.0 / (count * max(filtered, 1e-30))",
             "a dropped number of texels",
         ),
@@ -253,8 +253,8 @@ fn hardware_filtering_keeps_the_power() {
     assert!((hardware / exact - 1.0).abs() < 0.01);
     let package = broken(
         "sample-warped-modified-bracketed-hardware-diffuse-f32",
-        "texels / (count",
-        "1.02 * texels / (count",
+        "texels / (f32(count)",
+        "1.02 * texels / (f32(count)",
     );
     let wrong = power(Filter::Hardware, &package);
     assert!((wrong / exact - 1.0).abs() > 0.01, "two percent went unnoticed");

@@ -50,8 +50,8 @@ fn modified_keeps_the_power_where_previous_does_not() {
 fn a_dropped_factor_is_noticed() {
     let package = broken(
         "sample-warped-modified-bracketed-exact-diffuse-f32",
-        "texels / (count",
-        "0.95 * texels / (count",
+        "texels / (f32(count)",
+        "0.95 * texels / (f32(count)",
     );
     let modified = ratio(&run(Stress::Ring, Kernel::Modified, &package));
     assert!((modified - 1.0).abs() > 0.03, "{modified}");

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::command::{
-    doctor, gen_shaders, kernels, render, report, stability, test, variants, verify,
+    doctor, gen_shaders, kernels, render, report, reproduce, stability, test, variants, verify,
 };
 use crate::failure::Result;
 
@@ -36,6 +36,9 @@ pub(crate) enum Command {
     /// Measure error against run time
     #[command(after_help = report::EXAMPLES)]
     Report(report::Arguments),
+    /// Show the papers' tables and figures, ours beside theirs
+    #[command(after_help = reproduce::EXAMPLES)]
+    Reproduce(reproduce::Arguments),
     /// Hold every function and the whole pipeline to their bounds, over every regime
     #[command(after_help = stability::EXAMPLES)]
     Stability(stability::Arguments),
@@ -63,6 +66,7 @@ impl Command {
             Self::Render(arguments) => render::run(&arguments),
             Self::Kernels(arguments) => kernels::run(&arguments),
             Self::Report(arguments) => report::run(&arguments),
+            Self::Reproduce(arguments) => reproduce::run(&arguments),
             Self::Stability(arguments) => stability::run(&arguments),
             Self::Verify(arguments) => verify::run(&arguments),
             Self::Test(arguments) => test::run(&arguments),

@@ -24,7 +24,8 @@ pub(crate) enum Relation {
 }
 
 impl Relation {
-    fn holds(self, value: f64, bound: f64) -> bool {
+    /// Whether a value lies so.
+    pub(crate) fn holds(self, value: f64, bound: f64) -> bool {
         match self {
             Self::AtMost => value <= bound,
             Self::AtLeast => value >= bound,
@@ -32,7 +33,8 @@ impl Relation {
         }
     }
 
-    fn sign(self) -> &'static str {
+    /// As it is written.
+    pub(crate) fn sign(self) -> &'static str {
         match self {
             Self::AtMost => "<=",
             Self::AtLeast => ">=",

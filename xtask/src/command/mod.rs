@@ -5,6 +5,7 @@ pub(crate) mod gen_shaders;
 pub(crate) mod kernels;
 pub(crate) mod render;
 pub(crate) mod report;
+pub(crate) mod reproduce;
 pub(crate) mod stability;
 pub(crate) mod test;
 pub(crate) mod variants;

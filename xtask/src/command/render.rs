@@ -242,18 +242,18 @@ pub(crate) fn brute_force(renderer: &Renderer<'_>, frame: &Frame) -> Result<Fram
 }
 
 /// A reference.
-struct Truth {
+pub(crate) struct Truth {
     /// The frame with the reference's indirect light; all else is ours.
-    frame: Frame,
+    pub(crate) frame: Frame,
     /// How uncertain it is, if it is.
-    standard_error: Option<Noise>,
+    pub(crate) standard_error: Option<Noise>,
 }
 
 /// How far the noise of paths may be off, in the unit of the picture.
 #[derive(Clone, Copy)]
-struct Noise {
+pub(crate) struct Noise {
     /// Root mean square over the picture's numbers.
-    pixel: f64,
+    pub(crate) pixel: f64,
     /// Of the mean over the whole picture.
     mean: f64,
 }
@@ -275,7 +275,12 @@ fn truth(
 }
 
 /// The same frame with its indirect light by paths.
-fn paths(renderer: &Renderer<'_>, scene: &Scene, frame: &Frame, samples: u32) -> Result<Truth> {
+pub(crate) fn paths(
+    renderer: &Renderer<'_>,
+    scene: &Scene,
+    frame: &Frame,
+    samples: u32,
+) -> Result<Truth> {
     let bar = progress::bar("paths of one bounce", frame.gbuffer.position.len());
     let settings = renderer.indirect().settings();
     let (light, gbuffer, eye) = (renderer.light(), &frame.gbuffer, renderer.eye());

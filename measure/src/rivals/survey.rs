@@ -1,0 +1,147 @@
+//! One frame of a scene by every method: how evenly the density is shared out, and how wrong the light is.
+
+use serde::Serialize;
+use sglow_oracle::fis::Footprints;
+use sglow_oracle::metrics;
+use sglow_runtime::device::Gpu;
+use sglow_runtime::frame::{FrameError, Renderer};
+use sglow_runtime::indirect::Indirect;
+use sglow_runtime::package::Package;
+use sglow_runtime::{readback, reference};
+use sglow_shaders::SglowKernel;
+
+use super::flicker::{indirect_at, of_pixels, some_pixels};
+use super::method::Method;
+use super::overlap::Overlap;
+
+/// What one method makes of a frame.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The method.
+    pub method: Method,
+    /// K.
+    pub size_factor: f32,
+    /// How the density is shared out.
+    pub overlap: Overlap,
+    /// The lights' summed power over that of the photons.
+    pub power: f64,
+    /// The brightest light's power times their number, over that of the photons: 1 is even.
+    pub brightest: f64,
+    /// RMSE against virtual point lights on a sample of pixels, without visibility, over their mean.
+    pub error: f64,
+    /// Mean over mean of the reference, less 1.
+    pub bias: f64,
+    /// Numbers that were not finite.
+    pub not_finite: usize,
+}
+
+/// A frame by every method.
+#[derive(Clone, Debug, Serialize)]
+pub struct Survey {
+    /// Pixels with a reference.
+    pub pixels: usize,
+    /// Whether no light reaches anything, so that all is black.
+    pub dark: bool,
+    /// Each method.
+    pub rows: Vec<Row>,
+}
+
+/// The density and the kernels of a frame, to be drawn.
+#[derive(Clone, Debug)]
+pub struct Kernels {
+    /// The density's side: a power of two.
+    pub side: usize,
+    /// Its texels.
+    pub density: Vec<f32>,
+    /// The kernels of `previous` and of `bracketed`.
+    pub kernels: [Vec<SglowKernel>; 2],
+}
+
+/// Makes lights by every method, for the maps that `renderer` has drawn and with the density that its indirect light has
+/// made, and compares them on `count` pixels. `warm_up` frames come before, for chains that need them.
+///
+/// # Errors
+///
+/// When a variant or the device does not allow it.
+pub fn survey(
+    gpu: &Gpu,
+    package: &Package,
+    renderer: &Renderer<'_>,
+    methods: &[(Method, f32)],
+    count: usize,
+    warm_up: usize,
+) -> Result<(Survey, Kernels), FrameError> {
+    let own = renderer.indirect();
+    let settings = own.settings();
+    let inputs = renderer.inputs();
+    let gbuffer = renderer.read_gbuffer()?;
+    let pixels = some_pixels(&gbuffer, count);
+    let surfaces = of_pixels(&gbuffer, &pixels);
+    let rsm = renderer.read_rsm()?;
+    let (view, eye) = (renderer.light(), renderer.eye());
+    let reflected =
+        reference::virtual_point_lights(view, settings, &rsm, &surfaces, eye, |_, _| true);
+    let truth: Vec<f64> =
+        reflected.unwrap_or_default().iter().flat_map(|one| one.total().to_array()).collect();
+    let density: Vec<f32> =
+        readback::texture(gpu, own.density(), 0)?.iter().map(|one| one[0]).collect();
+    let side = own.density().width() as usize;
+    let footprints = Footprints::new([side; 2], &density);
+    let moments = reference::moments::<f64>(gpu, own, view, 0)?;
+    let photons: f64 = moments.iter().map(|one| one.weight()).sum();
+    let mut rows = Vec::new();
+    let mut drawn = [Vec::new(), Vec::new()];
+    for &(method, size_factor) in methods {
+        let mut settings = method.settings(settings);
+        settings.size_factor = size_factor;
+        let indirect = Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)?;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        indirect.encode_moments(&mut encoder, &inputs, None);
+        indirect.encode_density_of(&mut encoder, own);
+        indirect.encode_mips(&mut encoder, None);
+        for _ in 0..=warm_up {
+            indirect.encode_sample(&mut encoder, &inputs, None);
+        }
+        indirect.encode_shade(&mut encoder, inputs.gbuffer, inputs.eye, None);
+        gpu.queue.submit([encoder.finish()]);
+        gpu.finish()?;
+        let overlap = match indirect.clusters() {
+            Some(clusters) => {
+                let assigned: Vec<u32> = readback::buffer(gpu, clusters.assignment())?;
+                let map = settings.rsm_size as usize;
+                let inside: Vec<f32> =
+                    (0..map * map).map(|at| density[at / map * side + at % map]).collect();
+                Overlap::of_clusters(&inside, &assigned, settings.count as usize)
+            }
+            None => {
+                let kernels: Vec<SglowKernel> = readback::buffer(gpu, indirect.kernels())?;
+                let overlap = Overlap::of_kernels(&footprints, side, &kernels);
+                match method {
+                    Method::Previous if drawn[0].is_empty() => drawn[0] = kernels,
+                    Method::Bracketed if drawn[1].is_empty() => drawn[1] = kernels,
+                    _ => {}
+                }
+                overlap
+            }
+        };
+        let lights = reference::lights::<f64>(gpu, &indirect)?;
+        let powers: Vec<f64> = lights.iter().map(|light| light.power().luminance()).collect();
+        let over = |power: f64| if photons > 0.0 { power / photons } else { 0.0 };
+        let ours = indirect_at(gpu, &indirect, &pixels)?;
+        let compared = metrics::compare(&ours, &truth);
+        let mean = compared.map_or(0.0, |one| one.reference_mean);
+        rows.push(Row {
+            method,
+            size_factor,
+            overlap,
+            power: over(powers.iter().sum()),
+            brightest: over(powers.iter().copied().fold(0.0, f64::max) * powers.len() as f64),
+            error: compared.map_or(0.0, |one| if mean > 0.0 { one.rmse / mean } else { one.rmse }),
+            bias: compared.map_or(0.0, |one| if mean > 0.0 { one.bias } else { 0.0 }),
+            not_finite: ours.iter().filter(|one| !one.is_finite()).count(),
+        });
+    }
+    let dark = photons == 0.0;
+    let survey = Survey { pixels: pixels.len(), dark, rows };
+    Ok((survey, Kernels { side, density, kernels: drawn }))
+}
