@@ -199,7 +199,7 @@ fn a_broken_light_is_noticed() {
     let breaks = [
         (
             "texels / (f32(count) * max(filtered, 1e-30))",
-            "1.0 / (count * max(filtered, 1e-30))",
+            "1.0 / (f32(count) * max(filtered, 1e-30))",
             "a dropped number of texels",
         ),
         ("- dot(mean, mean)", "- 0.999 * dot(mean, mean)", "a mean that is not quite subtracted"),

@@ -17,9 +17,9 @@ pub(crate) struct Numbers {
     /// Number of virtual lights, 1 to 65536
     #[arg(long, value_name = "N", default_value_t = 1024)]
     pub(crate) lights: u32,
-    /// Width and height of the reflective shadow map, best a power of two
-    #[arg(long, value_name = "TEXELS", default_value_t = 256)]
-    pub(crate) rsm: u32,
+    /// Width and height of the reflective shadow map, best a power of two [default: 256, or the paper's 512 to reproduce]
+    #[arg(long, value_name = "TEXELS")]
+    pub(crate) rsm: Option<u32>,
     /// Bisection steps of Algorithm 1, 1 to 24
     #[arg(long, value_name = "STEPS", default_value_t = 12)]
     pub(crate) iterations: u32,
@@ -61,7 +61,7 @@ impl Shot {
         keep_one_light(&mut scene, numbers.light)?;
         let mut settings = Settings {
             size,
-            rsm_size: numbers.rsm,
+            rsm_size: numbers.rsm.unwrap_or(256),
             count: numbers.lights,
             size_factor: numbers.size_factor,
             iterations: numbers.iterations,
@@ -169,7 +169,7 @@ mod tests {
     fn numbers() -> Numbers {
         Numbers {
             lights: 16,
-            rsm: 32,
+            rsm: Some(32),
             iterations: 12,
             size_factor: 1.0,
             light: None,

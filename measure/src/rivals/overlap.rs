@@ -13,6 +13,8 @@ pub struct Overlap {
     pub largest: f64,
     /// The sum of all integrals, of the whole: 1 where overlaps and gaps are in balance.
     pub covered: f64,
+    /// The share of the density that lies in none: 0 is ideal.
+    pub gaps: f64,
 }
 
 impl Overlap {
@@ -28,12 +30,14 @@ impl Overlap {
             variation: over(variance.sqrt(), mean),
             largest: over(masses.iter().copied().fold(0.0, f64::max) * count, total),
             covered: over(sum, total),
+            gaps: 0.0,
         }
     }
 
     /// Of filtering kernels: the squares of 4^level texels around their centres.
     #[must_use]
-    pub fn of_kernels(density: &Footprints, size: usize, kernels: &[SglowKernel]) -> Self {
+    pub fn of_kernels(texels: &[f32], size: usize, kernels: &[SglowKernel]) -> Self {
+        let density = Footprints::new([size; 2], texels);
         let masses: Vec<f64> = kernels
             .iter()
             .map(|kernel| {
@@ -41,7 +45,8 @@ impl Overlap {
                 density.mass(centre, f64::from(kernel.level).exp2())
             })
             .collect();
-        Self::of(&masses, density.total())
+        let gaps = gaps(texels, size, kernels);
+        Self { gaps, ..Self::of(&masses, density.total()) }
     }
 
     /// Of clusters: `assigned` gives the cluster of every texel.
@@ -57,9 +62,60 @@ impl Overlap {
     }
 }
 
+/// The share of a density in texels whose centre no kernel's square covers. A kernel covers the texel of its own centre,
+/// however small it is.
+fn gaps(texels: &[f32], size: usize, kernels: &[SglowKernel]) -> f64 {
+    // Counts of squares by their corners, to be summed up along both axes.
+    let mut changes = vec![0_i32; (size + 1) * (size + 1)];
+    for kernel in kernels {
+        let half = 0.5 * f64::from(kernel.level).exp2();
+        let span = |part: f32| {
+            let centre = f64::from(part) * size as f64;
+            let own = (centre.max(0.0) as usize).min(size - 1);
+            let first = (centre - half - 0.5).ceil().max(0.0) as usize;
+            let end = ((centre + half - 0.5).floor() + 1.0).clamp(0.0, size as f64) as usize;
+            (first.min(own), end.max(own + 1))
+        };
+        let ((left, right), (top, bottom)) = (span(kernel.centre[0]), span(kernel.centre[1]));
+        for (x, y, change) in
+            [(left, top, 1), (right, top, -1), (left, bottom, -1), (right, bottom, 1)]
+        {
+            changes[y * (size + 1) + x] += change;
+        }
+    }
+    let (mut missed, mut total) = (0.0, 0.0);
+    let mut above = vec![0; size + 1];
+    for y in 0..size {
+        let mut row = 0;
+        for x in 0..size {
+            row += changes[y * (size + 1) + x];
+            above[x] += row;
+            let mass = texels.get(y * size + x).copied().map_or(0.0, f64::from);
+            total += mass;
+            missed += if above[x] > 0 { 0.0 } else { mass };
+        }
+    }
+    if total > 0.0 { missed / total } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn gaps_are_what_no_square_covers() {
+        let kernel = |x: f32, y: f32, level: f32| SglowKernel { centre: [x, y], level, scale: 1.0 };
+        let texels =
+            [1.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 5.0];
+        assert_eq!(gaps(&texels, 4, &[]), 1.0);
+        assert_eq!(gaps(&texels, 4, &[kernel(0.5, 0.5, 2.0)]), 0.0);
+        // The upper left quarter.
+        assert_eq!(gaps(&texels, 4, &[kernel(0.25, 0.25, 1.0)]), 17.0 / 20.0);
+        // One texel, though the kernel is far smaller; and a kernel that hangs over the edge.
+        assert_eq!(gaps(&texels, 4, &[kernel(0.9, 0.1, -9.0)]), 16.0 / 20.0);
+        assert_eq!(gaps(&texels, 4, &[kernel(1.0, 1.0, 1.0)]), 15.0 / 20.0);
+        assert_eq!(gaps(&[0.0; 16], 4, &[]), 0.0);
+    }
 
     #[test]
     fn even_shares_do_not_vary_and_uneven_ones_do() {
@@ -67,7 +123,10 @@ mod tests {
         assert_eq!((even.variation, even.largest, even.covered), (0.0, 1.0, 1.0));
         let uneven = Overlap::of(&[1.0, 0.0, 0.0, 0.0], 1.0);
         assert!((uneven.variation - 3f64.sqrt()).abs() < 1e-12 && uneven.largest == 4.0);
-        assert_eq!(Overlap::of(&[], 0.0), Overlap { variation: 0.0, largest: 0.0, covered: 0.0 });
+        assert_eq!(
+            Overlap::of(&[], 0.0),
+            Overlap { variation: 0.0, largest: 0.0, covered: 0.0, gaps: 0.0 }
+        );
         let clusters = Overlap::of_clusters(&[1.0, 1.0, 2.0], &[0, 0, 1], 2);
         assert_eq!((clusters.variation, clusters.covered), (0.0, 1.0));
     }

@@ -1,7 +1,6 @@
 //! One frame of a scene by every method: how evenly the density is shared out, and how wrong the light is.
 
 use serde::Serialize;
-use sglow_oracle::fis::Footprints;
 use sglow_oracle::metrics;
 use sglow_runtime::device::Gpu;
 use sglow_runtime::frame::{FrameError, Renderer};
@@ -86,7 +85,6 @@ pub fn survey(
     let density: Vec<f32> =
         readback::texture(gpu, own.density(), 0)?.iter().map(|one| one[0]).collect();
     let side = own.density().width() as usize;
-    let footprints = Footprints::new([side; 2], &density);
     let moments = reference::moments::<f64>(gpu, own, view, 0)?;
     let photons: f64 = moments.iter().map(|one| one.weight()).sum();
     let mut rows = Vec::new();
@@ -115,7 +113,7 @@ pub fn survey(
             }
             None => {
                 let kernels: Vec<SglowKernel> = readback::buffer(gpu, indirect.kernels())?;
-                let overlap = Overlap::of_kernels(&footprints, side, &kernels);
+                let overlap = Overlap::of_kernels(&density, side, &kernels);
                 match method {
                     Method::Previous if drawn[0].is_empty() => drawn[0] = kernels,
                     Method::Bracketed if drawn[1].is_empty() => drawn[1] = kernels,

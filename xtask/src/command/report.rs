@@ -17,9 +17,12 @@ use sglow_runtime::frame::{Frame, Renderer};
 use sglow_runtime::package::Package;
 use sglow_runtime::reference;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Solver, Specular};
+use sglow_shaders::{
+    Density, Diffuse, Draw, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space, Specular,
+    Visibility,
+};
 
-use crate::command::render::{brute_force, package};
+use crate::command::render::{brute_force, package, paths};
 use crate::failure::{Failure, Result};
 use crate::json::{Check, Relation, Report};
 use crate::progress;
@@ -94,7 +97,8 @@ struct Measurement {
     picture_relative_mse: f64,
     picture_bias: f64,
     /// Device against oracle with the same lights, RMS over mean on a sample of pixels.
-    rounding_rms_over_mean: f64,
+    /// None with visibility, whose maps the tests hold.
+    rounding_rms_over_mean: Option<f64>,
     time: Time,
 }
 
@@ -135,8 +139,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 }
 
 /// What must not be concluded.
-const DOES_NOT_SHOW: &str = "Neither side has visibility, so that the error is that of the lights and of their \
-                             reflection alone; the reference has the discretisation of the same map. Times on a \
+const DOES_NOT_SHOW: &str = "But for the variants with visibility, whose reference are paths with it, neither side has \
+                             visibility, so that the error is that of the lights and of their reflection alone; the \
+                             reference has the discretisation of the same map. Times on a \
                              software driver compare variants and promise nothing about GPUs.";
 
 /// The kernels, and how their size is found.
@@ -147,7 +152,8 @@ const KERNELS: [(Kernel, Solver); 3] = [
 ];
 
 /// The variants of both passes, those that this scene needs first: every one of the sampling pass; of the shading pass
-/// those that differ from the scene's own in the diffuse or in the specular form, in the lobes or in the precision.
+/// those that differ from the scene's own in the diffuse or in the specular form, in the lobes, in the precision or in
+/// visibility. Densities, draws and clusters take the place of the sampling pass's own, one at a time.
 fn variants(base: &Settings) -> Vec<(bool, bool, Settings)> {
     let mut all = Vec::new();
     let full = base.specular != Specular::None;
@@ -162,6 +168,17 @@ fn variants(base: &Settings) -> Vec<(bool, bool, Settings)> {
                 }
             }
         }
+    }
+    let others = [
+        Settings { density: Density::Reflectance, ..base.clone() },
+        Settings { density: Density::Bidirectional, ..base.clone() },
+        Settings { draw: Draw::Metropolis, ..base.clone() },
+        Settings { space: Space::Image, ..base.clone() },
+        Settings { space: Space::World, ..base.clone() },
+    ];
+    all.extend(others.map(|settings| (true, true, settings)));
+    for visibility in [Visibility::ShadowMap, Visibility::Imperfect] {
+        all.push((false, true, Settings { visibility, ..base.clone() }));
     }
     for lobes in [Lobes::Both, Lobes::Diffuse] {
         let mut forms = vec![Settings { precision: Precision::F16, ..base.clone() }];
@@ -182,6 +199,26 @@ fn variants(base: &Settings) -> Vec<(bool, bool, Settings)> {
     all
 }
 
+/// What a measurement is called: its variant, and what else is unlike the default.
+fn name(sampling: bool, settings: &Settings) -> String {
+    if !sampling {
+        return settings.shade().id().to_string();
+    }
+    let id = match settings.space {
+        Space::None => settings.sample().id().to_string(),
+        space @ (Space::Image | Space::World) => format!("k-means clusters, space {space}"),
+    };
+    match settings.density {
+        Density::Power => id,
+        density @ (Density::Reflectance | Density::Bidirectional) => {
+            format!("{id}, density {density}")
+        }
+    }
+}
+
+/// Paths per pixel of the reference with visibility.
+const PATHS: u32 = 256;
+
 fn scene(
     gpu: &Gpu,
     package: &Package,
@@ -194,7 +231,7 @@ fn scene(
         .into_iter()
         .filter(|(_, _, settings)| settings.filter == Filter::Exact || gpu.filters_float32())
         .collect();
-    let mut references: BTreeMap<bool, Frame> = BTreeMap::new();
+    let mut references: BTreeMap<(bool, bool), Frame> = BTreeMap::new();
     let bar = progress::bar(format!("{}: variants", shot.scene.name), variants.len());
     let mut tables = [
         table::new(["sampling variant", "needed", "RMSE", "rel. MSE", "bias", "rounding", "ms"]),
@@ -211,24 +248,32 @@ fn scene(
         for _ in 0..RUNS {
             let frame = renderer.render()?;
             clock = frame.clock.to_string();
-            times.extend(frame.passes.iter().filter(|one| one.0 == pass).map(|one| one.1));
+            // Chains and clusters have passes of their own in the sampling pass's place.
+            let counts = |label: &str| {
+                label == pass || sampling && (label == "centres" || label.starts_with("cluster "))
+            };
+            times.push(frame.passes.iter().filter(|one| counts(one.0)).map(|one| one.1).sum());
         }
         let frame = renderer.read()?;
         // Without specular reflection in the scene one reference serves all.
         let beckmann = full && settings.ndf == Ndf::Beckmann;
-        if let Entry::Vacant(entry) = references.entry(beckmann) {
+        let visible = settings.visibility != Visibility::None;
+        if let Entry::Vacant(entry) = references.entry((beckmann, visible)) {
             // The reference holds both terms, whatever this variant renders.
             let all = Frame {
                 indirect_diffuse: Some(Vec::new()),
                 indirect_specular: Some(Vec::new()),
                 ..frame.clone()
             };
-            entry.insert(brute_force(&renderer, &all)?);
+            entry.insert(if visible {
+                paths(&renderer, &shot.scene, &all, PATHS)?.frame
+            } else {
+                brute_force(&renderer, &all)?
+            });
         }
-        let (ours, theirs) = terms(&frame, &references[&beckmann]);
+        let (ours, theirs) = terms(&frame, &references[&(beckmann, visible)]);
         let compared = metrics::compare(&ours, &theirs)
             .ok_or_else(|| Failure::new("there is nothing to compare"))?;
-        let id = if sampling { settings.sample().id() } else { settings.shade().id() };
         not_finite += compared.not_finite;
         let over_mean = |value: f64| {
             if compared.reference_mean > 0.0 { value / compared.reference_mean } else { value }
@@ -236,12 +281,16 @@ fn scene(
         let time =
             Time::of(times).ok_or_else(|| Failure::new(format!("pass {pass} has no time")))?;
         let measurement = Measurement {
-            variant: id.to_string(),
+            variant: name(sampling, &settings),
             needed,
             picture_rmse_over_mean: over_mean(compared.rmse),
             picture_relative_mse: compared.relative_mse,
             picture_bias: compared.bias,
-            rounding_rms_over_mean: rounding(gpu, &renderer, &frame)?,
+            rounding_rms_over_mean: if visible {
+                None
+            } else {
+                Some(rounding(gpu, &renderer, &frame)?)
+            },
             time,
         };
         let which = usize::from(!sampling);
@@ -251,7 +300,9 @@ fn scene(
             percent(measurement.picture_rmse_over_mean),
             format!("{:.2e}", measurement.picture_relative_mse),
             percent(measurement.picture_bias),
-            format!("{:.1e}", measurement.rounding_rms_over_mean),
+            measurement
+                .rounding_rms_over_mean
+                .map_or_else(|| "–".to_owned(), |rounding| format!("{rounding:.1e}")),
             format!("{:.3} ({:.3}-{:.3})", time.median_ms, time.minimum_ms, time.maximum_ms),
         ]);
         measurements[which].push(measurement);
@@ -265,6 +316,12 @@ fn scene(
         Relation::Equal,
         0.0,
     ));
+    if references.values().all(is_dark) {
+        say::line(format!(
+            "\n{}: no light reaches anything that the camera sees; indirect light is black, and errors are absolute",
+            shot.scene.name
+        ));
+    }
     let [width, height] = base.size;
     say::line(format!(
         "\n{}: {} triangles, {width} x {height}, map of {} squared, {} lights, {clock}",
@@ -283,9 +340,16 @@ fn scene(
         "lights": base.count,
         "iterations": base.iterations,
         "clock": clock,
+        "dark": references.values().all(is_dark),
         "sampling": sampling,
         "shading": shading,
     }))
+}
+
+/// Whether a frame has no indirect light.
+fn is_dark(frame: &Frame) -> bool {
+    let terms = [&frame.indirect_diffuse, &frame.indirect_specular];
+    terms.into_iter().flatten().flatten().all(|pixel| pixel[..3] == [0.0; 3])
 }
 
 /// The numbers of the terms that a frame has, and of the same terms of its reference. Pixels without a surface count

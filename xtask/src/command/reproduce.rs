@@ -269,9 +269,15 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
+    /// Width and height of the light's map; the paper's if nothing else is asked for.
+    fn rsm(&self) -> u32 {
+        self.arguments.numbers.rsm.unwrap_or(512)
+    }
+
     /// A scene with the bidirectional density of the paper, or another.
     fn shot(&self, scene: &str, size: [u32; 2], density: Density) -> Result<Shot> {
         let mut shot = Shot::new(scene, &[], size, &self.arguments.numbers)?;
+        shot.settings.rsm_size = self.rsm();
         shot.settings.density = density;
         shot.settings.camera_count = self.arguments.camera_lights;
         Ok(shot)
@@ -360,7 +366,7 @@ impl Work<'_> {
     }
 
     fn mips(&self, found: &mut Findings) -> Result {
-        let size = self.arguments.numbers.rsm;
+        let size = self.rsm();
         for (name, texel, layers) in [
             ("moments, rgba32float, 5 layers", Texel::Rgba32float, 5),
             ("density, r32float", Texel::R32float, 1),
@@ -421,7 +427,7 @@ impl Work<'_> {
     }
 
     fn sampling(&self, found: &mut Findings) -> Result {
-        let size = self.arguments.numbers.rsm;
+        let size = self.rsm();
         let base = Settings {
             rsm_size: size,
             count: self.arguments.numbers.lights,
@@ -722,6 +728,7 @@ fn show(found: &Findings) {
             "method",
             "K",
             "variation",
+            "gaps",
             "covered",
             "power",
             "brightest",
@@ -733,6 +740,7 @@ fn show(found: &Findings) {
                 row.method.name().to_owned(),
                 row.size_factor.to_string(),
                 format!("{:.3}", row.overlap.variation),
+                format!("{:.3}", row.overlap.gaps),
                 format!("{:.3}", row.overlap.covered),
                 format!("{:.3}", row.power),
                 format!("{:.1}", row.brightest),

@@ -318,8 +318,8 @@ fn surveys(found: &Findings) -> Markup {
     html! {
         p {
             "Variation is the coefficient of variation of the density's integral within each kernel (its square of 4^level "
-            "texels) or cluster, covered the sum of all integrals over the whole: overlaps and gaps raise the first, and "
-            "the second falls short of or exceeds 1. Power is that of all lights over that of the photons, brightest the "
+            "texels) or cluster; gaps are the share of the density that lies in none; covered is the sum of all integrals "
+            "over the whole. Power is that of all lights over that of the photons, brightest the "
             "brightest light's times their number. RMSE is against a sum over all texels of the map, both without "
             "visibility, over the mean, on a sample of pixels."
         }
@@ -333,6 +333,7 @@ fn surveys(found: &Findings) -> Markup {
                     td { (row.method.name()) }
                     td.n { (row.size_factor) }
                     td.n { (digits(row.overlap.variation)) }
+                    td.n { (digits(row.overlap.gaps)) }
                     td.n { (digits(row.overlap.covered)) }
                     td.n { (digits(row.power)) }
                     td.n { (digits(row.brightest)) }
@@ -343,7 +344,7 @@ fn surveys(found: &Findings) -> Markup {
             (table(
                 &surveyed.scene,
                 "",
-                &[text("method"), number("K"), number("variation"), number("covered"), number("power"), number("brightest × N"), number("RMSE"), number("bias")],
+                &[text("method"), number("K"), number("variation"), number("gaps"), number("covered"), number("power"), number("brightest × N"), number("RMSE"), number("bias")],
                 &rows,
             ))
         }

@@ -48,8 +48,8 @@ pub(crate) fn draw(density: &Density, kernels: &[Square]) -> Result<RgbImage> {
     let longer = width.max(height) * scale;
     // Thin lines and small points where kernels are many.
     let (lines, points) = match kernels.len() {
-        ..=256 => (400, 350.0),
-        ..=2048 => (640, 500.0),
+        0..=256 => (400, 350.0),
+        257..=2048 => (640, 500.0),
         _ => (longer, 800.0),
     };
     let line = (longer / lines).max(1) as i64;
@@ -77,13 +77,10 @@ fn outline(picture: &mut RgbImage, kernel: &Square, scale: f64, line: i64) {
     let [width, height] = [picture.width(), picture.height()].map(i64::from);
     for y in top.max(0)..=bottom.min(height - 1) {
         let whole = y < top + line || y > bottom - line;
-        let inside = if whole { left..=right } else { left..=(left + line - 1).min(right) };
-        let other = if whole { 1..=0 } else { (right - line + 1).max(left + line)..=right };
-        for x in [inside, other]
-            .into_iter()
-            .flat_map(|part| (*part.start()).max(0)..=(*part.end()).min(width - 1))
-        {
-            cover(picture, [x, y], OUTLINE, OPACITY);
+        for x in left.max(0)..=right.min(width - 1) {
+            if whole || x < left + line || x > right - line {
+                cover(picture, [x, y], OUTLINE, OPACITY);
+            }
         }
     }
 }
