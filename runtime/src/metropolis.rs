@@ -31,7 +31,7 @@ impl MetropolisSettings {
     /// warped lattice.
     pub fn of(count: u32) -> Self {
         let start = Start::Warped;
-        Self { count, mutations: 4, radius: 0.02, large_steps: 0.1, seed: 1, start }
+        Self { count, mutations: 1, radius: 0.01, large_steps: 0.02, seed: 1, start }
     }
 }
 

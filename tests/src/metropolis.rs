@@ -93,6 +93,11 @@ fn agree_with_the_oracle() {
     }
 }
 
+/// Chains that move far enough for a break to show.
+fn lively() -> MetropolisSettings {
+    MetropolisSettings { mutations: 4, large_steps: 0.1, ..MetropolisSettings::of(COUNT) }
+}
+
 #[test]
 fn broken_chains_are_noticed() {
     let breaks = [
@@ -105,10 +110,10 @@ fn broken_chains_are_noticed() {
     ];
     for (id, from, to) in breaks {
         // A large radius, for reflections.
-        let settings = MetropolisSettings { radius: 0.5, ..MetropolisSettings::of(COUNT) };
+        let settings = MetropolisSettings { radius: 0.5, ..lively() };
         compare(&settings, Stress::Smooth, &broken(id, from, to)).assert_fails(to);
     }
-    let settings = MetropolisSettings { start: Start::Uniform, ..MetropolisSettings::of(COUNT) };
+    let settings = MetropolisSettings { start: Start::Uniform, ..lively() };
     let package = broken("metropolis_start-uniform", "4294967295u", "0u");
     compare(&settings, Stress::Smooth, &package).assert_fails("another start");
 }

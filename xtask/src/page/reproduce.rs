@@ -176,7 +176,7 @@ fn figures(figures: &[Figure]) -> Markup {
                         figcaption {
                             (picture.name)
                             @if let Some(error) = picture.error {
-                                ": RMSE " (digits(100.0 * error)) " % of the mean"
+                                ": RMSE " (digits(100.0 * error)) " % of the reference's mean"
                             }
                         }
                     }
