@@ -594,7 +594,12 @@ impl Work<'_> {
             let frame = renderer.read()?;
             bar.finish_and_clear();
             if truth.is_none() {
-                let found = render::paths(&renderer, &shot.scene, &frame, self.arguments.samples)?;
+                let found = if caustic {
+                    let frame = render::brute_force(&renderer, &frame)?;
+                    render::Truth { frame, standard_error: None }
+                } else {
+                    render::paths(&renderer, &shot.scene, &frame, self.arguments.samples)?
+                };
                 let picture = render::picture(&found.frame)?;
                 let exposure = tone::Exposure::automatic(&picture.radiance()?);
                 truth = Some((found, exposure));
