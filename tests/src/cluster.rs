@@ -1,7 +1,5 @@
 //! Clusters: `shaders/src/cluster`, their sort, their tree and the lights that they sum to.
 
-use std::time::Duration;
-
 use sglow_oracle::cluster::{self, Map};
 use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_oracle::fis::{lattice, warp};
@@ -14,7 +12,6 @@ use sglow_runtime::light::LightView;
 use sglow_runtime::package::Package;
 use sglow_runtime::scene::LightKind;
 use sglow_runtime::sort::RadixSort;
-use sglow_runtime::timing::Timer;
 use sglow_runtime::{readback, reference};
 use sglow_shaders::{Draw, Light, Lobes, Precision, Space};
 
@@ -433,53 +430,4 @@ fn settings_that_cannot_be_are_named() {
     let error = clusters.encode(&mut encoder, &inputs, None).unwrap_err();
     assert!(matches!(error, ClusterError::Range { .. }), "{error}");
     assert!(error.to_string().contains("at least 4"), "{error}");
-}
-
-/// What each stage takes: `cargo test -p sglow-tests cluster::times -- --ignored --nocapture`.
-#[test]
-#[ignore = "prints times"]
-fn times() {
-    let gpu = gpu();
-    let sizes = [([512, 512], 1024), ([1920, 1088], 1024)];
-    for (size, count) in sizes {
-        for space in [Space::Image, Space::World] {
-            let mut case = case("times", size, count, space);
-            // A wall with folds: neighbours in a map are mostly neighbours in the world.
-            for (index, position) in case.surfaces.position.iter_mut().enumerate() {
-                let [x, y] = [index % size[0] as usize, index / size[0] as usize];
-                let [u, v] = [x as f32 / size[0] as f32, y as f32 / size[1] as f32];
-                let depth = (9.0 * u).sin() * (7.0 * v).cos();
-                position[..3].copy_from_slice(&[3.0 * u - 1.5, depth, 2.4 * v - 1.2]);
-            }
-            let settings = &case.settings;
-            let clusters = Clusters::new(&gpu.device, &gpu.queue, whole_space(), settings).unwrap();
-            let map = Uploaded::new(&case.surfaces, size);
-            let density = DensityTexture::new(size, case.stress, 5);
-            let light = light(case.kind, size[0]);
-            let inputs = ClusterInputs {
-                map: map.views(),
-                light: &light,
-                density: &density.view,
-                chains: None,
-            };
-            let mut all: Vec<Vec<(&str, Duration)>> = Vec::new();
-            for _ in 0..6 {
-                let mut timer = Timer::new(gpu);
-                let mut encoder = gpu.device.create_command_encoder(&Default::default());
-                clusters.encode(&mut encoder, &inputs, Some(&mut timer)).unwrap();
-                gpu.queue.submit([encoder.finish()]);
-                gpu.finish().unwrap();
-                all.push(timer.finish().unwrap());
-            }
-            all.remove(0);
-            let stages: Vec<String> = (0..all[0].len())
-                .map(|stage| {
-                    let mut times: Vec<Duration> = all.iter().map(|run| run[stage].1).collect();
-                    times.sort();
-                    format!("{} {:.2} ms", all[0][stage].0, times[2].as_secs_f64() * 1e3)
-                })
-                .collect();
-            println!("{size:?}, {count} clusters, {space}: {}", stages.join(", "));
-        }
-    }
 }
