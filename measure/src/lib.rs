@@ -9,6 +9,7 @@ pub mod bound;
 pub mod curve;
 pub mod error;
 pub mod extreme;
+pub mod frontier;
 pub mod function;
 pub mod functions;
 pub mod halves;

@@ -1,0 +1,288 @@
+//! What was measured of a scene, as it stands in `report.json`.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A median and its spread, in milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Time {
+    /// The median.
+    pub median: f64,
+    /// The least.
+    pub least: f64,
+    /// The most.
+    pub most: f64,
+}
+
+impl Time {
+    /// Of some runs; all 0 of none.
+    #[must_use]
+    pub fn of(mut runs: Vec<Duration>) -> Self {
+        runs.sort();
+        let at = |index: usize| runs.get(index).map_or(0.0, |time| time.as_secs_f64() * 1e3);
+        Self { median: at(runs.len() / 2), least: at(0), most: at(runs.len().saturating_sub(1)) }
+    }
+
+    /// One after the other.
+    #[must_use]
+    pub fn then(self, next: Self) -> Self {
+        Self {
+            median: self.median + next.median,
+            least: self.least + next.least,
+            most: self.most + next.most,
+        }
+    }
+}
+
+/// One pass of a frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Pass {
+    /// What it is called.
+    pub name: String,
+    /// How long it takes.
+    pub time: Time,
+}
+
+/// A picture's worst pixel, and what was shaded there.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Worst {
+    /// Column and row, from the top left, from 0.
+    pub pixel: [u32; 2],
+    /// Indirect radiance that was found there, linear Rec. 709.
+    pub found: [f64; 3],
+    /// What should have been there.
+    pub expected: [f64; 3],
+    /// The texels of position, normal and base colour that were shaded, as the bits of their 32-bit floats in hexadecimal.
+    pub surface: [[String; 4]; 3],
+}
+
+/// How far the device is from the oracle's f64 with the same virtual lights, on a sample of pixels: rounding.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Rounding {
+    /// Root of the mean squared difference over the mean.
+    pub rms_over_mean: f64,
+    /// The pixel that is furthest off.
+    pub worst: Worst,
+}
+
+/// How far a picture is from its reference: what is seen.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PictureError {
+    /// Root of the mean squared difference over the mean of the reference.
+    pub rmse_over_mean: f64,
+    /// Mean of the squared difference over the squared reference plus 1e-2 times its mean square.
+    pub relative_mse: f64,
+    /// Mean of the picture over that of the reference, minus 1.
+    pub bias: f64,
+    /// Mean of the FLIP map of both whole pictures as they are shown, direct light and all; 0 to 1.
+    pub flip: f64,
+    /// The pixel that is furthest off.
+    pub worst: Worst,
+}
+
+/// What beats a way in error and in time alike.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Dominated {
+    /// The name of the way that beats it: of those that do, the one with the least error.
+    pub by: String,
+    /// Its time over that of the way that beats it.
+    pub time_ratio: f64,
+    /// Its error over that of the way that beats it.
+    pub error_ratio: f64,
+    /// Whether the spreads of both times are apart; if they are not, the times may be the same.
+    pub clear: bool,
+}
+
+/// One way to indirect light: a value on each axis, measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Way {
+    /// What it is called; no other way of the scene is called so.
+    pub name: String,
+    /// The value on each axis.
+    pub axes: BTreeMap<String, String>,
+    /// The variants that make its lights and reflect them.
+    pub variants: Vec<String>,
+    /// Whether it is what the scene gets if nobody chooses.
+    pub default: bool,
+    /// Whether it has all that the scene needs; what has not leaves light out.
+    pub complete: bool,
+    /// Each pass from the maps to reflected light.
+    pub passes: Vec<Pass>,
+    /// Their sum.
+    pub time: Time,
+    /// All passes again as one frame, in turns with those that it is compared with: on the frontier alone.
+    pub whole: Option<Time>,
+    /// Bytes of each texture and buffer that it keeps, by name.
+    pub bytes: BTreeMap<String, u64>,
+    /// What is seen.
+    pub picture: PictureError,
+    /// Root of the mean squared difference of the oracle with the same lights from the sum over all texels of the map
+    /// as points, over the mean, neither with visibility, on a sample of pixels: the error of the model. None with
+    /// visibility.
+    pub model_rms_over_mean: Option<f64>,
+    /// The device against the oracle. None with visibility, whose maps the tests hold.
+    pub rounding: Option<Rounding>,
+    /// How much more it changes from frame to frame under a moving light than it has to, over the mean: on the
+    /// frontier alone.
+    pub flicker: Option<f64>,
+    /// Whether no other way is better in error and in time.
+    pub frontier: bool,
+    /// What is.
+    pub dominated: Option<Dominated>,
+}
+
+/// What pictures are compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReferenceKind {
+    /// Paths of one bounce from the camera, with exact visibility.
+    Paths,
+    /// Every texel of the light's map as a point light, with exact visibility.
+    Points,
+}
+
+/// The reference of a scene and how far it may be off itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Reference {
+    /// What it is made of.
+    pub kind: ReferenceKind,
+    /// Paths, or shadow rays, of each pixel.
+    pub samples: u32,
+    /// Mean of its indirect light over all numbers.
+    pub mean: f64,
+    /// Root mean square of its standard error over its mean.
+    pub noise_over_mean: f64,
+    /// Root mean square of its discretisation error over its mean; 0 of paths.
+    pub discretisation_over_mean: f64,
+    /// Both together: nothing is claimed of errors below this.
+    pub floor_over_mean: f64,
+    /// The same of the other kind, on a few pixels: why it was not taken.
+    pub other_floor_over_mean: Option<f64>,
+    /// Whether no indirect light reaches what the camera sees; then errors are absolute.
+    pub dark: bool,
+}
+
+/// One measurement along a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SweepPoint {
+    /// The number that is varied.
+    pub at: f64,
+    /// Of the passes that the number bears on; none of what is modelled.
+    pub time: Option<Time>,
+    /// RMSE against the reference over its mean; none of what is modelled.
+    pub picture_rmse_over_mean: Option<f64>,
+    /// RMS difference from the limit of the same way, over its mean: the error that the number is to blame for.
+    pub own_rms_over_mean: Option<f64>,
+}
+
+/// One line of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Series {
+    /// What it is called.
+    pub name: String,
+    /// In ascending order.
+    pub points: Vec<SweepPoint>,
+    /// From here on more does not pay: the least number whose picture error is within 1 % of the best.
+    pub pays_until: Option<f64>,
+}
+
+/// Error and time against one number, all else as the scene's default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Sweep {
+    /// What is varied.
+    pub over: SweepOver,
+    /// What `own_rms_over_mean` is the difference from.
+    pub limit: String,
+    /// The lines.
+    pub series: Vec<Series>,
+}
+
+/// What a sweep varies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SweepOver {
+    /// Bisection steps of Algorithm 1. [Tokuyoshi 2016]
+    Iterations,
+    /// K, the size of kernels.
+    SizeFactor,
+    /// The number of virtual lights.
+    Lights,
+}
+
+/// What a frame costs with everything, or with what the scene needs alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Side {
+    /// The shading variant.
+    pub shade: String,
+    /// Bytes of textures that indirect light keeps in a frame, the maps it reads apart.
+    pub texture_bytes: u64,
+    /// Bytes of buffers.
+    pub buffer_bytes: u64,
+    /// The shading pass.
+    pub shade_time: Time,
+    /// All passes of indirect light.
+    pub time: Time,
+}
+
+/// What leaving out saves, measured in turns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Pruned {
+    /// With everything.
+    pub full: Side,
+    /// With what the scene needs.
+    pub needed: Side,
+    /// Pixels of the picture that both were measured at.
+    pub size: [u32; 2],
+    /// Numbers of the composed pictures whose bits differ.
+    pub differing: usize,
+}
+
+/// All that was measured of a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SceneReport {
+    /// Its name.
+    pub scene: String,
+    /// Triangles.
+    pub triangles: usize,
+    /// Kind of its light.
+    pub light: String,
+    /// Pixels of the pictures.
+    pub size: [u32; 2],
+    /// Width and height of the light's map.
+    pub rsm_size: u32,
+    /// Virtual lights.
+    pub lights: u32,
+    /// Bisection steps, where there are any.
+    pub iterations: u32,
+    /// K.
+    pub size_factor: f64,
+    /// How times were taken.
+    pub clock: String,
+    /// Timed runs of each pass.
+    pub runs: usize,
+    /// What pictures are compared with.
+    pub reference: Reference,
+    /// Every way, those of the frontier first, then by time.
+    pub ways: Vec<Way>,
+    /// Error and time against numbers.
+    pub sweeps: Vec<Sweep>,
+    /// What leaving out saves.
+    pub pruned: Option<Pruned>,
+    /// Numbers that were not finite, in all pictures.
+    pub not_finite: usize,
+}
+
+/// Linear radiance of a picture, three numbers each pixel, row by row from the top.
+pub type Radiance = Vec<[f32; 3]>;
+
+/// The pictures that go with a scene's report.
+#[derive(Clone, Debug, Default)]
+pub struct Pictures {
+    /// The whole reference: direct light, emission and the reference's indirect light.
+    pub reference: Radiance,
+    /// The same of ways by their name: those of the frontier, and the default.
+    pub ways: BTreeMap<String, Radiance>,
+}
