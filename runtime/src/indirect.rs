@@ -1,18 +1,17 @@
 //! Indirect light on textures that an engine already has: moments, density, mips, lights, shading.
 
 use glam::Vec3;
-use sglow_shaders::{
-    Density, Diffuse, Light, Precision, SglowShadeParameters, Specular, sample::Sample,
-};
+use sglow_shaders::{Density, Light, Precision, sample::Sample};
 
 use crate::cluster::{ClusterError, Clusters};
 use crate::generation::{Generation, Importance, Labels, Plan};
 use crate::light::LightView;
 use crate::metropolis::Metropolis;
 use crate::package::Package;
-use crate::pipeline::{ComputePass, Dispatch, PipelineError, uniform};
+use crate::pipeline::PipelineError;
 use crate::pyramid::texture_bytes;
 use crate::settings::{Settings, SettingsError};
+use crate::shading::{Shading, ShadingInputs};
 use crate::timing::Timer;
 use crate::visibility::Visibility;
 use thiserror::Error;
@@ -67,15 +66,10 @@ struct Camera {
 /// no fields for them in the lights, and no texture for their light; without the bidirectional density the camera has no
 /// lights.
 pub struct Indirect {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
     settings: Settings,
     camera: Option<Camera>,
     generation: Generation,
-    diffuse: Option<(wgpu::Texture, wgpu::TextureView)>,
-    specular: Option<(wgpu::Texture, wgpu::TextureView)>,
-    shade_parameters: wgpu::Buffer,
-    shade_pass: ComputePass,
+    shading: Shading,
 }
 
 impl Indirect {
@@ -103,11 +97,6 @@ impl Indirect {
         if !faults.is_empty() {
             return Err(IndirectError::Settings(faults));
         }
-        let output = |label| {
-            let texture = picture(device, label, settings.size, wgpu::TextureFormat::Rgba32Float);
-            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-            (texture, view)
-        };
         let plan = Plan {
             labels: Labels::LIGHT,
             size: [settings.rsm_size; 2],
@@ -139,13 +128,7 @@ impl Indirect {
         Ok(Self {
             camera,
             generation: Generation::new(device, queue, plan, package)?,
-            diffuse: (settings.diffuse != Diffuse::None).then(|| output("sglow indirect diffuse")),
-            specular: (settings.specular != Specular::None)
-                .then(|| output("sglow indirect specular")),
-            shade_parameters: uniform::<SglowShadeParameters>(device, "sglow shade parameters"),
-            shade_pass: ComputePass::new(device, package, &settings.shade().id(), "shade", &[])?,
-            device: device.clone(),
-            queue: queue.clone(),
+            shading: Shading::new(device, queue, settings, package)?,
             settings: settings.clone(),
         })
     }
@@ -260,7 +243,7 @@ impl Indirect {
         eye: Vec3,
         timer: Option<&mut Timer<'_>>,
     ) {
-        self.encode_shade_with(encoder, gbuffer, eye, Vec::new(), timer);
+        self.encode_shade_with(encoder, gbuffer, eye, None, timer);
     }
 
     /// The last stage with visibility: what [`Self::encode_shade`] does, of lights that their maps show to be seen. The
@@ -273,7 +256,7 @@ impl Indirect {
         visibility: &Visibility,
         timer: Option<&mut Timer<'_>>,
     ) {
-        self.encode_shade_with(encoder, gbuffer, eye, visibility.shade_bindings().into(), timer);
+        self.encode_shade_with(encoder, gbuffer, eye, Some(visibility), timer);
     }
 
     fn encode_shade_with(
@@ -281,32 +264,12 @@ impl Indirect {
         encoder: &mut wgpu::CommandEncoder,
         gbuffer: SurfaceViews<'_>,
         eye: Vec3,
-        maps: Vec<(u32, wgpu::BindingResource<'_>)>,
+        visibility: Option<&Visibility>,
         timer: Option<&mut Timer<'_>>,
     ) {
-        let parameters = SglowShadeParameters { eye: eye.into(), count: self.settings.count };
-        self.queue.write_buffer(&self.shade_parameters, 0, bytemuck::bytes_of(&parameters));
-        let mut bindings = vec![
-            (0, self.shade_parameters.as_entire_binding()),
-            (1, wgpu::BindingResource::TextureView(gbuffer.position)),
-            (2, wgpu::BindingResource::TextureView(gbuffer.normal)),
-            (3, wgpu::BindingResource::TextureView(gbuffer.base_color)),
-            (4, self.vsgls().as_entire_binding()),
-        ];
-        for (binding, output) in [(5, &self.diffuse), (6, &self.specular)] {
-            if let Some((_, view)) = output {
-                bindings.push((binding, wgpu::BindingResource::TextureView(view)));
-            }
-        }
-        bindings.extend(maps);
-        let [width, height] = self.settings.size;
-        let workgroups = [width.div_ceil(8), height.div_ceil(8), 1];
-        self.shade_pass.encode(
-            &self.device,
-            encoder,
-            timer,
-            &[Dispatch { bindings: &bindings, workgroups }],
-        );
+        let (vsgls, count) = (self.vsgls(), self.settings.count);
+        let inputs = ShadingInputs { gbuffer, eye, vsgls, count, visibility };
+        self.shading.encode(encoder, &inputs, timer);
     }
 
     /// What it was made with.
@@ -316,12 +279,12 @@ impl Indirect {
 
     /// Diffusely reflected radiance, rgba32float; nothing without diffuse reflection.
     pub fn diffuse(&self) -> Option<&wgpu::Texture> {
-        self.diffuse.as_ref().map(|(texture, _)| texture)
+        self.shading.diffuse()
     }
 
     /// Specularly reflected radiance, rgba32float; nothing without specular reflection.
     pub fn specular(&self) -> Option<&wgpu::Texture> {
-        self.specular.as_ref().map(|(texture, _)| texture)
+        self.shading.specular()
     }
 
     /// The moments with their mips, rgba32float, one layer for each: all of them, or those that 16 bits do not suffice

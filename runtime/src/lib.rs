@@ -48,6 +48,7 @@ pub mod readback;
 pub mod reference;
 pub mod scene;
 pub mod settings;
+pub mod shading;
 pub mod sort;
 pub mod timing;
 pub mod visibility;
