@@ -6,7 +6,9 @@
 
 pub mod arithmetic;
 pub mod bound;
+pub mod cache;
 pub mod curve;
+pub mod display;
 pub mod error;
 pub mod extreme;
 pub mod frontier;

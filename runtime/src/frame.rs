@@ -68,8 +68,12 @@ fn kind(light: &scene::Light) -> Light {
     }
 }
 
-/// The maps of the virtual lights, if there is visibility.
-fn light_maps(
+/// The maps of the virtual lights of a scene, if the settings have visibility.
+///
+/// # Errors
+///
+/// When the settings or the device do not allow them.
+pub fn light_maps(
     gpu: &Gpu,
     package: &Package,
     scene: &Scene,

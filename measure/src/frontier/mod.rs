@@ -2,3 +2,6 @@
 //! stops paying.
 
 pub mod document;
+pub mod rank;
+pub mod subject;
+pub mod way;

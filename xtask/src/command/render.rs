@@ -122,7 +122,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let ours = picture(&frame)?;
     let exposure = match arguments.exposure {
         Some(stops) => tone::Exposure::from_stops(stops),
-        None => tone::Exposure::automatic(&ours.radiance()?),
+        None => tone::Exposure::automatic(ours.radiance()?.pixels()),
     };
     let comment = format!("{} by sglow, {}", shot.scene.name, report.command);
     let developed = |picture: &Picture| -> Result<_> {

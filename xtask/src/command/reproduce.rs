@@ -601,7 +601,7 @@ impl Work<'_> {
                     render::paths(&renderer, &shot.scene, &frame, self.arguments.samples)?
                 };
                 let picture = render::picture(&found.frame)?;
-                let exposure = tone::Exposure::automatic(&picture.radiance()?);
+                let exposure = tone::Exposure::automatic(picture.radiance()?.pixels());
                 truth = Some((found, exposure));
             }
             let Some((reference, exposure)) = &truth else { continue };

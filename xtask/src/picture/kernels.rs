@@ -40,7 +40,7 @@ pub(crate) fn draw(density: &Density, kernels: &[Square]) -> Result<RgbImage> {
     let [width, height] = density.size;
     let scale = scale(density.size);
     let grey = Image::new(width, height, density.texels.iter().map(|&texel| [texel; 3]).collect())?;
-    let shown = tone::radiance(&grey, tone::Exposure::automatic(&grey));
+    let shown = tone::radiance(&grey, tone::Exposure::automatic(grey.pixels()));
     let mut picture = RgbImage::from_fn((width * scale) as u32, (height * scale) as u32, |x, y| {
         let Rgb(pixel) = *shown.get_pixel(x / scale as u32, y / scale as u32);
         Rgb(pixel.map(|channel| (BRIGHTEST * f32::from(channel)).round() as u8))

@@ -1,53 +1,19 @@
 //! From radiance to what an 8-bit screen shows.
 //!
-//! Exposure scales radiance, a curve bends it into 0 to 1, sRGB encodes it. The curve is the extended one of
-//! [Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images"], applied per channel.
+//! The mapping of radiance is [`sglow_measure::display`]'s.
 
 use image::{Rgb, RgbImage};
+pub(crate) use sglow_measure::display::Exposure;
+use sglow_measure::display::srgb;
 
-use crate::picture::{Image, Layer, luminance};
+use crate::picture::{Image, Layer};
 
-/// Exposed radiance that is shown as white.
-const WHITE: f32 = 4.0;
-/// Exposed radiance of the mean; the key of a scene that is neither dark nor bright [Reinhard et al. 2002].
-const KEY: f32 = 0.18;
 /// What stands for a number that is not finite.
 const NOT_FINITE: Rgb<u8> = Rgb([255, 0, 255]);
 
-/// A factor on radiance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Exposure(f32);
-
-impl Exposure {
-    /// The factor `2^stops`.
-    pub(crate) fn from_stops(stops: f32) -> Self {
-        Self(stops.exp2())
-    }
-
-    /// Brings the geometric mean of the luminance of lit pixels to mid-grey [Reinhard et al. 2002, Eq. (1), Eq. (2)].
-    ///
-    /// Pictures to be compared have to share one exposure.
-    pub(crate) fn automatic(image: &Image) -> Self {
-        let lit = image.pixels().iter().map(|&pixel| luminance(pixel));
-        let (count, sum) = lit
-            .filter(|&value| value > 0.0 && value.is_finite())
-            .fold((0_u32, 0.0), |(count, sum), value| (count + 1, sum + f64::from(value.ln())));
-        if count == 0 {
-            return Self(1.0);
-        }
-        let mean = (sum / f64::from(count)).exp() as f32;
-        Self((KEY / mean).clamp(f32::MIN_POSITIVE, f32::MAX))
-    }
-
-    /// The same in stops, as the command line takes it.
-    pub(crate) fn stops(self) -> f32 {
-        self.0.log2()
-    }
-}
-
 /// Radiance as a person sees it.
 pub(crate) fn radiance(image: &Image, exposure: Exposure) -> RgbImage {
-    map(image, |pixel| pixel.map(|value| srgb(curve(value * exposure.0))))
+    map(image, |pixel| exposure.shown(pixel))
 }
 
 /// A layer in the mapping that suits it: radiance by [`radiance()`], reflectance encoded alone, normals with -1 to 1 on
@@ -78,19 +44,6 @@ pub(crate) fn layer(layer: Layer, image: &Image, exposure: Exposure) -> RgbImage
     }
 }
 
-/// [Reinhard et al. 2002, Eq. (4)]: nearly linear in the dark, 1 at [`WHITE`].
-fn curve(value: f32) -> f32 {
-    if value >= WHITE {
-        return 1.0;
-    }
-    value * (1.0 + value / (WHITE * WHITE)) / (1.0 + value)
-}
-
-/// The encoding of IEC 61966-2-1.
-fn srgb(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
 fn bounds(image: &Image) -> ([f32; 3], [f32; 3]) {
     let finite = |pixel: &&[f32; 3]| pixel.iter().all(|value| value.is_finite());
     image.pixels().iter().filter(finite).fold(
@@ -119,6 +72,7 @@ fn map(image: &Image, to_display: impl Fn([f32; 3]) -> [f32; 3]) -> RgbImage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use sglow_measure::display::{WHITE, curve};
 
     fn row(pixels: &[[f32; 3]]) -> Image {
         Image::new(pixels.len(), 1, pixels.to_vec()).unwrap()
@@ -135,17 +89,17 @@ mod tests {
     fn exposure_follows_the_scale_of_the_radiance() {
         let dim = row(&[[0.0; 3], [0.01, 0.02, 0.03], [0.5; 3]]);
         let bright = row(&dim.pixels().iter().map(|p| p.map(|v| v * 1024.0)).collect::<Vec<_>>());
-        let stops = |image: &Image| Exposure::automatic(image).stops();
+        let stops = |image: &Image| Exposure::automatic(image.pixels()).stops();
         assert!((stops(&dim) - stops(&bright) - 10.0).abs() < 1e-4);
         assert_eq!(
-            radiance(&dim, Exposure::automatic(&dim)),
-            radiance(&bright, Exposure::automatic(&bright))
+            radiance(&dim, Exposure::automatic(dim.pixels())),
+            radiance(&bright, Exposure::automatic(bright.pixels()))
         );
         assert_ne!(
             radiance(&dim, Exposure::from_stops(0.0)),
             radiance(&bright, Exposure::from_stops(0.0))
         );
-        assert_eq!(Exposure::automatic(&row(&[[0.0; 3]])).stops(), 0.0);
+        assert_eq!(Exposure::automatic(&[[0.0; 3]]).stops(), 0.0);
     }
 
     #[test]
@@ -164,7 +118,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_shows() {
         let odd = row(&[[f32::NAN, 0.0, 0.0], [0.0, f32::INFINITY, 0.0]]);
-        let shown = radiance(&odd, Exposure::automatic(&odd));
+        let shown = radiance(&odd, Exposure::automatic(odd.pixels()));
         assert!(shown.pixels().all(|pixel| *pixel == NOT_FINITE));
     }
 }

@@ -1,0 +1,41 @@
+//! A hash of all the code that a measured result depends on beside shaders: cached results of other code are not trusted.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest as _, Sha256};
+
+/// What takes part in measuring, seen from this crate.
+const CODE: [&str; 5] = ["src", "../oracle/src", "../runtime/src", "../shaders/packages/sglow/rust", "../Cargo.lock"];
+
+fn files(path: &Path, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    if path.is_dir() {
+        for entry in fs::read_dir(path)? {
+            files(&entry?.path(), found)?;
+        }
+    } else {
+        found.push(path.to_owned());
+    }
+    Ok(())
+}
+
+fn main() -> std::io::Result<()> {
+    let mut hash = Sha256::new();
+    for place in CODE {
+        println!("cargo::rerun-if-changed={place}");
+        let mut found = Vec::new();
+        files(Path::new(place), &mut found)?;
+        found.sort();
+        for file in found {
+            let bytes = fs::read(&file)?;
+            hash.update(file.to_string_lossy().as_bytes());
+            hash.update((bytes.len() as u64).to_le_bytes());
+            hash.update(bytes);
+        }
+    }
+    // What the CPU does between passes is inside the wall's clock.
+    hash.update(std::env::var("OPT_LEVEL").unwrap_or_default());
+    let hash: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    println!("cargo::rustc-env=SGLOW_CODE={hash}");
+    Ok(())
+}

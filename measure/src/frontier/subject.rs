@@ -1,0 +1,240 @@
+//! What is measured: a scene on a device, and the keys that its results are kept by.
+
+use std::cell::OnceCell;
+
+use sglow_runtime::device::{DeviceError, Gpu};
+use sglow_runtime::frame::{Frame, FrameError, Renderer, Surfaces};
+use sglow_runtime::indirect::IndirectError;
+use sglow_runtime::package::{Package, PackageError};
+use sglow_runtime::pipeline::PipelineError;
+use sglow_runtime::scene::Scene;
+use sglow_runtime::settings::Settings;
+use sglow_runtime::visibility::VisibilityError;
+use sha2::{Digest as _, Sha256};
+use thiserror::Error;
+
+use super::document::Worst;
+use crate::cache::{CacheError, Key};
+use crate::rivals::flicker::FlickerError;
+
+/// Why nothing could be measured.
+#[derive(Debug, Error)]
+pub enum FrontierError {
+    /// A frame does not render.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// The settings are not possible.
+    #[error(transparent)]
+    Indirect(#[from] IndirectError),
+    /// A variant does not become a pipeline.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// A variant is missing.
+    #[error(transparent)]
+    Package(#[from] PackageError),
+    /// There are no maps of virtual lights.
+    #[error(transparent)]
+    Visibility(#[from] VisibilityError),
+    /// The scene cannot be traced.
+    #[error(transparent)]
+    Scene(#[from] sglow_oracle::surface::SceneError),
+    /// The light cannot be followed.
+    #[error(transparent)]
+    Flicker(#[from] FlickerError),
+    /// A result cannot be kept.
+    #[error(transparent)]
+    Cache(#[from] CacheError),
+    /// The device fails.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// Nothing fits.
+    #[error("no way remains to be measured on {scene}: {why}")]
+    NoWay {
+        /// The scene.
+        scene: String,
+        /// What left none.
+        why: String,
+    },
+    /// The camera sees nothing.
+    #[error("{scene}: the camera sees no surface; give it another one in a sidecar")]
+    NoSurface {
+        /// The scene.
+        scene: String,
+    },
+}
+
+/// A rendered frame with what it was rendered from.
+pub struct Drawn<'a> {
+    /// Draws the maps.
+    pub renderer: Renderer<'a>,
+    /// The frame, of the scene's default way.
+    pub frame: Frame,
+    /// The light's map.
+    pub rsm: Surfaces,
+}
+
+/// A scene on a device.
+pub struct Subject<'a> {
+    /// The device.
+    pub gpu: &'a Gpu,
+    /// The shaders.
+    pub package: &'a Package,
+    /// The scene; its light number 0 shines.
+    pub scene: &'a Scene,
+    /// What the scene gets if nobody chooses.
+    pub base: Settings,
+    hash: String,
+    drawn: OnceCell<Drawn<'a>>,
+}
+
+impl<'a> Subject<'a> {
+    /// A scene to be measured. Nothing is drawn before it is needed.
+    #[must_use]
+    pub fn new(gpu: &'a Gpu, package: &'a Package, scene: &'a Scene, base: Settings) -> Self {
+        Self { gpu, package, scene, base, hash: scene_hash(scene), drawn: OnceCell::new() }
+    }
+
+    /// The maps and a frame, drawn at the first call.
+    ///
+    /// # Errors
+    ///
+    /// When the scene does not render.
+    pub fn drawn(&self) -> Result<&Drawn<'a>, FrontierError> {
+        if let Some(drawn) = self.drawn.get() {
+            return Ok(drawn);
+        }
+        let renderer = Renderer::new(self.gpu, self.package, self.scene, &self.base, 0)?;
+        renderer.render()?;
+        let (frame, rsm) = (renderer.read()?, renderer.read_rsm()?);
+        Ok(self.drawn.get_or_init(|| Drawn { renderer, frame, rsm }))
+    }
+
+    /// The key of a result of one way: `what` it is, on what it was measured, and the shaders that it runs.
+    ///
+    /// # Errors
+    ///
+    /// When the package lacks one of the shaders.
+    pub fn key(&self, what: &str, name: &str, settings: &Settings) -> Result<Key, FrontierError> {
+        let [width, height] = settings.size;
+        let size = format!("{width}x{height}");
+        let key = Key::new(&[
+            ("scene", &self.scene.name),
+            ("size", &size),
+            ("what", what),
+            ("way", name),
+            ("lights", &settings.count.to_string()),
+            ("map", &settings.rsm_size.to_string()),
+        ]);
+        Ok(key
+            .on("scene", &self.hash)
+            .on("settings", format!("{settings:?}"))
+            .on("shaders", self.shaders(settings)?)
+            .on("adapter", &self.gpu.adapter.name)
+            .on("driver", &self.gpu.adapter.driver))
+    }
+
+    /// The key of what depends on the scene and its maps, and on no way.
+    #[must_use]
+    pub fn scene_key(&self, what: &str) -> Key {
+        let Settings { size: [width, height], rsm_size, .. } = self.base;
+        let (size, map) = (format!("{width}x{height}"), rsm_size.to_string());
+        let what =
+            [("scene", self.scene.name.as_str()), ("size", &size), ("map", &map), ("what", what)];
+        Key::new(&what)
+            .on("scene", &self.hash)
+            .on("ndf", self.base.ndf.name())
+            .on("adapter", &self.gpu.adapter.name)
+            .on("driver", &self.gpu.adapter.driver)
+    }
+
+    /// The hash of the shaders that settings run.
+    fn shaders(&self, settings: &Settings) -> Result<String, FrontierError> {
+        let shared = |id: &&str| {
+            let pass = id.split('-').next().unwrap_or_default();
+            let lights = ["sample", "shade", "direct", "compose", "function"];
+            !lights.contains(&pass)
+        };
+        let own = super::way::variants(settings);
+        let ids = self.package.variants().filter(shared).chain(own.iter().map(String::as_str));
+        let mut hash = Sha256::new();
+        for id in ids {
+            hash.update(id);
+            // A shared pass that the settings do not run may be missing; one they run is missed by who runs it.
+            let text = self.package.text(id)?;
+            hash.update(crate::cache::sha256(text.as_bytes()));
+        }
+        Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+    }
+}
+
+/// The hash of all that a scene is made of.
+fn scene_hash(scene: &Scene) -> String {
+    fn floats<const N: usize>(hash: &mut Sha256, values: &[[f32; N]]) {
+        hash.update((values.len() as u64).to_le_bytes());
+        for value in values.iter().flatten() {
+            hash.update(value.to_bits().to_le_bytes());
+        }
+    }
+    let mut hash = Sha256::new();
+    for mesh in &scene.meshes {
+        floats(&mut hash, &mesh.positions);
+        floats(&mut hash, &mesh.normals);
+        floats(&mut hash, &mesh.uvs);
+        hash.update((mesh.indices.len() as u64).to_le_bytes());
+        for index in &mesh.indices {
+            hash.update(index.to_le_bytes());
+        }
+        hash.update((mesh.material as u64).to_le_bytes());
+    }
+    for image in &scene.images {
+        hash.update(format!("{image:?}"));
+        hash.update(&image.rgba8);
+    }
+    hash.update(format!("{:?} {:?} {:?}", scene.materials, scene.lights, scene.camera));
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A pixel with what was shaded there, as a report tells it.
+#[must_use]
+pub fn worst(
+    surfaces: &Surfaces,
+    width: u32,
+    at: usize,
+    found: [f64; 3],
+    expected: [f64; 3],
+) -> Worst {
+    let bits = |texel: [f32; 4]| texel.map(|value| format!("{:08x}", value.to_bits()));
+    let column = at as u32 % width.max(1);
+    Worst {
+        pixel: [column, at as u32 / width.max(1)],
+        found,
+        expected,
+        surface: [&surfaces.position, &surfaces.normal, &surfaces.base_color]
+            .map(|texels| bits(texels.get(at).copied().unwrap_or_default())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whatever_a_scene_is_made_of_counts() {
+        let scene = Scene::builtin("cornell").unwrap();
+        let hash = scene_hash(&scene);
+        assert_eq!(hash, scene_hash(&scene.clone()));
+        let changes: [fn(&mut Scene); 6] = [
+            |scene| scene.meshes[0].positions[0][1] += 1e-3,
+            |scene| scene.meshes[0].indices.swap(0, 1),
+            |scene| scene.meshes[0].material = 1,
+            |scene| scene.materials[0].roughness = 0.25,
+            |scene| scene.lights[0].intensity[2] *= 2.0,
+            |scene| scene.camera.position[0] += 1.0,
+        ];
+        for (index, change) in changes.iter().enumerate() {
+            let mut other = scene.clone();
+            change(&mut other);
+            assert_ne!(scene_hash(&other), hash, "{index}");
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! The ways to indirect light that there are: a value on each axis, all legal combinations of what makes virtual lights
+//! with what reflects them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use sglow_runtime::settings::{Settings, SettingsError};
+use sglow_shaders::{
+    Density, Diffuse, Draw, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space, Specular,
+    Visibility, centres, density, light_points, light_shadow,
+};
+
+/// The axes of a way, in the order in which names tell them.
+pub const AXES: [&str; 12] = [
+    "density",
+    "draw",
+    "space",
+    "kernel",
+    "solver",
+    "filter",
+    "lobes",
+    "precision",
+    "diffuse",
+    "specular",
+    "ndf",
+    "visibility",
+];
+
+/// The value on each axis.
+#[must_use]
+pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
+    BTreeMap::from([
+        ("density", settings.density.name()),
+        ("draw", settings.draw.name()),
+        ("space", settings.space.name()),
+        ("kernel", settings.kernel.name()),
+        ("solver", settings.sample().solver.name()),
+        ("filter", settings.filter.name()),
+        ("lobes", settings.lobes.name()),
+        ("precision", settings.precision.name()),
+        ("diffuse", settings.diffuse.name()),
+        ("specular", settings.specular.name()),
+        ("ndf", settings.ndf.name()),
+        ("visibility", settings.visibility.name()),
+    ])
+}
+
+/// Values that one axis each may have; an axis that is not named may have any.
+pub type Allowed = BTreeMap<String, BTreeSet<String>>;
+
+/// Reads `axis=value`; an axis may be given more than once.
+///
+/// # Errors
+///
+/// All that is wrong: an axis or a value that there is not, with those that there are.
+pub fn allowed(only: &[String]) -> Result<Allowed, Vec<String>> {
+    let mut allowed = Allowed::new();
+    let mut wrong = Vec::new();
+    for one in only {
+        let Some((axis, value)) = one.split_once('=') else {
+            wrong.push(format!("`{one}` is not AXIS=VALUE"));
+            continue;
+        };
+        if !AXES.contains(&axis) {
+            let known = AXES.to_vec();
+            wrong.push(SettingsError::UnknownAxis { axis: axis.to_owned(), known }.to_string());
+        } else if let Err(error) = Settings::default().set(axis, value) {
+            wrong.push(format!("axis {axis}: {error}"));
+        } else {
+            allowed.entry(axis.to_owned()).or_default().insert(value.to_owned());
+        }
+    }
+    if wrong.is_empty() { Ok(allowed) } else { Err(wrong) }
+}
+
+/// Whether every value is one that its axis may have.
+#[must_use]
+pub fn fits(settings: &Settings, allowed: &Allowed) -> bool {
+    let values = axes(settings);
+    allowed.iter().all(|(axis, allowed)| {
+        values.get(axis.as_str()).is_none_or(|&value| allowed.contains(value))
+    })
+}
+
+/// What a way is called: the values that `base` has not, as `--set` takes them.
+#[must_use]
+pub fn name(settings: &Settings, base: &Settings) -> String {
+    let (ours, theirs) = (axes(settings), axes(base));
+    let differs = |axis: &&&str| {
+        // What follows from another value is not told.
+        let follows = **axis == "solver" && settings.kernel == Kernel::Previous
+            || **axis == "ndf" && (settings.ndf == Ndf::None || base.ndf == Ndf::None);
+        ours[**axis] != theirs[**axis] && !follows
+    };
+    let told: Vec<String> =
+        AXES.iter().filter(differs).map(|axis| format!("{axis}={}", ours[*axis])).collect();
+    if told.is_empty() { "default".to_owned() } else { told.join(",") }
+}
+
+/// The variants that tell a way from others: what draws or sums its lights, and what reflects and hides them.
+#[must_use]
+pub fn variants(settings: &Settings) -> Vec<String> {
+    let Settings { density, lobes, precision, draw, space, .. } = *settings;
+    let mut ids = Vec::new();
+    if precision == Precision::F32 || density != Density::Power {
+        ids.push(density::Density { density, lobes }.id().to_string());
+    }
+    ids.push(match space {
+        Space::None => settings.sample().id().to_string(),
+        Space::Image | Space::World => centres::Centres { draw, space }.id().to_string(),
+    });
+    ids.push(settings.shade().id().to_string());
+    match settings.visibility {
+        Visibility::None => {}
+        Visibility::ShadowMap => {
+            ids.push(light_shadow::LightShadow { lobes, precision }.id().to_string());
+        }
+        Visibility::Imperfect => {
+            ids.push(light_points::LightPoints { lobes, precision }.id().to_string());
+        }
+    }
+    ids
+}
+
+/// Every way that is legal, with everything else as in `base`: those that make the same lights follow each other.
+#[must_use]
+pub fn every(base: &Settings) -> Vec<Settings> {
+    let mut all = Vec::new();
+    for lights in makers(base) {
+        for visibility in Visibility::ALL {
+            for (specular, ndf) in reflections() {
+                for diffuse in Diffuse::ALL {
+                    let way = Settings { diffuse, specular, ndf, visibility, ..lights.clone() };
+                    if way.shade().excluded().is_none() {
+                        all.push(way);
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+fn reflections() -> impl Iterator<Item = (Specular, Ndf)> {
+    Specular::ALL.into_iter().flat_map(|specular| Ndf::ALL.map(|ndf| (specular, ndf)))
+}
+
+/// What makes virtual lights.
+fn makers(base: &Settings) -> Vec<Settings> {
+    let mut all = Vec::new();
+    for lobes in Lobes::ALL {
+        for precision in Precision::ALL {
+            for density in Density::ALL {
+                for draw in Draw::ALL {
+                    let base = Settings { lobes, precision, density, draw, ..base.clone() };
+                    all.extend(kernels(&base));
+                    // Clusters have no kernels to size, and are held in 32 bits.
+                    if precision == Precision::F32 {
+                        all.extend([Space::Image, Space::World].map(|space| Settings {
+                            space,
+                            kernel: Kernel::Modified,
+                            solver: Solver::Bracketed,
+                            filter: Filter::Exact,
+                            ..base.clone()
+                        }));
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+fn kernels(base: &Settings) -> Vec<Settings> {
+    let sizes = [
+        (Kernel::Previous, Solver::None),
+        (Kernel::Modified, Solver::Bisection),
+        (Kernel::Modified, Solver::Bracketed),
+    ];
+    sizes
+        .into_iter()
+        .flat_map(|(kernel, solver)| {
+            Filter::ALL.map(|filter| Settings {
+                space: Space::None,
+                kernel,
+                solver,
+                filter,
+                ..base.clone()
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_way_is_legal_and_is_there_once() {
+        let base = Settings::default();
+        let all = every(&base);
+        let names: BTreeSet<String> = all.iter().map(|way| name(way, &base)).collect();
+        assert_eq!(names.len(), all.len());
+        assert!(names.contains("default") && names.contains("kernel=previous,diffuse=constant"));
+        for way in &all {
+            assert!(way.shade().excluded().is_none() && way.sample().excluded().is_none());
+        }
+        // What is not a way is noticed.
+        assert!(Settings { specular: Specular::None, ..base }.shade().excluded().is_some());
+    }
+
+    #[test]
+    fn a_name_leads_back_to_its_way() {
+        let base = Settings::default();
+        for way in every(&base) {
+            let mut again = base.clone();
+            for setting in name(&way, &base).split(',').filter(|name| *name != "default") {
+                let (axis, value) = setting.split_once('=').unwrap();
+                again.set(axis, value).unwrap();
+            }
+            if again.specular == Specular::None {
+                again.ndf = Ndf::None;
+            }
+            assert_eq!(axes(&again), axes(&way));
+        }
+    }
+
+    #[test]
+    fn what_is_not_an_axis_or_a_value_is_told_with_what_is() {
+        let wrong = ["colour=red", "kernel=cubic", "kernel", "light=spot"].map(str::to_owned);
+        let text = allowed(&wrong).unwrap_err().join("\n");
+        for part in ["no axis 'colour'", "previous, modified", "not AXIS=VALUE", "no axis 'light'"]
+        {
+            assert!(text.contains(part), "{text}");
+        }
+        let two = ["kernel=previous", "kernel=modified"].map(str::to_owned);
+        let allowed = allowed(&two).unwrap();
+        assert!(fits(&Settings::default(), &allowed));
+        let one = super::allowed(&two[..1]).unwrap();
+        assert!(!fits(&Settings::default(), &one));
+    }
+}
