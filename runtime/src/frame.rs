@@ -60,7 +60,7 @@ pub enum FrameError {
 }
 
 /// The kind of a light as an axis has it.
-fn kind(light: &scene::Light) -> Light {
+pub fn kind(light: &scene::Light) -> Light {
     match light.kind {
         LightKind::Spot { .. } => Light::Spot,
         LightKind::Directional => Light::Directional,

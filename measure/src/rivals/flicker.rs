@@ -10,12 +10,13 @@ use sglow_oracle::fis::stress::Random;
 use sglow_oracle::path::Paths;
 use sglow_oracle::surface;
 use sglow_runtime::device::{DeviceError, Gpu};
-use sglow_runtime::frame::{FrameError, Pixels, Renderer, Surfaces};
+use sglow_runtime::frame::{FrameError, Pixels, Renderer, Surfaces, light_maps};
 use sglow_runtime::indirect::{Indirect, IndirectError};
 use sglow_runtime::package::Package;
 use sglow_runtime::reference::path::{SceneMaterials, facets};
 use sglow_runtime::scene::{Light, LightKind, Scene};
 use sglow_runtime::settings::Settings;
+use sglow_runtime::visibility::VisibilityError;
 use sglow_runtime::{readback, reference};
 use thiserror::Error;
 
@@ -28,6 +29,9 @@ pub enum FlickerError {
     /// The settings are not possible.
     #[error(transparent)]
     Indirect(#[from] IndirectError),
+    /// There are no maps of virtual lights.
+    #[error(transparent)]
+    Visibility(#[from] VisibilityError),
     /// Its triangles cannot be traced.
     #[error(transparent)]
     Scene(#[from] surface::SceneError),
@@ -156,7 +160,16 @@ pub fn indirect_at(
     Ok(sum)
 }
 
-/// Moves the first light of a scene and follows every contender. The density is computed once for all.
+/// Whether two settings draw by the same density.
+fn shares(one: &Settings, other: &Settings) -> bool {
+    let drawn_by = |settings: &Settings| {
+        (settings.density, settings.lobes, settings.precision, settings.rsm_size)
+    };
+    drawn_by(one) == drawn_by(other)
+}
+
+/// Moves the first light of a scene and follows every contender. The density of the first one is computed once for all
+/// that draw by the same.
 ///
 /// `progress` is told how many frames are done.
 ///
@@ -183,6 +196,10 @@ pub fn flicker(
             Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)
         })
         .collect::<Result<Vec<_>, _>>()?;
+    let hidings = contenders
+        .iter()
+        .map(|contender| light_maps(gpu, package, scene, &contender.settings))
+        .collect::<Result<Vec<_>, _>>()?;
     let radius = scene.bounds().radius();
     let (traced, materials) = (surface::Scene::new(facets(scene))?, SceneMaterials(scene));
     let mut pixels = Vec::new();
@@ -197,12 +214,25 @@ pub fn flicker(
         own.encode_camera(&mut encoder, &inputs, None);
         own.encode_moments(&mut encoder, &inputs, None);
         own.encode_density(&mut encoder, &inputs, None);
-        for other in &others {
-            other.encode_moments(&mut encoder, &inputs, None);
-            other.encode_density_of(&mut encoder, own);
+        for (other, hiding) in others.iter().zip(&hidings) {
+            if shares(other.settings(), own.settings()) {
+                other.encode_moments(&mut encoder, &inputs, None);
+                other.encode_density_of(&mut encoder, own);
+            } else {
+                other.encode_camera(&mut encoder, &inputs, None);
+                other.encode_moments(&mut encoder, &inputs, None);
+                other.encode_density(&mut encoder, &inputs, None);
+            }
             other.encode_mips(&mut encoder, None);
             other.encode_sample(&mut encoder, &inputs, None);
-            other.encode_shade(&mut encoder, inputs.gbuffer, inputs.eye, None);
+            let (gbuffer, eye) = (inputs.gbuffer, inputs.eye);
+            match hiding {
+                None => other.encode_shade(&mut encoder, gbuffer, eye, None),
+                Some(maps) => {
+                    maps.encode(&mut encoder, other.vsgls(), other.settings().count, None);
+                    other.encode_shade_visible(&mut encoder, gbuffer, eye, maps, None);
+                }
+            }
         }
         gpu.queue.submit([encoder.finish()]);
         gpu.finish()?;

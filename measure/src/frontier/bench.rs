@@ -1,0 +1,272 @@
+//! Ways on a device: what makes the lights of several, what hides and what reflects them, each made once.
+
+use std::time::Duration;
+
+use sglow_oracle::vsgl::Vsgl;
+use sglow_runtime::frame::light_maps;
+use sglow_runtime::indirect::Indirect;
+use sglow_runtime::settings::Settings;
+use sglow_runtime::shading::{Shading, ShadingInputs};
+use sglow_runtime::timing::{Clock, Timer};
+use sglow_runtime::visibility::Visibility;
+use sglow_runtime::{readback, reference};
+use sglow_shaders::{
+    Draw, Filter, Kernel, Precision, Solver, Space, Specular, Visibility as VisibilityAxis,
+};
+
+use super::document::{Pass, Radiance, Time};
+use super::subject::{FrontierError, Subject};
+
+/// Passes by name with the times of each run.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Runs {
+    passes: Vec<(&'static str, Vec<Duration>)>,
+    pub(super) clock: Option<Clock>,
+}
+
+impl Runs {
+    /// Adds a run: passes of the same name count as one.
+    fn add(&mut self, times: Vec<(&'static str, Duration)>) {
+        let mut sums: Vec<(&'static str, Duration)> = Vec::new();
+        for (name, time) in times {
+            match sums.iter_mut().find(|sum| sum.0 == name) {
+                Some(sum) => sum.1 += time,
+                None => sums.push((name, time)),
+            }
+        }
+        for (name, time) in sums {
+            match self.passes.iter_mut().find(|pass| pass.0 == name) {
+                Some(pass) => pass.1.push(time),
+                None => self.passes.push((name, vec![time])),
+            }
+        }
+    }
+
+    /// Each pass.
+    pub(super) fn passes(&self) -> Vec<Pass> {
+        let pass = |(name, times): &(&str, Vec<Duration>)| Pass {
+            name: (*name).to_owned(),
+            time: Time::of(times.clone()),
+        };
+        self.passes.iter().map(pass).collect()
+    }
+
+    /// All passes of each run together.
+    pub(super) fn whole(&self) -> Time {
+        let runs = self.passes.iter().map(|pass| pass.1.len()).max().unwrap_or(0);
+        let sum = |run: usize| self.passes.iter().filter_map(|pass| pass.1.get(run)).sum();
+        Time::of((0..runs).map(sum).collect())
+    }
+}
+
+/// The settings of the maps that lights are made of: density, lobes, precision, and whether there are kernels at all.
+pub(super) fn of_maps(settings: &Settings) -> Settings {
+    let space = if settings.space == Space::None { Space::None } else { Space::Image };
+    reflected_by_default(&Settings { space, ..made_by_default(settings) })
+}
+
+/// The settings of what makes lights, whatever reflects them.
+pub(super) fn of_lights(settings: &Settings) -> Settings {
+    reflected_by_default(settings)
+}
+
+/// The settings of what hides and reflects lights, whatever makes them.
+pub(super) fn of_shading(settings: &Settings) -> Settings {
+    let made = made_by_default(settings);
+    Settings { density: sglow_shaders::Density::Power, space: Space::None, ..made }
+}
+
+fn made_by_default(settings: &Settings) -> Settings {
+    Settings {
+        draw: Draw::Warped,
+        kernel: Kernel::Modified,
+        solver: Solver::Bracketed,
+        filter: Filter::Exact,
+        ..settings.clone()
+    }
+}
+
+/// The least that a package offers of what reflects: the scene's own would do as well.
+fn reflected_by_default(settings: &Settings) -> Settings {
+    Settings {
+        diffuse: sglow_shaders::Diffuse::Fitted,
+        specular: Specular::None,
+        ndf: sglow_shaders::Ndf::None,
+        visibility: VisibilityAxis::None,
+        ..settings.clone()
+    }
+}
+
+impl Subject<'_> {
+    fn indirect(&self, settings: &Settings) -> Result<Indirect, FrontierError> {
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        Ok(Indirect::with_package(device, queue, settings, self.package)?)
+    }
+
+    /// Level 0 of moments and density, once if `runs` is 0 or timed after a warm-up.
+    pub(super) fn maps(
+        &self,
+        settings: &Settings,
+        runs: usize,
+    ) -> Result<(Indirect, Runs), FrontierError> {
+        let inputs = self.drawn()?.renderer.inputs();
+        let maps = self.indirect(&self.here(&of_maps(settings))?)?;
+        let timed = self.timed(runs, |encoder, timer| {
+            let mut timer = Some(timer);
+            maps.encode_camera(encoder, &inputs, timer.as_deref_mut());
+            maps.encode_moments(encoder, &inputs, timer.as_deref_mut());
+            maps.encode_density(encoder, &inputs, timer);
+        })?;
+        Ok((maps, timed))
+    }
+
+    /// Lights from maps that are there: mips, kernels or clusters.
+    pub(super) fn lights(
+        &self,
+        settings: &Settings,
+        maps: &Indirect,
+        runs: usize,
+    ) -> Result<(Indirect, Runs), FrontierError> {
+        let inputs = self.drawn()?.renderer.inputs();
+        let lights = self.indirect(&self.here(&of_lights(settings))?)?;
+        self.untimed(|encoder| {
+            lights.encode_moments(encoder, &inputs, None);
+            lights.encode_density_of(encoder, maps);
+        })?;
+        let timed = self.timed(runs, |encoder, timer| {
+            lights.encode_mips(encoder, Some(&mut *timer));
+            lights.encode_sample(encoder, &inputs, Some(timer));
+        })?;
+        Ok((lights, timed))
+    }
+
+    /// The maps that hide lights, if the settings have any.
+    pub(super) fn hiding(&self, settings: &Settings) -> Result<Option<Visibility>, FrontierError> {
+        Ok(light_maps(self.gpu, self.package, self.scene, settings)?)
+    }
+
+    /// What reflects lights.
+    pub(super) fn shading(&self, settings: &Settings) -> Result<Shading, FrontierError> {
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        Ok(Shading::new(device, queue, settings, self.package)?)
+    }
+
+    /// Hides lights.
+    pub(super) fn hide(&self, hiding: &Visibility, lights: &Indirect) -> Result<(), FrontierError> {
+        let count = lights.settings().count;
+        self.untimed(|encoder| hiding.encode(encoder, lights.vsgls(), count, None))
+    }
+
+    /// Hides and reflects lights, timed after a warm-up.
+    pub(super) fn time_shading(
+        &self,
+        lights: &Indirect,
+        hiding: Option<&Visibility>,
+        shading: &Shading,
+        runs: usize,
+    ) -> Result<Runs, FrontierError> {
+        let inputs = self.shading_inputs(lights, hiding)?;
+        self.timed(runs, |encoder, timer| {
+            if let Some(hiding) = hiding {
+                hiding.encode(encoder, lights.vsgls(), inputs.count, Some(&mut *timer));
+            }
+            shading.encode(encoder, &inputs, Some(timer));
+        })
+    }
+
+    /// The indirect light of lights that are made and hidden already.
+    pub(super) fn reflect(
+        &self,
+        lights: &Indirect,
+        hiding: Option<&Visibility>,
+        shading: &Shading,
+    ) -> Result<Radiance, FrontierError> {
+        let inputs = self.shading_inputs(lights, hiding)?;
+        self.untimed(|encoder| shading.encode(encoder, &inputs, None))?;
+        let [width, height] = lights.settings().size;
+        let mut sum = vec![[0.0; 3]; width as usize * height as usize];
+        for texture in [shading.diffuse(), shading.specular()].into_iter().flatten() {
+            for (sum, texel) in sum.iter_mut().zip(readback::texture(self.gpu, texture, 0)?) {
+                for (sum, value) in sum.iter_mut().zip(texel) {
+                    *sum += value;
+                }
+            }
+        }
+        Ok(sum)
+    }
+
+    /// The lights, as the oracle takes them.
+    pub(super) fn read_lights(&self, lights: &Indirect) -> Result<Vec<Vsgl<f64>>, FrontierError> {
+        Ok(reference::lights(self.gpu, lights)?)
+    }
+
+    fn shading_inputs<'b>(
+        &'b self,
+        lights: &'b Indirect,
+        visibility: Option<&'b Visibility>,
+    ) -> Result<ShadingInputs<'b>, FrontierError> {
+        let inputs = self.drawn()?.renderer.inputs();
+        let (gbuffer, eye) = (inputs.gbuffer, inputs.eye);
+        let (vsgls, count) = (lights.vsgls(), lights.settings().count);
+        Ok(ShadingInputs { gbuffer, eye, vsgls, count, visibility })
+    }
+
+    /// Settings for the light that shines here.
+    fn here(&self, settings: &Settings) -> Result<Settings, FrontierError> {
+        let light = self.drawn()?.renderer.indirect().settings().light;
+        Ok(Settings { light, ..settings.clone() })
+    }
+
+    fn untimed(&self, encode: impl Fn(&mut wgpu::CommandEncoder)) -> Result<(), FrontierError> {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        encode(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(self.gpu.finish()?)
+    }
+
+    /// Once to compile, then `runs` times.
+    fn timed(
+        &self,
+        runs: usize,
+        encode: impl Fn(&mut wgpu::CommandEncoder, &mut Timer<'_>),
+    ) -> Result<Runs, FrontierError> {
+        let mut found = Runs::default();
+        for run in 0..=runs {
+            let mut timer = Timer::new(self.gpu);
+            found.clock = Some(timer.clock());
+            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+            encode(&mut encoder, &mut timer);
+            self.gpu.queue.submit([encoder.finish()]);
+            let times = timer.finish()?;
+            self.gpu.finish()?;
+            if run > 0 {
+                found.add(times);
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// Whether two ways' lights are held alike, so that what reflects the ones reflects the others.
+pub(super) fn held_alike(one: &Settings, other: &Settings) -> bool {
+    let held = |settings: &Settings| (settings.lobes, settings.precision == Precision::F16);
+    held(one) == held(other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_of_one_name_are_one_and_runs_stay_apart() {
+        let ms = Duration::from_millis;
+        let mut runs = Runs::default();
+        runs.add(vec![("mip", ms(1)), ("sample", ms(5)), ("mip", ms(2))]);
+        runs.add(vec![("mip", ms(1)), ("sample", ms(9)), ("mip", ms(1))]);
+        let passes = runs.passes();
+        assert_eq!(passes.len(), 2);
+        assert_eq!((passes[0].time.least, passes[0].time.most), (2.0, 3.0));
+        assert_eq!((runs.whole().least, runs.whole().most), (8.0, 11.0));
+        assert_eq!(Runs::default().whole(), Time::default());
+    }
+}

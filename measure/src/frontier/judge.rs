@@ -1,0 +1,205 @@
+//! How wrong one picture is: against its reference, against the oracle with the same lights, and that oracle against the
+//! sum over all points.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sglow_oracle::metrics;
+use sglow_oracle::shade::shade;
+use sglow_oracle::surface::SurfaceTexel;
+use sglow_oracle::vsgl::Vsgl;
+use sglow_runtime::frame::{Frame, Surfaces};
+use sglow_runtime::reference;
+use sglow_runtime::settings::Settings;
+use sglow_shaders::Visibility;
+
+use super::document::{PictureError, Radiance, Rounding, Worst};
+use super::subject::{Subject, worst};
+use super::truth::Truth;
+use crate::display::Exposure;
+
+/// What is found of one picture.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Verdict {
+    /// What is seen.
+    pub picture: PictureError,
+    /// The device against the oracle.
+    pub rounding: Option<Rounding>,
+    /// The oracle against all points.
+    pub model_rms_over_mean: Option<f64>,
+    /// Numbers that are not finite.
+    pub not_finite: usize,
+}
+
+/// A reference with all that is needed to judge pictures by it.
+pub struct Judge<'a> {
+    truth: &'a Truth,
+    surfaces: &'a Surfaces,
+    /// Radiance that no way changes: direct light and emission.
+    fixed: Radiance,
+    eye: sglow_oracle::Vector3,
+    sample: Vec<SurfaceTexel>,
+    width: u32,
+    /// What is shown of the reference.
+    exposure: Exposure,
+}
+
+impl<'a> Judge<'a> {
+    /// A judge of pictures of a subject, of which `frame` is one.
+    #[must_use]
+    pub fn new(
+        subject: &Subject<'_>,
+        truth: &'a Truth,
+        frame: &'a Frame,
+        eye: glam::Vec3,
+    ) -> Self {
+        let emission = frame.emission.as_deref().unwrap_or_default();
+        let fixed: Radiance = frame
+            .direct
+            .iter()
+            .enumerate()
+            .map(|(at, direct)| {
+                let emitted = emission.get(at).copied().unwrap_or_default();
+                std::array::from_fn(|channel| direct[channel] + emitted[channel])
+            })
+            .collect();
+        let surfaces: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
+        let exposure = Exposure::automatic(&whole(&fixed, &truth.indirect));
+        Self {
+            sample: truth.sample.iter().map(|&at| surfaces[at]).collect(),
+            surfaces: &frame.gbuffer,
+            eye: reference::vector(eye),
+            width: subject.base.size[0],
+            exposure,
+            fixed,
+            truth,
+        }
+    }
+
+    /// The whole picture of which `indirect` is the indirect light.
+    #[must_use]
+    pub fn whole(&self, indirect: &Radiance) -> Radiance {
+        whole(&self.fixed, indirect)
+    }
+
+    /// What is found of the picture that settings gave with these lights.
+    #[must_use]
+    pub fn verdict(
+        &self,
+        settings: &Settings,
+        indirect: &Radiance,
+        lights: &[Vsgl<f64>],
+    ) -> Verdict {
+        let (picture, not_finite) = self.picture(indirect);
+        if settings.visibility != Visibility::None {
+            return Verdict { picture, rounding: None, model_rms_over_mean: None, not_finite };
+        }
+        let model = reference::model(settings);
+        let oracle: Vec<[f64; 3]> = self
+            .sample
+            .par_iter()
+            .map(|surface| {
+                shade(surface, self.eye, lights.iter().copied(), &model).total().to_array()
+            })
+            .collect();
+        let device: Vec<[f64; 3]> =
+            self.truth.sample.iter().map(|&at| indirect[at].map(f64::from)).collect();
+        let (rms, at) = apart(&device, &oracle);
+        let rounding = Rounding {
+            rms_over_mean: over_mean(rms, &oracle),
+            worst: at.map_or_else(Worst::default, |at| {
+                let pixel = self.truth.sample[at];
+                worst(self.surfaces, self.width, pixel, device[at], oracle[at])
+            }),
+        };
+        let model = over_mean(apart(&oracle, &self.truth.points).0, &self.truth.points);
+        Verdict { picture, rounding: Some(rounding), model_rms_over_mean: Some(model), not_finite }
+    }
+
+    /// What is seen of a picture, and how many of its numbers are not finite.
+    #[must_use]
+    pub fn picture(&self, indirect: &Radiance) -> (PictureError, usize) {
+        let at_present = |radiance: &Radiance| -> Vec<[f64; 3]> {
+            self.truth.present.iter().map(|&at| radiance[at].map(f64::from)).collect()
+        };
+        let (found, expected) = (at_present(indirect), at_present(&self.truth.indirect));
+        let flat = |pixels: &[[f64; 3]]| pixels.iter().flatten().copied().collect::<Vec<f64>>();
+        let not_finite = found.iter().flatten().filter(|value| !value.is_finite()).count();
+        let Some(compared) = metrics::compare(&flat(&found), &flat(&expected)) else {
+            let nothing = PictureError { rmse_over_mean: f64::MAX, ..PictureError::default() };
+            return (nothing, not_finite);
+        };
+        let lit = compared.reference_mean > 0.0;
+        let error = PictureError {
+            rmse_over_mean: over_mean(compared.rmse, &expected),
+            relative_mse: compared.relative_mse,
+            bias: if lit { compared.bias } else { 0.0 },
+            flip: self.flip(indirect),
+            worst: apart(&found, &expected).1.map_or_else(Worst::default, |at| {
+                let pixel = self.truth.present[at];
+                worst(self.surfaces, self.width, pixel, found[at], expected[at])
+            }),
+        };
+        (error, not_finite)
+    }
+
+    fn flip(&self, _indirect: &Radiance) -> f64 {
+        let _ = self.exposure;
+        0.0
+    }
+}
+
+fn whole(fixed: &Radiance, indirect: &Radiance) -> Radiance {
+    fixed
+        .iter()
+        .zip(indirect)
+        .map(|(fixed, indirect)| std::array::from_fn(|channel| fixed[channel] + indirect[channel]))
+        .collect()
+}
+
+/// The root mean square difference of finite numbers, and which of the pixels is furthest off.
+#[must_use]
+pub fn apart(found: &[[f64; 3]], expected: &[[f64; 3]]) -> (f64, Option<usize>) {
+    let mut sum = 0.0;
+    let mut furthest = None;
+    let mut most = -1.0;
+    for (at, (found, expected)) in found.iter().zip(expected).enumerate() {
+        let square: f64 = found
+            .iter()
+            .zip(expected)
+            .map(|(found, expected)| (found - expected).powi(2))
+            .filter(|square| square.is_finite())
+            .sum();
+        sum += square;
+        if square > most {
+            (most, furthest) = (square, Some(at));
+        }
+    }
+    ((sum / (3 * found.len()).max(1) as f64).sqrt(), furthest)
+}
+
+/// A number over the mean of pixels; itself where the mean is 0.
+#[must_use]
+pub fn over_mean(value: f64, pixels: &[[f64; 3]]) -> f64 {
+    let mean = pixels.iter().flatten().sum::<f64>() / (3 * pixels.len()).max(1) as f64;
+    if mean > 0.0 { value / mean } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_furthest_pixel_is_found() {
+        let expected = vec![[1.0; 3]; 5];
+        let mut found = expected.clone();
+        assert_eq!(apart(&found, &expected).0, 0.0);
+        found[3][1] = 4.0;
+        found[4][0] = f64::NAN;
+        let (rms, at) = apart(&found, &expected);
+        assert_eq!(at, Some(3));
+        assert!((rms - (9.0_f64 / 15.0).sqrt()).abs() < 1e-12);
+        assert_eq!(over_mean(2.0, &expected), 2.0);
+        assert_eq!(over_mean(2.0, &[[0.0; 3]]), 2.0, "in the dark an error is what it is");
+        assert_eq!(over_mean(2.0, &[[4.0; 3]]), 0.5);
+    }
+}

@@ -1,0 +1,171 @@
+//! Error and time against one number: bisection steps, K, the number of virtual lights.
+
+use serde::{Deserialize, Serialize};
+use sglow_runtime::settings::Settings;
+use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
+
+use super::document::{Radiance, Series, Sweep, SweepOver, SweepPoint, Time};
+use super::judge::{Judge, apart, over_mean};
+use super::scene::{Progress, RUNS, Timed};
+use super::subject::{Drawn, FrontierError, Subject};
+use super::truth::Truth;
+use crate::cache::Cache;
+
+/// Bisection steps that are tried.
+const ITERATIONS: [u32; 13] = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24];
+/// Sizes of kernels.
+const SIZE_FACTORS: [f32; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+/// Numbers of lights.
+const LIGHTS: [u32; 7] = [16, 64, 128, 256, 512, 1024, 2048];
+
+/// What is found at one number.
+#[derive(Clone, Serialize, Deserialize)]
+struct At {
+    timed: Timed,
+    rmse_over_mean: f64,
+    /// Indirect light of pixels that show a surface.
+    indirect: Vec<[f64; 3]>,
+}
+
+/// All sweeps of a subject, about its default way without visibility.
+pub(super) fn sweeps(
+    subject: &Subject<'_>,
+    truth: &Truth,
+    cache: &Cache,
+    progress: &dyn Progress,
+) -> Result<Vec<Sweep>, FrontierError> {
+    let base = Settings {
+        density: Density::Power,
+        draw: Draw::Warped,
+        space: Space::None,
+        kernel: Kernel::Modified,
+        solver: Solver::Bracketed,
+        filter: Filter::Exact,
+        visibility: Visibility::None,
+        ..subject.base.clone()
+    };
+    let filters: Vec<Filter> = Filter::ALL
+        .into_iter()
+        .filter(|&filter| filter == Filter::Exact || subject.gpu.filters_float32())
+        .collect();
+    let steps = filters.len() * (ITERATIONS.len() + 1) + SIZE_FACTORS.len() + LIGHTS.len();
+    progress.start(&format!("{}: iterations, K, lights", subject.scene.name), steps);
+    let mut done = 0;
+    let mut at = |settings: &Settings| {
+        let found = at(subject, truth, cache, settings);
+        done += 1;
+        progress.done(done);
+        found
+    };
+    let mut iterations = Vec::new();
+    for filter in filters {
+        // The bracketed solver finds the root that bisection comes closer to with each step.
+        let base = Settings { filter, ..base.clone() };
+        let limit = at(&base)?.indirect;
+        let mut points = Vec::new();
+        for steps in ITERATIONS {
+            let settings = Settings { solver: Solver::Bisection, iterations: steps, ..base.clone() };
+            points.push(point(f64::from(steps), &at(&settings)?, "sample", Some(&limit)));
+        }
+        iterations.push(series(filter.name().to_owned(), points));
+    }
+    let mut sizes = Vec::new();
+    for size_factor in SIZE_FACTORS {
+        let settings = Settings { size_factor, ..base.clone() };
+        sizes.push(point(f64::from(size_factor), &at(&settings)?, "sample", None));
+    }
+    let mut lights = Vec::new();
+    for count in LIGHTS {
+        let settings = Settings { count, ..base.clone() };
+        lights.push(point(f64::from(count), &at(&settings)?, "", None));
+    }
+    Ok(vec![
+        Sweep {
+            over: SweepOver::Iterations,
+            limit: "the bracketed solver".to_owned(),
+            series: iterations,
+        },
+        Sweep {
+            over: SweepOver::SizeFactor,
+            limit: String::new(),
+            series: vec![series("exact".to_owned(), sizes)],
+        },
+        Sweep {
+            over: SweepOver::Lights,
+            limit: String::new(),
+            series: vec![series("exact".to_owned(), lights)],
+        },
+    ])
+}
+
+fn at(
+    subject: &Subject<'_>,
+    truth: &Truth,
+    cache: &Cache,
+    settings: &Settings,
+) -> Result<At, FrontierError> {
+    let name = format!("{} {} {}", settings.solver, settings.iterations, settings.size_factor);
+    let name = format!("{} {name}", settings.filter);
+    cache.get(&subject.key("sweep", &name, settings)?, || {
+        let Drawn { renderer, frame, .. } = subject.drawn()?;
+        let (maps, _) = subject.maps(settings, 0)?;
+        let (lights, runs) = subject.lights(settings, &maps, RUNS)?;
+        let shading = subject.shading(settings)?;
+        let mut timed = Timed::of(&runs);
+        timed.passes.extend(Timed::of(&subject.time_shading(&lights, None, &shading, RUNS)?).passes);
+        let indirect = subject.reflect(&lights, None, &shading)?;
+        let (error, _) = Judge::new(subject, truth, frame, renderer.eye()).picture(&indirect);
+        let indirect = present(&indirect, truth);
+        Ok(At { timed, rmse_over_mean: error.rmse_over_mean, indirect })
+    })
+}
+
+fn present(indirect: &Radiance, truth: &Truth) -> Vec<[f64; 3]> {
+    truth.present.iter().map(|&at| indirect[at].map(f64::from)).collect()
+}
+
+/// A point of a line. Its time is that of one pass, or of all that make and reflect lights.
+fn point(at: f64, found: &At, pass: &str, limit: Option<&Vec<[f64; 3]>>) -> SweepPoint {
+    let counts = |name: &str| pass.is_empty() || name == pass;
+    let passes = found.timed.passes.iter().filter(|pass| counts(&pass.name));
+    SweepPoint {
+        at,
+        time: Some(passes.fold(Time::default(), |sum, pass| sum.then(pass.time))),
+        picture_rmse_over_mean: Some(found.rmse_over_mean),
+        own_rms_over_mean: limit
+            .map(|limit| over_mean(apart(&found.indirect, limit).0, limit)),
+    }
+}
+
+/// A line, with where it stops paying: the least number from which on the error stays within 1 % of the least.
+fn series(name: String, points: Vec<SweepPoint>) -> Series {
+    let errors: Vec<f64> =
+        points.iter().map(|point| point.picture_rmse_over_mean.unwrap_or(f64::NAN)).collect();
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let from = errors.iter().rposition(|&error| error.is_nan() || error > 1.01 * least);
+    let pays_until = points.get(from.map_or(0, |last| last + 1)).map(|point| point.at);
+    Series { name, points, pays_until }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_stops_paying_where_its_error_stays_low() {
+        let line = |errors: &[f64]| {
+            let point = |(at, &error): (usize, &f64)| SweepPoint {
+                at: at as f64,
+                time: None,
+                picture_rmse_over_mean: Some(error),
+                own_rms_over_mean: None,
+            };
+            series(String::new(), errors.iter().enumerate().map(point).collect()).pays_until
+        };
+        assert_eq!(line(&[3.0, 1.5, 1.0, 1.005, 1.0]), Some(2.0));
+        assert_eq!(line(&[1.0, 2.0, 1.0]), Some(2.0), "it has to stay low");
+        assert_eq!(line(&[1.0, 1.0]), Some(0.0));
+        assert_eq!(line(&[1.0, f64::NAN]), None);
+        assert_eq!(line(&[]), None);
+    }
+}

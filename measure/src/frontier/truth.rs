@@ -1,0 +1,108 @@
+//! What pictures are compared with, and how far it may be off itself.
+
+use serde::{Deserialize, Serialize};
+use sglow_oracle::Vector3;
+use sglow_runtime::reference;
+
+use super::document::{Radiance, Reference, ReferenceKind};
+use super::subject::{Drawn, FrontierError, Subject};
+use crate::cache::Cache;
+use crate::rivals::flicker::of_pixels;
+
+/// Pixels on which rounding and model are held against the oracle, spread over the picture.
+const SAMPLE: usize = 96;
+
+/// Paths of each pixel.
+const PATHS: u32 = 256;
+
+/// The seed of what is drawn: the same run gives the same numbers.
+const SEED: u64 = 2016;
+
+/// The reference of a scene.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Truth {
+    /// What it is.
+    pub reference: Reference,
+    /// Indirect light of every pixel.
+    pub indirect: Radiance,
+    /// Pixels that show a surface.
+    pub present: Vec<usize>,
+    /// Some of them, on which the oracle is asked.
+    pub sample: Vec<usize>,
+    /// What the sum over all texels of the light's map gives there, without visibility.
+    pub points: Vec<[f64; 3]>,
+}
+
+/// The reference of a subject, kept for the next time.
+///
+/// `progress` is told how many pixels are done, and of how many.
+///
+/// # Errors
+///
+/// When the scene does not render or cannot be traced, or the camera sees nothing.
+pub fn truth(
+    subject: &Subject<'_>,
+    cache: &Cache,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Truth, FrontierError> {
+    let key = subject.scene_key("reference").on("samples", format!("{PATHS} {SAMPLE} {SEED}"));
+    cache.get(&key, || make(subject, progress))
+}
+
+fn make(
+    subject: &Subject<'_>,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Truth, FrontierError> {
+    let drawn = subject.drawn()?;
+    let Drawn { renderer, frame, .. } = drawn;
+    let settings = renderer.indirect().settings();
+    let surfaces = &frame.gbuffer;
+    let present: Vec<usize> =
+        (0..surfaces.position.len()).filter(|&at| surfaces.position[at][3] >= 0.0).collect();
+    if present.is_empty() {
+        return Err(FrontierError::NoSurface { scene: subject.scene.name.clone() });
+    }
+    let sample: Vec<usize> =
+        present.iter().copied().step_by(present.len().div_ceil(SAMPLE)).collect();
+    let told = |done, of| {
+        progress(done, of);
+        true
+    };
+    let (light, eye) = (renderer.light(), renderer.eye());
+    let estimates =
+        reference::paths(light, settings, subject.scene, surfaces, eye, PATHS, SEED, told)?
+            .unwrap_or_default();
+    let squares: f64 =
+        present.iter().map(|&at| estimates[at].standard_error.length_squared()).sum();
+    let numbers = 3.0 * present.len() as f64;
+    let indirect: Radiance =
+        estimates.iter().map(|one| one.mean.total().to_array().map(|value| value as f32)).collect();
+    let mean = present.iter().flat_map(|&at| indirect[at]).map(f64::from).sum::<f64>() / numbers;
+    let over_mean = |value: f64| if mean > 0.0 { value / mean } else { value };
+    let noise = over_mean((squares / numbers).sqrt());
+    Ok(Truth {
+        reference: Reference {
+            kind: ReferenceKind::Paths,
+            samples: PATHS,
+            mean,
+            noise_over_mean: noise,
+            discretisation_over_mean: 0.0,
+            floor_over_mean: noise,
+            other_floor_over_mean: None,
+            dark: mean == 0.0,
+        },
+        indirect,
+        points: points(drawn, &sample),
+        present,
+        sample,
+    })
+}
+
+/// The sum over all texels of the light's map at some pixels.
+fn points(Drawn { renderer, frame, rsm }: &Drawn<'_>, sample: &[usize]) -> Vec<[f64; 3]> {
+    let settings = renderer.indirect().settings();
+    let receivers = of_pixels(&frame.gbuffer, sample);
+    let (light, eye) = (renderer.light(), renderer.eye());
+    let all = reference::virtual_point_lights(light, settings, rsm, &receivers, eye, |_, _| true);
+    all.unwrap_or_default().iter().map(|one| Vector3::to_array(one.total())).collect()
+}
