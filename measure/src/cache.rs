@@ -156,8 +156,7 @@ impl Cache {
         let header = Header { version: VERSION, key: key.clone(), sha256: sha256(&payload) };
         let write = || {
             fs::create_dir_all(&self.folder)?;
-            let mut file =
-                tempfile::Builder::new().prefix(".sglow-").tempfile_in(&self.folder)?;
+            let mut file = tempfile::Builder::new().prefix(".sglow-").tempfile_in(&self.folder)?;
             serde_json::to_writer(&mut file, &header)?;
             file.write_all(b"\n")?;
             file.write_all(&payload)?;

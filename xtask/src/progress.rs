@@ -29,7 +29,9 @@ pub(crate) fn bar(doing: impl Into<String>, length: usize) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(length as u64).with_message(doing);
-    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} [{elapsed}, {eta} to go]") {
+    if let Ok(style) =
+        ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} [{elapsed}, {eta} to go]")
+    {
         bar.set_style(style);
     }
     bar

@@ -86,7 +86,7 @@ pub struct PictureError {
 /// What beats a way in error and in time alike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Dominated {
-    /// The name of the way that beats it: of those that do, the one with the least error.
+    /// The name of the way of the frontier that beats it.
     pub by: String,
     /// Its time over that of the way that beats it.
     pub time_ratio: f64,

@@ -46,12 +46,7 @@ pub struct Judge<'a> {
 impl<'a> Judge<'a> {
     /// A judge of pictures of a subject, of which `frame` is one.
     #[must_use]
-    pub fn new(
-        subject: &Subject<'_>,
-        truth: &'a Truth,
-        frame: &'a Frame,
-        eye: glam::Vec3,
-    ) -> Self {
+    pub fn new(subject: &Subject<'_>, truth: &'a Truth, frame: &'a Frame, eye: glam::Vec3) -> Self {
         let emission = frame.emission.as_deref().unwrap_or_default();
         let fixed: Radiance = frame
             .direct

@@ -2,6 +2,7 @@
 //! stops paying.
 
 mod bench;
+pub mod choose;
 pub mod document;
 pub mod judge;
 mod prune;

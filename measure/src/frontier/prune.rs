@@ -48,8 +48,7 @@ fn in_turns(subject: &Subject<'_>, full: &Settings) -> Result<Pruned, FrontierEr
     for run in 0..=RUNS {
         for (renderer, [all, shade]) in made.iter().zip(&mut times) {
             let inputs = renderer.inputs();
-            let passes =
-                one_frame(renderer, renderer.indirect(), inputs.visibility, subject.gpu)?;
+            let passes = one_frame(renderer, renderer.indirect(), inputs.visibility, subject.gpu)?;
             if run > 0 {
                 all.push(passes.iter().map(|pass| pass.1).sum());
                 shade.push(passes.iter().filter(|pass| pass.0 == "shade").map(|pass| pass.1).sum());

@@ -11,9 +11,12 @@ pub struct Place {
     pub error: f64,
 }
 
-/// For each place the number of the one that beats it: of those that do, the one with the least error, and of these the
-/// fastest; none on the frontier. Errors below `floor` count as the floor: nothing is claimed there. Of several that are
-/// alike in both the first one stays.
+/// An error counts as better if it is less than another by more than this share: nobody sees the rest.
+pub const ALIKE: f64 = 0.01;
+
+/// For each place the number of one that beats it, being as fast and as good; none on the frontier. Errors that differ
+/// by no more than the share [`ALIKE`] are as good as each other, and so are those below `floor`, where nothing is
+/// claimed. Of several that are alike in both the first one stays.
 #[must_use]
 pub fn rank(places: &[Place], floor: f64) -> Vec<Option<usize>> {
     let error = |place: &Place| {
@@ -26,11 +29,13 @@ pub fn rank(places: &[Place], floor: f64) -> Vec<Option<usize>> {
         by_time.then(error(one).total_cmp(&error(other))).then(a.cmp(&b))
     });
     let mut beaten = vec![None; places.len()];
-    // All that come before are as fast; the best of them so far beats what is not better.
+    // All that come before are as fast; the best of those that nothing beats so far beats what is not better.
     let mut best: Option<usize> = None;
     for at in order {
         match best {
-            Some(best) if error(&places[best]) <= error(&places[at]) => beaten[at] = Some(best),
+            Some(best) if (1.0 - ALIKE) * error(&places[best]) <= error(&places[at]) => {
+                beaten[at] = Some(best);
+            }
             _ => best = Some(at),
         }
     }
@@ -81,6 +86,9 @@ mod tests {
         // Below the floor all are alike, and the fastest of them wins.
         assert_eq!(rank(&places, 0.55), [None, Some(0), Some(0), Some(0), Some(0), Some(0)]);
         assert_eq!(rank(&[], 0.0), [] as [Option<usize>; 0]);
+        // What nobody sees does not count as better.
+        let near = [place(1.0, 0.5), place(2.0, 0.496), place(3.0, 0.494)];
+        assert_eq!(rank(&near, 0.0), [None, Some(0), None]);
     }
 
     #[test]
@@ -102,9 +110,10 @@ mod tests {
                 assert!(found[at].is_some(), "{place:?} is beaten");
             }
             if let Some(by) = found[at] {
-                let alike = places[by].error == place.error
-                    && places[by].time.median == place.time.median;
+                let alike =
+                    places[by].error == place.error && places[by].time.median == place.time.median;
                 assert!(alike && by != at || beats(&places[by], place));
+                assert_eq!(found[by], None, "what beats is on the frontier");
             }
         }
     }

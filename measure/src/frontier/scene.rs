@@ -13,7 +13,8 @@ use sglow_runtime::visibility::Visibility;
 use sglow_shaders::{Diffuse, Lobes, Specular, Visibility as VisibilityAxis};
 
 use super::bench::{Runs, held_alike, of_lights, of_maps, of_shading};
-use super::document::{Pass, Pictures, Radiance, SceneReport, Time, Way};
+use super::choose::{self, Bought, Budget, Metric};
+use super::document::{Pass, Pictures, Radiance, Reference, SceneReport, Time, Way};
 use super::judge::{Judge, Verdict};
 use super::rank;
 use super::subject::{Drawn, FrontierError, Subject};
@@ -70,7 +71,10 @@ impl<'a, 's> Workshop<'a, 's> {
         Ok(made)
     }
 
-    fn hiding(&self, settings: &Settings) -> Result<Option<std::rc::Rc<Visibility>>, FrontierError> {
+    fn hiding(
+        &self,
+        settings: &Settings,
+    ) -> Result<Option<std::rc::Rc<Visibility>>, FrontierError> {
         let Settings { visibility, lobes, precision, .. } = settings;
         let id = format!("{visibility} {lobes} {precision}");
         if let Some(made) = self.hidings.borrow().get(&id) {
@@ -130,11 +134,69 @@ pub fn scene(
     ))
 }
 
+/// What a budget buys, as [`choose`](super::choose) has it.
+#[derive(Clone, Debug)]
+pub struct Purchase {
+    /// Every way; those that were compared closely have times of whole frames.
+    pub ways: Vec<Way>,
+    /// The names of those that win and come next, best first; nothing if the budget buys nothing.
+    pub order: Vec<String>,
+    /// What errors are against.
+    pub reference: Reference,
+    /// How times were taken.
+    pub clock: String,
+}
+
+/// Finds what a budget buys among `ways`. Whatever comes first has been measured again as whole frames, in turns with
+/// what comes close to it.
+///
+/// # Errors
+///
+/// When there is no way, the scene does not render, or a result cannot be kept.
+pub fn buy(
+    subject: &Subject<'_>,
+    ways: &[Settings],
+    metric: Metric,
+    budget: Budget,
+    cache: &Cache,
+    progress: &dyn Progress,
+) -> Result<Purchase, FrontierError> {
+    progress.start(&format!("{}: reference", subject.scene.name), 0);
+    let truth = truth(subject, cache, &|_, _| {})?;
+    let mut clock = String::new();
+    let (mut measured, _) = every_way(subject, ways, &truth, cache, progress, &mut clock)?;
+    rank::mark(&mut measured, truth.reference.floor_over_mean);
+    let settings: BTreeMap<String, &Settings> =
+        ways.iter().map(|settings| (way::name(settings, &subject.base), settings)).collect();
+    loop {
+        let order: Vec<String> = match choose::choose(&measured, metric, budget) {
+            Some(Bought::Ways(ways)) => ways.iter().map(|way| way.name.clone()).collect(),
+            Some(Bought::Nothing { .. }) | None => Vec::new(),
+        };
+        let first = measured.iter().find(|way| order.first() == Some(&way.name));
+        if first.is_none_or(|way| way.whole.is_some()) {
+            return Ok(Purchase { ways: measured, order, reference: truth.reference, clock });
+        }
+        let chosen: Vec<(String, &Settings)> =
+            order.iter().filter_map(|name| Some((name.clone(), *settings.get(name)?))).collect();
+        progress.start(&format!("{}: {} ways in turns", subject.scene.name, chosen.len()), 0);
+        let times = turns(subject, &chosen, cache)?;
+        for ((name, _), time) in chosen.iter().zip(times) {
+            if let Some(way) = measured.iter_mut().find(|way| way.name == *name) {
+                way.whole = Some(time);
+            }
+        }
+    }
+}
+
 /// The ways that are looked at closely: the frontier's and the default, by name.
-fn chosen<'w>(measured: &[Way], ways: &'w [Settings], base: &Settings) -> Vec<(String, &'w Settings)> {
-    let close = |name: &str| {
-        measured.iter().any(|way| way.name == name && (way.frontier || way.default))
-    };
+fn chosen<'w>(
+    measured: &[Way],
+    ways: &'w [Settings],
+    base: &Settings,
+) -> Vec<(String, &'w Settings)> {
+    let close =
+        |name: &str| measured.iter().any(|way| way.name == name && (way.frontier || way.default));
     let named = ways.iter().map(|settings| (way::name(settings, base), settings));
     named.filter(|(name, _)| close(name)).collect()
 }
@@ -152,6 +214,9 @@ fn every_way(
     let named = |what: &str, settings: &Settings| {
         let name = way::name(settings, base);
         subject.key(what, &name, settings)
+    };
+    let of_makers = |what: &str, settings: &Settings| {
+        subject.key_of_lights(what, &way::name(settings, base), settings)
     };
     let workshop = Workshop::new(subject);
     let judge: OnceCell<Judge<'_>> = OnceCell::new();
@@ -174,7 +239,7 @@ fn every_way(
         let (map_settings, light_settings) = (of_maps(settings), of_lights(settings));
         if maps.as_ref().is_none_or(|maps| maps.0 != map_settings) {
             let made = OnceCell::new();
-            let timed = cache.get(&named("maps", &map_settings)?, || {
+            let timed = cache.get(&of_makers("maps", &map_settings)?, || {
                 let (indirect, runs) = subject.maps(&map_settings, RUNS)?;
                 let _ = made.set(indirect);
                 Ok::<_, FrontierError>(Timed::of(&runs))
@@ -185,7 +250,7 @@ fn every_way(
         let map = || made(map_cell, || Ok(subject.maps(map_settings, 0)?.0));
         if lights.as_ref().is_none_or(|lights| lights.0 != light_settings) {
             let made = OnceCell::new();
-            let timed = cache.get(&named("lights", &light_settings)?, || {
+            let timed = cache.get(&of_makers("lights", &light_settings)?, || {
                 let (indirect, runs) = subject.lights(&light_settings, map()?, RUNS)?;
                 let _ = made.set(indirect);
                 Ok::<_, FrontierError>(Timed::of(&runs))
@@ -323,15 +388,10 @@ fn again(
 ) -> Result<(), FrontierError> {
     let names: Vec<&str> = chosen.iter().map(|one| one.0.as_str()).collect();
     progress.start(&format!("{}: the frontier in turns", subject.scene.name), 0);
-    // Times that are compared were taken in one run: with another frontier all are taken again.
-    let mut key = subject.scene_key("frontier in turns");
-    for (name, settings) in chosen {
-        key = key.on(name, format!("{:?}", subject.key("whole", name, settings)?));
-    }
-    let times: Vec<Time> = cache.get(&key, || in_turns(subject, chosen))?;
+    let times = turns(subject, chosen, cache)?;
     progress.start(&format!("{}: flicker of {} ways", subject.scene.name, names.len()), 0);
     let walk = Walk { frames: 5, pixels: 400, samples: 128, step: 0.002 };
-    let followed = Key::new(&[("what", "flicker"), ("of", &format!("{key:?} {walk:?}"))]);
+    let followed = together(subject, "flicker", chosen)?.on("walk", format!("{walk:?}"));
     let flickers: Vec<f64> = cache.get(&followed, || follow(subject, chosen, walk))?;
     for ((name, time), flicker) in names.iter().zip(times).zip(flickers) {
         if let Some(way) = measured.iter_mut().find(|way| way.name == *name) {
@@ -340,6 +400,29 @@ fn again(
         }
     }
     Ok(())
+}
+
+/// The key of what several ways were measured for together.
+fn together(
+    subject: &Subject<'_>,
+    what: &str,
+    chosen: &[(String, &Settings)],
+) -> Result<Key, FrontierError> {
+    let names: Vec<&str> = chosen.iter().map(|one| one.0.as_str()).collect();
+    let mut key = subject.scene_key(&format!("{what} of {}", names.join(" ")));
+    for (name, settings) in chosen {
+        key = key.on(name, format!("{:?}", subject.key(what, name, settings)?));
+    }
+    Ok(key)
+}
+
+/// Times of whole frames of each way, which were taken in one run: with another company all are taken again.
+fn turns(
+    subject: &Subject<'_>,
+    chosen: &[(String, &Settings)],
+    cache: &Cache,
+) -> Result<Vec<Time>, FrontierError> {
+    cache.get(&together(subject, "frontier in turns", chosen)?, || in_turns(subject, chosen))
 }
 
 /// How much each way flickers while the light moves.

@@ -115,6 +115,30 @@ impl<'a> Subject<'a> {
     ///
     /// When the package lacks one of the shaders.
     pub fn key(&self, what: &str, name: &str, settings: &Settings) -> Result<Key, FrontierError> {
+        self.key_on(what, name, settings, &super::way::variants(settings))
+    }
+
+    /// The key of a result that hangs on no reflection.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::key`].
+    pub fn key_of_lights(
+        &self,
+        what: &str,
+        name: &str,
+        settings: &Settings,
+    ) -> Result<Key, FrontierError> {
+        self.key_on(what, name, settings, &super::way::makers_of(settings))
+    }
+
+    fn key_on(
+        &self,
+        what: &str,
+        name: &str,
+        settings: &Settings,
+        variants: &[String],
+    ) -> Result<Key, FrontierError> {
         let [width, height] = settings.size;
         let size = format!("{width}x{height}");
         let key = Key::new(&[
@@ -128,7 +152,7 @@ impl<'a> Subject<'a> {
         Ok(key
             .on("scene", &self.hash)
             .on("settings", format!("{settings:?}"))
-            .on("shaders", self.shaders(settings)?)
+            .on("shaders", self.shaders(variants)?)
             .on("adapter", &self.gpu.adapter.name)
             .on("driver", &self.gpu.adapter.driver))
     }
@@ -147,14 +171,13 @@ impl<'a> Subject<'a> {
             .on("driver", &self.gpu.adapter.driver)
     }
 
-    /// The hash of the shaders that settings run.
-    fn shaders(&self, settings: &Settings) -> Result<String, FrontierError> {
+    /// The hash of these shaders and of those that all ways share.
+    fn shaders(&self, own: &[String]) -> Result<String, FrontierError> {
         let shared = |id: &&str| {
             let pass = id.split('-').next().unwrap_or_default();
             let lights = ["sample", "shade", "direct", "compose", "function"];
             !lights.contains(&pass)
         };
-        let own = super::way::variants(settings);
         let ids = self.package.variants().filter(shared).chain(own.iter().map(String::as_str));
         let mut hash = Sha256::new();
         for id in ids {

@@ -64,7 +64,8 @@ pub(super) fn sweeps(
         let limit = at(&base)?.indirect;
         let mut points = Vec::new();
         for steps in ITERATIONS {
-            let settings = Settings { solver: Solver::Bisection, iterations: steps, ..base.clone() };
+            let settings =
+                Settings { solver: Solver::Bisection, iterations: steps, ..base.clone() };
             points.push(point(f64::from(steps), &at(&settings)?, "sample", Some(&limit)));
         }
         iterations.push(series(filter.name().to_owned(), points));
@@ -112,7 +113,9 @@ fn at(
         let (lights, runs) = subject.lights(settings, &maps, RUNS)?;
         let shading = subject.shading(settings)?;
         let mut timed = Timed::of(&runs);
-        timed.passes.extend(Timed::of(&subject.time_shading(&lights, None, &shading, RUNS)?).passes);
+        timed
+            .passes
+            .extend(Timed::of(&subject.time_shading(&lights, None, &shading, RUNS)?).passes);
         let indirect = subject.reflect(&lights, None, &shading)?;
         let (error, _) = Judge::new(subject, truth, frame, renderer.eye()).picture(&indirect);
         let indirect = present(&indirect, truth);
@@ -132,8 +135,7 @@ fn point(at: f64, found: &At, pass: &str, limit: Option<&Vec<[f64; 3]>>) -> Swee
         at,
         time: Some(passes.fold(Time::default(), |sum, pass| sum.then(pass.time))),
         picture_rmse_over_mean: Some(found.rmse_over_mean),
-        own_rms_over_mean: limit
-            .map(|limit| over_mean(apart(&found.indirect, limit).0, limit)),
+        own_rms_over_mean: limit.map(|limit| over_mean(apart(&found.indirect, limit).0, limit)),
     }
 }
 

@@ -101,7 +101,6 @@ pub(super) fn stress(
     Ok(rows)
 }
 
-
 fn measure(gpu: &Gpu, package: &Package, numbers: &Numbers) -> Result<Vec<OnDensity>> {
     let mut rows = Vec::new();
     for (name, stress) in Stress::ALL {

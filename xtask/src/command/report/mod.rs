@@ -164,8 +164,16 @@ fn show(scene: &SceneReport) {
         scene.reference.kind,
         percent(scene.reference.floor_over_mean),
     ));
-    let mut table =
-        table::new(["frontier, and default", "ms", "RMSE", "FLIP", "bias", "model", "rounding", "flicker"]);
+    let mut table = table::new([
+        "frontier, and default",
+        "ms",
+        "RMSE",
+        "FLIP",
+        "bias",
+        "model",
+        "rounding",
+        "flicker",
+    ]);
     for way in scene.ways.iter().filter(|way| way.frontier || way.default) {
         let maybe = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), percent);
         let time = way.whole.unwrap_or(way.time);
@@ -182,7 +190,11 @@ fn show(scene: &SceneReport) {
             maybe(way.flicker),
         ]);
     }
-    say::line(format!("{table}\n{} ways, {} on the frontier", scene.ways.len(), scene.ways.iter().filter(|way| way.frontier).count()));
+    say::line(format!(
+        "{table}\n{} ways, {} on the frontier",
+        scene.ways.len(),
+        scene.ways.iter().filter(|way| way.frontier).count()
+    ));
 }
 
 /// What is promised of a scene.

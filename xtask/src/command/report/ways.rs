@@ -49,7 +49,8 @@ pub(crate) fn of(
         return Err(if fit {
             failure.help("the scene reflects nothing specularly, and what is specular is left out")
         } else {
-            failure.help("no committed variant has these values together; --all takes every legal one")
+            failure
+                .help("no committed variant has these values together; --all takes every legal one")
         });
     }
     Ok(asked)

@@ -1,0 +1,184 @@
+//! Error against time: what is measured of every way, that it is kept, and that what is wrong shows.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use sglow_measure::cache::Cache;
+use sglow_measure::frontier::choose::{Budget, Metric};
+use sglow_measure::frontier::document::{SceneReport, Way};
+use sglow_measure::frontier::scene::{self, Progress};
+use sglow_measure::frontier::subject::{FrontierError, Subject};
+use sglow_measure::frontier::way::{Allowed, allowed, every, fits};
+use sglow_runtime::package::Package;
+use sglow_runtime::scene::Scene;
+use sglow_runtime::settings::Settings;
+use sglow_shaders::{Lobes, Ndf, Specular};
+
+use tempfile::TempDir;
+
+use crate::common::gpu;
+
+struct Silent;
+
+impl Progress for Silent {
+    fn start(&self, _: &str, _: usize) {}
+    fn done(&self, _: usize) {}
+}
+
+fn base() -> Settings {
+    Settings {
+        size: [24, 18],
+        rsm_size: 32,
+        count: 16,
+        lobes: Lobes::Diffuse,
+        specular: Specular::None,
+        ndf: Ndf::None,
+        ..Settings::default()
+    }
+}
+
+/// Some diffuse ways: two kernels, two forms of the cosine.
+fn ways() -> Vec<Settings> {
+    let only = [
+        "lobes=diffuse",
+        "specular=none",
+        "visibility=none",
+        "draw=warped",
+        "space=none",
+        "precision=f32",
+        "density=power",
+        "filter=exact",
+        "kernel=previous",
+        "solver=none",
+        "solver=bracketed",
+        "kernel=modified",
+        "diffuse=constant",
+        "diffuse=fitted",
+    ];
+    let only: Allowed = allowed(&only.map(str::to_owned)).unwrap();
+    every(&base()).into_iter().filter(|way| fits(way, &only)).collect()
+}
+
+fn measure(package: &Package, folder: &Path) -> (SceneReport, [usize; 3]) {
+    let scene = Scene::builtin("cornell").unwrap();
+    let subject = Subject::new(gpu(), package, &scene, base());
+    let cache = Cache::new(folder, false);
+    let (report, pictures) = scene::scene(&subject, &ways(), &cache, &Silent).unwrap();
+    for way in report.ways.iter().filter(|way| way.frontier || way.default) {
+        assert_eq!(pictures.ways[&way.name].len(), 24 * 18, "{}", way.name);
+        assert!(way.whole.is_some() && way.flicker.is_some(), "{}", way.name);
+    }
+    (report, cache.counts())
+}
+
+/// The first measurement, with the folder that keeps it.
+fn first() -> &'static (SceneReport, [usize; 3], TempDir) {
+    static FIRST: OnceLock<(SceneReport, [usize; 3], TempDir)> = OnceLock::new();
+    FIRST.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let (report, counts) = measure(&Package::embedded(), folder.path());
+        (report, counts, folder)
+    })
+}
+
+fn way<'a>(report: &'a SceneReport, name: &str) -> &'a Way {
+    report.ways.iter().find(|way| way.name == name).unwrap()
+}
+
+#[test]
+fn every_way_is_measured_kept_and_measured_again_if_its_shader_changes() {
+    let (report, [found, made, _], folder) = first();
+    assert_eq!(report.ways.len(), 4);
+    assert!(found < made && *made > 10, "{found} {made}");
+    assert_eq!(report.not_finite, 0);
+    let default = way(report, "default");
+    assert!(default.default && default.complete && default.passes.len() > 4);
+    for way in &report.ways {
+        let sum: f64 = way.passes.iter().map(|pass| pass.time.median).sum();
+        assert!((way.time.median - sum).abs() < 1e-9 && sum > 0.0, "{}", way.name);
+        assert!(way.picture.rmse_over_mean > 0.0 && way.picture.rmse_over_mean < 10.0);
+        // The device agrees with the oracle far better than the method with its truth.
+        let rounding = way.rounding.as_ref().unwrap().rms_over_mean;
+        let model = way.model_rms_over_mean.unwrap();
+        assert!(rounding < 1e-4 && model > 100.0 * rounding, "{} {rounding} {model}", way.name);
+        assert_eq!(way.frontier, way.dominated.is_none());
+    }
+    assert!(report.ways.iter().any(|way| way.frontier));
+
+    // Nothing has changed: nothing is measured, and the numbers are the same.
+    let (again, [found, made, outdated]) = measure(&Package::embedded(), folder.path());
+    assert_eq!((again, made, outdated), (report.clone(), 0, 0));
+    assert!(found > 10);
+
+    // One shading variant is another text: what it takes part in is measured again, and its error shows.
+    let id = default.variants.iter().find(|id| id.starts_with("shade-")).unwrap();
+    let text = Package::embedded().text(id).unwrap().to_owned();
+    let brighter = text.replace("diffuse *= surface.diffuse;", "diffuse *= 1.5 * surface.diffuse;");
+    assert_ne!(text, brighter);
+    let package = Package::embedded().with_text(id, brighter);
+    let (wrong, [found, made, outdated]) = measure(&package, folder.path());
+    // The reference, the maps, both kinds of lights, the other shading and its two verdicts stand.
+    assert!(found >= 7 && outdated > 0 && outdated <= made, "{found} {made} {outdated}");
+    let rounding =
+        |report: &SceneReport, name| way(report, name).rounding.as_ref().unwrap().rms_over_mean;
+    assert!(rounding(&wrong, "default") > 0.1);
+    assert_eq!(rounding(&wrong, "diffuse=constant"), rounding(report, "diffuse=constant"));
+    assert!((way(&wrong, "default").picture.bias - default.picture.bias) > 0.3);
+}
+
+#[test]
+fn leaving_out_saves_what_it_should_and_changes_no_bit() {
+    let pruned = first().0.pruned.as_ref().unwrap();
+    assert_eq!(pruned.differing, 0);
+    // Two of five layers of moments, and one of two pictures.
+    let pyramid =
+        |layers: u64| (0..6).map(|level| (32_u64 >> level).pow(2) * 16 * layers).sum::<u64>();
+    let picture = 24 * 18 * 16;
+    let saved = pruned.full.texture_bytes - pruned.needed.texture_bytes;
+    assert_eq!(saved, pyramid(2) + picture);
+    assert!(pruned.full.buffer_bytes > pruned.needed.buffer_bytes);
+}
+
+#[test]
+fn more_iterations_come_closer_to_the_root() {
+    let iterations = &first().0.sweeps[0];
+    for series in &iterations.series {
+        let own: Vec<f64> =
+            series.points.iter().map(|point| point.own_rms_over_mean.unwrap()).collect();
+        assert!(own[0] > 1e-3, "one step is not enough: {own:?}");
+        assert!(own.last().unwrap() < &1e-4, "24 steps are: {own:?}");
+    }
+}
+
+#[test]
+fn a_budget_buys_a_way_that_keeps_it_or_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, package) = (Scene::builtin("cornell").unwrap(), Package::embedded());
+    let subject = Subject::new(gpu(), &package, &scene, base());
+    let cache = Cache::new(folder.path(), false);
+    let buy =
+        |budget| scene::buy(&subject, &ways(), Metric::Rmse, budget, &cache, &Silent).unwrap();
+    let all = buy(Budget::Error(f64::MAX));
+    let errors: Vec<f64> = all.ways.iter().map(|way| way.picture.rmse_over_mean).collect();
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let best = buy(Budget::Error(least));
+    let first = best.ways.iter().find(|way| way.name == best.order[0]).unwrap();
+    assert!(first.picture.rmse_over_mean <= least && first.whole.is_some());
+    assert!(buy(Budget::Error(0.5 * least)).order.is_empty());
+    assert!(buy(Budget::Milliseconds(1e-6)).order.is_empty());
+    assert_eq!(buy(Budget::Milliseconds(1e9)).order[0], first.name);
+}
+
+#[test]
+fn without_ways_there_is_nothing_to_measure() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, package) = (Scene::builtin("cornell").unwrap(), Package::embedded());
+    let subject = Subject::new(gpu(), &package, &scene, base());
+    let cache = Cache::new(folder.path(), false);
+    let error = scene::scene(&subject, &[], &cache, &Silent).err().unwrap();
+    assert!(matches!(error, FrontierError::NoWay { .. }));
+    // A variant that the package lacks is named, and none takes its place.
+    let lacking = [Settings { diffuse: sglow_shaders::Diffuse::Erf, ..base() }];
+    let error = scene::scene(&subject, &lacking, &cache, &Silent).err().unwrap().to_string();
+    assert!(error.contains("shade-erf-none-none-diffuse-f32-none"), "{error}");
+}
