@@ -18,6 +18,8 @@
 //! for whole pictures.
 //!
 //! # Citations
+//! - Abasi 2020: Distance metrics for very large color differences, Color Res. Appl. 45(2).
+//! - Andersson 2020: FLIP: a difference evaluator for alternating images, Proc. ACM Comput. Graph. Interact. Tech. 3(2).
 //! - Banerjee 2005: Clustering on the unit hypersphere using von Mises-Fisher distributions, JMLR 6.
 //! - Barak 2013: Temporally coherent adaptive sampling for imperfect shadow maps, Comput. Graph. Forum 32(4).
 //! - Cigolle 2014: A survey of efficient representations for independent unit vectors, JCGT 3(2).
@@ -60,6 +62,7 @@ pub mod density;
 pub mod direct;
 pub mod estimate;
 pub mod fis;
+pub mod flip;
 pub mod half;
 pub mod light;
 pub mod math;

@@ -28,9 +28,11 @@ use crate::light::LightView;
 use crate::readback;
 use crate::settings::Settings;
 
+pub mod choice;
 pub mod path;
 pub mod points;
 
+pub use choice::{Choice, Kind, Pilot, choose};
 pub use path::{SceneMaterials, facets, paths};
 pub use points::points;
 
