@@ -18,22 +18,28 @@
 //! for whole pictures.
 //!
 //! # Citations
+//! - Abasi 2020: Distance metrics for very large color differences, Color Res. Appl. 45(2).
+//! - Andersson 2020: FLIP: a difference evaluator for alternating images, Proc. ACM Comput. Graph. Interact. Tech. 3(2).
 //! - Banerjee 2005: Clustering on the unit hypersphere using von Mises-Fisher distributions, JMLR 6.
 //! - Barak 2013: Temporally coherent adaptive sampling for imperfect shadow maps, Comput. Graph. Forum 32(4).
 //! - Cigolle 2014: A survey of efficient representations for independent unit vectors, JCGT 3(2).
 //! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
+//! - Cochran 1977: Sampling techniques, 3rd edition, Wiley.
+//! - Dachsbacher 2005: Reflective shadow maps, I3D.
 //! - DLMF: NIST Digital Library of Mathematical Functions, <https://dlmf.nist.gov>.
 //! - Dupuy 2023: Sampling visible GGX normals with spherical caps, Comput. Graph. Forum 42(8).
 //! - Hastings 1970: Monte Carlo sampling methods using Markov chains and their applications, Biometrika 57(1).
 //! - Duff 2017: Building an orthonormal basis, revisited, JCGT 6(1).
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
 //! - Jarzynski and Olano 2020: Hash functions for GPU rendering, JCGT 9(3).
+//! - Keller 1997: Instant radiosity, SIGGRAPH.
 //! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
 //! - Kroeger 2015: Simple, admissible, and accurate approximants of the inverse Langevin and Brillouin functions,
 //!   relevant for strong polymer deformations and flows, J. Non-Newton. Fluid Mech. 223.
 //! - Marroquim 2007: Efficient point-based rendering using image reconstruction, Symposium on Point-Based Graphics.
 //! - Meder 2018: Screen space approximate Gaussian hulls, EGSR Experimental Ideas and Implementations.
 //! - Metropolis 1953: Equation of state calculations by fast computing machines, J. Chem. Phys. 21(6).
+//! - Morton 1966: A computer oriented geodetic data base and a new technique in file sequencing, IBM.
 //! - Ritschel 2011: Making imperfect shadow maps view-adaptive, Comput. Graph. Forum 30(8).
 //! - Ritschel 2008: Imperfect shadow maps for efficient computation of indirect illumination, ACM Trans. Graph. 27(5).
 //! - Schlick 1994: An inexpensive BRDF model for physically-based rendering, Comput. Graph. Forum 13(3).
@@ -54,7 +60,9 @@ pub mod cluster;
 pub mod compose;
 pub mod density;
 pub mod direct;
+pub mod estimate;
 pub mod fis;
+pub mod flip;
 pub mod half;
 pub mod light;
 pub mod math;
@@ -79,3 +87,5 @@ pub use vector::Vector3;
 
 #[cfg(test)]
 mod adversary;
+#[cfg(test)]
+mod scenery;

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use crate::Vector3;
 use crate::brdf::material::MINIMUM_COSINE;
 use crate::brdf::{Directions, Material, Ndf};
+use crate::estimate::Estimate;
 use crate::fis::stress::Random;
 use crate::light::{Light, LightKind};
 use crate::shade::Reflected;
@@ -53,23 +54,6 @@ pub struct Paths<'a> {
     pub samples: u32,
     /// Other seeds give other noise, the same seed the same picture.
     pub seed: u64,
-}
-
-/// A mean over paths.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// The reflected radiance.
-    pub mean: Reflected,
-    /// The standard error of the sum of both reflections, per channel; infinite of a single path.
-    pub standard_error: Vector3,
-}
-
-impl Estimate {
-    /// No light, for certain.
-    #[must_use]
-    pub fn none() -> Self {
-        Self { mean: Reflected::none(), standard_error: Vector3::zero() }
-    }
 }
 
 impl Paths<'_> {
@@ -114,29 +98,26 @@ impl Paths<'_> {
         let draw = Draw::new(surface, view, self.ndf);
         let mut random = Random::new(scrambled(self.seed ^ scrambled(index as u64)));
         let mut sum = Reflected::none();
-        // Mean and summed squared deviation. [Welford 1962]
-        let (mut mean, mut deviation) = (Vector3::zero(), Vector3::zero());
+        let mut scatters = [Scatter::default(); 3];
         for number in 1..=self.samples.max(1) {
             let reflected = self.path(surface, view, &draw, &mut random);
             sum.diffuse = sum.diffuse + reflected.diffuse;
             sum.specular = sum.specular + reflected.specular;
-            let total = reflected.total();
-            let from_old = total - mean;
-            mean = mean + from_old * (1.0 / f64::from(number));
-            deviation = deviation + from_old.times(total - mean);
+            let parts = [reflected.diffuse, reflected.specular, reflected.total()];
+            for (scatter, part) in scatters.iter_mut().zip(parts) {
+                scatter.add(part, f64::from(number));
+            }
         }
         let count = f64::from(self.samples.max(1));
-        let standard_error = if self.samples > 1 {
-            deviation.map(|deviation| (deviation.max(0.0) / (count * (count - 1.0))).sqrt())
-        } else {
-            Vector3::splat(f64::INFINITY)
-        };
+        let [diffuse, specular, total] = scatters.map(|scatter| scatter.standard_error(count));
         Estimate {
             mean: Reflected {
                 diffuse: sum.diffuse * (1.0 / count),
                 specular: sum.specular * (1.0 / count),
             },
-            standard_error,
+            standard_errors: Reflected { diffuse, specular },
+            standard_error: total,
+            discretisation: Reflected::none(),
         }
     }
 
@@ -198,6 +179,32 @@ impl Paths<'_> {
         let directions = Directions { normal, view: towards, light: back };
         let brdf = material.diffuse_brdf() + material.specular_brdf(self.ndf, &directions);
         irradiance.times(brdf)
+    }
+}
+
+/// Mean and summed squared deviation of samples.
+// [Welford 1962]
+#[derive(Clone, Copy, Default)]
+struct Scatter {
+    mean: Vector3,
+    deviation: Vector3,
+}
+
+impl Scatter {
+    /// Adds a sample; `number` counts them from 1.
+    fn add(&mut self, sample: Vector3, number: f64) {
+        let from_old = sample - self.mean;
+        self.mean = self.mean + from_old * (1.0 / number);
+        self.deviation = self.deviation + from_old.times(sample - self.mean);
+    }
+
+    /// The standard error of the mean; infinite of a single sample.
+    fn standard_error(&self, count: f64) -> Vector3 {
+        if count > 1.0 {
+            self.deviation.map(|deviation| (deviation.max(0.0) / (count * (count - 1.0))).sqrt())
+        } else {
+            Vector3::splat(f64::INFINITY)
+        }
     }
 }
 
@@ -303,7 +310,7 @@ fn polar(radius: f64, turn: f64, height: f64) -> Vector3 {
 
 /// Numbers that differ in one bit become numbers that differ in half of them.
 // [Steele et al. 2014, Fast splittable pseudorandom number generators], the finaliser of SplitMix64
-fn scrambled(number: u64) -> u64 {
+pub(crate) fn scrambled(number: u64) -> u64 {
     let number = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let number = (number ^ (number >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let number = (number ^ (number >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -314,59 +321,9 @@ fn scrambled(number: u64) -> u64 {
 mod tests {
     use super::*;
     use crate::quadrature::SphereRule;
-    use crate::surface::{Facet, Triangle};
+    use crate::scenery::{Table, diffuse, facet, glossy, light, square, texel};
+    use crate::surface::Facet;
     use crate::vpl::VirtualPointLights;
-
-    /// Materials by their number.
-    struct Table(Vec<Material>);
-
-    impl Materials for Table {
-        fn material(&self, crossing: &Crossing) -> Material {
-            self.0[crossing.hit.material as usize]
-        }
-        fn counts(&self, crossing: &Crossing) -> bool {
-            // The last material is a hole.
-            (crossing.hit.material as usize) < self.0.len()
-        }
-    }
-
-    fn diffuse(reflectance: f64) -> Material {
-        Material { diffuse: Vector3::splat(reflectance), specular: Vector3::zero(), alpha: 1.0 }
-    }
-
-    fn glossy(specular: f64, alpha: f64) -> Material {
-        Material { diffuse: Vector3::splat(0.3), specular: Vector3::splat(specular), alpha }
-    }
-
-    fn facet(positions: [Vector3; 3], normals: Option<[Vector3; 3]>, material: u32) -> Facet {
-        let [a, b, c] = positions;
-        let normals = normals.unwrap_or([(b - a).cross(c - a).normalized(); 3]);
-        let triangle = Triangle { positions, normals, material };
-        Facet { triangle, uvs: [[0.0; 2]; 3], double_sided: true }
-    }
-
-    /// A square in a plane of constant z, from `low` to `high` in x and y.
-    fn square(low: [f64; 2], high: [f64; 2], z: f64, material: u32) -> [Facet; 2] {
-        let corner = |x: f64, y: f64| Vector3::new(x, y, z);
-        let [a, b] = [corner(low[0], low[1]), corner(high[0], low[1])];
-        let [c, d] = [corner(high[0], high[1]), corner(low[0], high[1])];
-        [facet([a, b, c], None, material), facet([a, c, d], None, material)]
-    }
-
-    fn texel(position: Vector3, normal: Vector3, material: Material) -> SurfaceTexel {
-        SurfaceTexel { position, normal, material, present: true }
-    }
-
-    fn light(kind: LightKind, position: Vector3) -> Light {
-        Light {
-            kind,
-            position,
-            right: Vector3::new(1.0, 0.0, 0.0),
-            up: Vector3::new(0.0, 1.0, 0.0),
-            forward: Vector3::new(0.0, 0.0, -1.0),
-            intensity: Vector3::new(1.0, 2.0, 3.0),
-        }
-    }
 
     fn paths<'a>(scene: &'a Scene, materials: &'a Table, light: &'a Light) -> Paths<'a> {
         Paths { scene, materials, light, ndf: Ndf::Ggx, samples: 20_000, seed: 1 }

@@ -6,6 +6,8 @@
 //! patch of area A. The form factor of a disc of area A as seen from a small patch on its axis and parallel to it is
 //! `A/(A + pi d^2)`, so that the irradiance of a source of power on that disc goes with `1/(d^2 + A/pi)`: bounded at the
 //! disc, and the inverse square far from it.
+//!
+//! [`VisiblePoints`] takes away what is hidden, and says how far the lattice of points may be off.
 
 use core::f64::consts::PI;
 use core::ops::{Add, Div, Mul, Sub};
@@ -20,7 +22,11 @@ use crate::light::Light;
 use crate::shade::Reflected;
 use crate::surface::SurfaceTexel;
 
-/// Lights that are summed side by side.
+mod visible;
+
+pub use visible::VisiblePoints;
+
+/// Lights that are summed side by side: the four texels of a square, so that each lane is a coarser map of its own.
 const LANES: usize = 4;
 /// Blocks of lights that stay in the cache while a group of pixels uses them.
 const BLOCKS_AT_ONCE: usize = 192;
@@ -131,23 +137,40 @@ impl Block {
 pub struct VirtualPointLights {
     blocks: Vec<Block>,
     count: usize,
+    /// Lanes in use, filled or left empty.
+    lanes: usize,
     ndf: Ndf,
 }
 
 impl VirtualPointLights {
     /// The lights of a map of `size` texels, row by row from the top; texels without surface or power are left out.
+    ///
+    /// Lights that are neighbours here are neighbours on the map.
     #[must_use]
     pub fn of_map(light: &Light, texels: &[SurfaceTexel], size: [usize; 2], ndf: Ndf) -> Self {
-        let mut lights = Self { blocks: Vec::new(), count: 0, ndf };
-        for (index, surface) in texels.iter().enumerate().take(size[0] * size[1]) {
-            let texel = [index % size[0], index / size[0]];
-            let power = light.photon_power::<f64>(texel, size);
-            if surface.present && power != Vector3::zero() {
-                let (towards, distance_squared) = light.towards(surface.position);
-                let area =
-                    light.footprint(texel, size, distance_squared, surface.normal.dot(towards));
-                lights.push(surface, towards, power, area);
+        let mut lights = Self::none(ndf);
+        let mut squares: Vec<[usize; 2]> = (0..size[1].div_ceil(2))
+            .flat_map(|y| (0..size[0].div_ceil(2)).map(move |x| [2 * x, 2 * y]))
+            .collect();
+        squares.sort_by_key(|&square| along_the_curve(square));
+        for [x, y] in squares {
+            for lane in 0..LANES {
+                let texel = [x + lane % 2, y + lane / 2];
+                if texel[0] >= size[0] || texel[1] >= size[1] {
+                    continue;
+                }
+                let Some(surface) = texels.get(texel[1] * size[0] + texel[0]) else {
+                    continue;
+                };
+                let power = light.photon_power::<f64>(texel, size);
+                if surface.present && power != Vector3::zero() {
+                    let (towards, distance_squared) = light.towards(surface.position);
+                    let cosine = surface.normal.dot(towards);
+                    let area = light.footprint(texel, size, distance_squared, cosine);
+                    lights.place(lights.lanes + lane, surface, towards, power, area);
+                }
             }
+            lights.lanes = LANES * lights.blocks.len();
         }
         lights
     }
@@ -155,18 +178,31 @@ impl VirtualPointLights {
     /// Without lights.
     #[must_use]
     pub fn none(ndf: Ndf) -> Self {
-        Self { blocks: Vec::new(), count: 0, ndf }
+        Self { blocks: Vec::new(), count: 0, lanes: 0, ndf }
     }
 
     /// Adds the light of a surface that a photon of some power reaches against the unit direction `towards`, and that
     /// stands for an area.
     pub fn push(&mut self, surface: &SurfaceTexel, towards: Vector3, power: Vector3, area: f64) {
-        let lane = self.count % LANES;
-        if lane == 0 {
+        self.place(self.lanes, surface, towards, power, area);
+        self.lanes += 1;
+    }
+
+    /// Puts a light into a lane, counted through all blocks, which is one in use or of the block behind them.
+    fn place(
+        &mut self,
+        lane: usize,
+        surface: &SurfaceTexel,
+        towards: Vector3,
+        power: Vector3,
+        area: f64,
+    ) {
+        let (block, lane) = (lane / LANES, lane % LANES);
+        if block >= self.blocks.len() {
             self.blocks.push(Block::dark());
         }
         self.count += 1;
-        let Some(block) = self.blocks.last_mut() else {
+        let Some(block) = self.blocks.get_mut(block) else {
             return;
         };
         let material = surface.material;
@@ -245,7 +281,7 @@ impl VirtualPointLights {
             for ((surface, receiver), sum) in group.iter().zip(&receivers).zip(&mut sums) {
                 if surface.present {
                     for block in blocks {
-                        sum.add::<GGX>(block, receiver);
+                        sum.add(&Arriving::new::<GGX>(block, receiver));
                     }
                 }
             }
@@ -376,9 +412,19 @@ struct Sums {
     grazing: [Lane; 3],
 }
 
-impl Sums {
+/// What lights bring to a receiver.
+struct Arriving {
+    irradiance: [Lane; 3],
+    /// `D V` and Schlick's weight at the receiver.
+    received: Lane,
+    weight: Lane,
+    /// Squared distance.
+    square: Lane,
+}
+
+impl Arriving {
     #[inline(always)]
-    fn add<const GGX: bool>(&mut self, block: &Block, receiver: &Receiver) {
+    fn new<const GGX: bool>(block: &Block, receiver: &Receiver) -> Self {
         let path = [0, 1, 2].map(|axis| receiver.position[axis] - block.position[axis]);
         let square = Lane::dot(path, path).at_least(1e-30);
         let inverse = Lane::all(1.0) / square.map(f64::sqrt);
@@ -390,20 +436,35 @@ impl Sums {
         let towards = Lane::dot(block.towards, direction);
         let (emitted, emitted_weight) = block.facet.evaluate::<GGX>(cosine_emitted, towards);
         let back = Lane::dot(receiver.against_view, direction);
-        let (received, received_weight) = receiver.facet.evaluate::<GGX>(cosine_received, back);
-        for channel in 0..3 {
+        let (received, weight) = receiver.facet.evaluate::<GGX>(cosine_received, back);
+        let irradiance = [0, 1, 2].map(|channel| {
             let fresnel = block.specular[channel] + block.grazing[channel] * emitted_weight;
-            let arriving = geometry * (block.diffuse[channel] + emitted * fresnel);
-            let specular = arriving * received;
-            self.irradiance[channel] = self.irradiance[channel] + arriving;
+            geometry * (block.diffuse[channel] + emitted * fresnel)
+        });
+        Self { irradiance, received, weight, square }
+    }
+}
+
+impl Sums {
+    #[inline(always)]
+    fn add(&mut self, arriving: &Arriving) {
+        for channel in 0..3 {
+            let specular = arriving.irradiance[channel] * arriving.received;
+            self.irradiance[channel] = self.irradiance[channel] + arriving.irradiance[channel];
             self.specular[channel] = self.specular[channel] + specular;
-            self.grazing[channel] = self.grazing[channel] + specular * received_weight;
+            self.grazing[channel] = self.grazing[channel] + specular * arriving.weight;
         }
     }
 
     fn reflected(&self, surface: &SurfaceTexel) -> Reflected {
+        self.reflected_of(surface, |_| 1.0)
+    }
+
+    /// What is reflected of the lights, each lane times a factor.
+    fn reflected_of(&self, surface: &SurfaceTexel, factor: impl Fn(usize) -> f64) -> Reflected {
         let sum = |lanes: &[Lane; 3]| {
-            let [x, y, z] = lanes.map(|lane| lane.0.iter().sum());
+            let [x, y, z] = lanes
+                .map(|lane| lane.0.iter().enumerate().map(|(at, part)| factor(at) * part).sum());
             Vector3::new(x, y, z)
         };
         let (specular, grazing) = (sum(&self.specular), sum(&self.grazing));
@@ -416,6 +477,15 @@ impl Sums {
                 ),
         }
     }
+}
+
+/// The place of a texel on a curve through the map, whose pieces are compact.
+// [Morton 1966, A computer oriented geodetic data base and a new technique in file sequencing]
+fn along_the_curve(texel: [usize; 2]) -> u64 {
+    let spread = |number: usize| {
+        (0..32).fold(0, |spread, bit| spread | ((number as u64 >> bit & 1) << (2 * bit)))
+    };
+    spread(texel[0]) | spread(texel[1]) << 1
 }
 
 #[cfg(test)]

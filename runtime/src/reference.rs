@@ -28,9 +28,13 @@ use crate::light::LightView;
 use crate::readback;
 use crate::settings::Settings;
 
+pub mod choice;
 pub mod path;
+pub mod points;
 
+pub use choice::{Choice, Kind, Pilot, choose};
 pub use path::{SceneMaterials, facets, paths};
+pub use points::points;
 
 /// A vector of the runtime as one of the oracle.
 pub fn vector(value: impl Into<Vec3>) -> Vector3 {
@@ -273,20 +277,25 @@ pub fn virtual_point_lights(
     eye: Vec3,
     progress: impl Fn(usize, usize) -> bool + Sync,
 ) -> Option<Vec<Reflected>> {
-    let size = [settings.rsm_size as usize; 2];
-    let lights = VirtualPointLights::of_map(
-        &light(view, settings.light),
-        &texels(rsm),
-        size,
-        ndf(settings.ndf),
-    );
     let receivers = texels(gbuffer);
+    let progress = growing(receivers.len(), progress);
+    point_lights(view, settings, rsm).reflect(&receivers, vector(eye), &progress)
+}
+
+/// Every texel of the reflective shadow map as a virtual point light.
+fn point_lights(view: &LightView, settings: &Settings, rsm: &Surfaces) -> VirtualPointLights {
+    let size = [settings.rsm_size as usize; 2];
+    let light = light(view, settings.light);
+    VirtualPointLights::of_map(&light, &texels(rsm), size, ndf(settings.ndf))
+}
+
+/// What is told of `total` pixels done: threads report out of order, progress only grows.
+fn growing(
+    total: usize,
+    progress: impl Fn(usize, usize) -> bool + Sync,
+) -> impl Fn(usize) -> bool + Sync {
     let most = AtomicUsize::new(0);
-    lights.reflect(&receivers, vector(eye), &|done| {
-        // Threads report out of order; progress only grows.
-        let most = most.fetch_max(done, Ordering::Relaxed).max(done);
-        progress(most, receivers.len())
-    })
+    move |done| progress(most.fetch_max(done, Ordering::Relaxed).max(done), total)
 }
 
 /// The oracle's vectors as pixels of a picture.

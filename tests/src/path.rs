@@ -1,6 +1,7 @@
 //! The reference with visibility against what is rasterised: a ray has to find what a pixel shows.
 
 use sglow_oracle::Vector3;
+use sglow_oracle::estimate::Estimate;
 use sglow_oracle::path::Materials as _;
 use sglow_oracle::surface::{Crossing, Ray, Scene as Triangles, SurfaceTexel};
 use sglow_runtime::frame::Renderer;
@@ -101,4 +102,59 @@ fn visibility_takes_light_away_and_only_so_much() {
     // The same seed gives the same, another one something else within its error.
     assert_eq!(paths(1), found);
     assert_ne!(paths(2), found);
+}
+
+/// The two references with visibility differ by what they say of their own errors.
+#[test]
+fn points_and_paths_agree_within_their_errors() {
+    for (name, least) in [("cornell", 0.9), ("columns", 0.9)] {
+        let scene = Scene::builtin(name).unwrap();
+        let settings = Settings { rsm_size: 256, ..settings() };
+        let renderer = Renderer::new(gpu(), &Package::embedded(), &scene, &settings, 0).unwrap();
+        renderer.draw_maps().unwrap();
+        let (light, eye) = (renderer.light(), renderer.eye());
+        let (rsm, gbuffer) = (renderer.read_rsm().unwrap(), renderer.read_gbuffer().unwrap());
+        let settings = renderer.indirect().settings();
+        let paths = reference::paths(light, settings, &scene, &gbuffer, eye, 1000, 1, |_, _| true)
+            .unwrap()
+            .unwrap();
+        let points = |rays, seed| {
+            let go_on = |_, _| true;
+            reference::points(light, settings, &scene, &rsm, &gbuffer, eye, rays, seed, go_on)
+                .unwrap()
+                .unwrap()
+        };
+        let within = |found: &[Estimate]| {
+            let lit = found.iter().zip(&paths).filter(|(_, path)| path.mean.total().y > 0.0);
+            let (mut count, mut within) = (0, 0);
+            for (one, path) in lit {
+                let allowed = one.error().y.hypot(path.error().y);
+                let error = (one.mean.total().y - path.mean.total().y).abs();
+                count += 1;
+                within += usize::from(error < 2.0 * allowed);
+            }
+            assert!(count > 500, "{count}");
+            f64::from(u32::try_from(within).unwrap()) / f64::from(count)
+        };
+        let (with, without) = (within(&points(256, 1)), within(&points(0, 1)));
+        println!("{name}: {with:.3} within two errors, without visibility {without:.3}");
+        assert!(with > least, "{name}: {with}");
+        // Negative control: visibility is needed.
+        assert!(without < with - 0.2, "{name}: {without}");
+        assert_eq!(points(16, 1), points(16, 1));
+        assert_ne!(points(16, 1), points(16, 2));
+        // The choice tells of both what they say of themselves.
+        let pilot = reference::Pilot { pixels: 64, samples: 1000, rays: 256, seed: 1 };
+        let choice =
+            reference::choose(light, settings, &scene, &rsm, &gbuffer, eye, &pilot).unwrap();
+        println!("{name}: {choice:?}");
+        assert!(choice.paths.noise > 0.0 && choice.paths.discretisation == 0.0);
+        assert!(choice.points.noise > 0.0 && choice.points.discretisation > 0.0);
+        let least = choice.paths.relative().min(choice.points.relative());
+        let better = match choice.better {
+            reference::Kind::Paths => choice.paths,
+            reference::Kind::Points => choice.points,
+        };
+        assert_eq!(better.relative(), least);
+    }
 }

@@ -1,13 +1,12 @@
 //! The reference with visibility: a scene's triangles and materials as the oracle's paths meet them.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use glam::Vec3;
 use sglow_oracle::brdf;
-use sglow_oracle::path::{Estimate, Materials, Paths};
+use sglow_oracle::estimate::Estimate;
+use sglow_oracle::path::{Materials, Paths};
 use sglow_oracle::surface::{self, Crossing, Facet, SceneError};
 
-use super::{light, ndf, texels, vector};
+use super::{growing, light, ndf, texels, vector};
 use crate::frame::Surfaces;
 use crate::light::LightView;
 use crate::scene::{Filter, Image, Material, Scene, TextureUse, Wrap};
@@ -169,12 +168,8 @@ pub fn paths(
         seed,
     };
     let receivers = texels(gbuffer);
-    let most = AtomicUsize::new(0);
-    Ok(paths.reflect(&receivers, vector(eye), &|done| {
-        // Threads report out of order; progress only grows.
-        let most = most.fetch_max(done, Ordering::Relaxed).max(done);
-        progress(most, receivers.len())
-    }))
+    let progress = growing(receivers.len(), progress);
+    Ok(paths.reflect(&receivers, vector(eye), &progress))
 }
 
 #[cfg(test)]

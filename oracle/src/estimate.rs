@@ -1,0 +1,107 @@
+//! What a reference says of a pixel, and how wrong it may be.
+
+use crate::Vector3;
+use crate::shade::Reflected;
+
+/// Reflected radiance with its errors. The two kinds of error are never mixed: noise shrinks with more samples,
+/// discretisation with more texels of the light's map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The reflected radiance.
+    pub mean: Reflected,
+    /// The standard error of each reflection, per channel; infinite of a single sample, 0 where nothing is drawn.
+    pub standard_errors: Reflected,
+    /// The standard error of the sum of both reflections, per channel; they are of the same draws, so that it is not
+    /// the root of the sum of squares.
+    pub standard_error: Vector3,
+    /// How far each reflection may be off since the light is a lattice of points, per channel, at least 0; 0 of a
+    /// reference without a lattice. An estimate from one comparison per pixel: its root mean square over a picture
+    /// says more than a pixel's value.
+    pub discretisation: Reflected,
+}
+
+impl Estimate {
+    /// No light, for certain.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            mean: Reflected::none(),
+            standard_errors: Reflected::none(),
+            standard_error: Vector3::zero(),
+            discretisation: Reflected::none(),
+        }
+    }
+
+    /// Noise and discretisation of the sum of both reflections together, per channel: the root of the sum of squares.
+    #[must_use]
+    pub fn error(&self) -> Vector3 {
+        let square = |error: Vector3| error.times(error);
+        (square(self.standard_error) + square(self.discretisation.total())).map(f64::sqrt)
+    }
+}
+
+/// Root mean squares of a picture's errors, in the unit of the picture; every channel of every pixel counts alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uncertainty {
+    /// Of the standard errors.
+    pub noise: f64,
+    /// Of the discretisation errors.
+    pub discretisation: f64,
+    /// Of both together.
+    pub total: f64,
+    /// The mean radiance, which they are to be compared with.
+    pub mean: f64,
+}
+
+impl Uncertainty {
+    /// The uncertainty of a picture; all 0 of a picture without pixels.
+    #[must_use]
+    pub fn of(estimates: &[Estimate]) -> Self {
+        let count = (3 * estimates.len()).max(1) as f64;
+        let root = |part: &dyn Fn(&Estimate) -> Vector3| {
+            (estimates.iter().map(|one| part(one).length_squared()).sum::<f64>() / count).sqrt()
+        };
+        let sum = |one: &Estimate| one.mean.total().to_array().iter().sum::<f64>();
+        Self {
+            noise: root(&|one| one.standard_error),
+            discretisation: root(&|one| one.discretisation.total()),
+            total: root(&Estimate::error),
+            mean: estimates.iter().map(sum).sum::<f64>() / count,
+        }
+    }
+
+    /// The total over the mean; infinite of a black picture that is not certain, 0 of one that is.
+    #[must_use]
+    pub fn relative(&self) -> f64 {
+        if self.total == 0.0 { 0.0 } else { self.total / self.mean }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_add_by_their_squares_and_apart() {
+        let of = |noise: f64, discretisation: f64| Estimate {
+            mean: Reflected { diffuse: Vector3::splat(2.0), specular: Vector3::splat(1.0) },
+            standard_error: Vector3::splat(noise),
+            discretisation: Reflected {
+                diffuse: Vector3::splat(0.5 * discretisation),
+                specular: Vector3::splat(0.5 * discretisation),
+            },
+            ..Estimate::none()
+        };
+        assert!((of(3.0, 4.0).error().y - 5.0).abs() < 1e-15);
+        let whole = Uncertainty::of(&[of(3.0, 4.0), of(1.0, 0.0)]);
+        let expected = [5f64.sqrt(), 8f64.sqrt(), 13f64.sqrt(), 3.0];
+        let found = [whole.noise, whole.discretisation, whole.total, whole.mean];
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{whole:?}");
+        assert!((whole.relative() - 13f64.sqrt() / 3.0).abs() < 1e-12);
+        // Negative control: without the second pixel it is another number.
+        assert!((Uncertainty::of(&[of(3.0, 4.0)]).total - whole.total).abs() > 1.0);
+        assert_eq!(Uncertainty::of(&[]).relative(), 0.0);
+        let dark = Estimate { mean: Reflected::none(), ..of(1.0, 0.0) };
+        assert_eq!(Uncertainty::of(&[dark]).relative(), f64::INFINITY);
+    }
+}
