@@ -13,7 +13,7 @@ use thiserror::Error;
 use crate::Vector3;
 
 /// A screen of 3840 pixels and 0.7 m, 0.7 m away.
-// [Andersson 2020, Section 3]
+// [Andersson 2020], the default
 pub const PIXELS_PER_DEGREE: f64 = 67.0;
 /// Pixels per degree that the filters are made for.
 const RANGE: [f64; 2] = [4.0, 1000.0];
@@ -287,7 +287,7 @@ struct Seen {
 
 /// What the eye blurs of luminance, red against green, and blue against yellow: Gaussians whose Fourier transforms are
 /// the sensitivities to contrast, cut off at three standard deviations of the widest.
-// [Andersson 2020, colour pipeline, Table 1]
+// [Andersson 2020, colour pipeline]
 fn contrast_kernels(pixels_per_degree: f64) -> [Vec<(f64, Kernel)>; 3] {
     const SENSITIVITIES: [&[[f64; 2]]; 3] =
         [&[[1.0, 0.0047]], &[[1.0, 0.0053]], &[[34.1, 0.04], [13.5, 0.025]]];

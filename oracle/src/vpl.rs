@@ -281,7 +281,7 @@ impl VirtualPointLights {
             for ((surface, receiver), sum) in group.iter().zip(&receivers).zip(&mut sums) {
                 if surface.present {
                     for block in blocks {
-                        sum.add(&Arriving::new::<GGX>(block, receiver));
+                        sum.add(Arriving::new::<GGX>(block, receiver));
                     }
                 }
             }
@@ -413,6 +413,7 @@ struct Sums {
 }
 
 /// What lights bring to a receiver.
+#[derive(Clone, Copy)]
 struct Arriving {
     irradiance: [Lane; 3],
     /// `D V` and Schlick's weight at the receiver.
@@ -437,17 +438,19 @@ impl Arriving {
         let (emitted, emitted_weight) = block.facet.evaluate::<GGX>(cosine_emitted, towards);
         let back = Lane::dot(receiver.against_view, direction);
         let (received, weight) = receiver.facet.evaluate::<GGX>(cosine_received, back);
-        let irradiance = [0, 1, 2].map(|channel| {
+        // A loop, not a map, which is not turned into vector instructions here: a third of the time.
+        let mut irradiance = [Lane::default(); 3];
+        for (channel, irradiance) in irradiance.iter_mut().enumerate() {
             let fresnel = block.specular[channel] + block.grazing[channel] * emitted_weight;
-            geometry * (block.diffuse[channel] + emitted * fresnel)
-        });
+            *irradiance = geometry * (block.diffuse[channel] + emitted * fresnel);
+        }
         Self { irradiance, received, weight, square }
     }
 }
 
 impl Sums {
     #[inline(always)]
-    fn add(&mut self, arriving: &Arriving) {
+    fn add(&mut self, arriving: Arriving) {
         for channel in 0..3 {
             let specular = arriving.irradiance[channel] * arriving.received;
             self.irradiance[channel] = self.irradiance[channel] + arriving.irradiance[channel];

@@ -1,4 +1,4 @@
-//! Filtering between texels and between mip levels.
+//! Filtering between texels and between mip levels, by the weights that a pyramid is sampled by.
 
 use crate::rsm::Pyramid;
 use crate::{Linear, Real};
@@ -34,7 +34,7 @@ fn joined<R, T: Linear<R>>(choices: impl Iterator<Item = T>) -> T {
     choices.reduce(T::covering).unwrap_or_else(T::nothing)
 }
 
-/// The bilinear value of a level at a position 0 to 1, clamped to the edge.
+/// The bilinear value of a level at a position 0 to 1, clamped to the edge, by the pyramid's weights.
 pub fn bilinear<R: Real, T: Linear<R> + Send + Sync>(
     pyramid: &Pyramid<T>,
     position: [R; 2],
@@ -44,22 +44,23 @@ pub fn bilinear<R: Real, T: Linear<R> + Send + Sync>(
     let coordinate = |axis: usize| position[axis] * R::constant(size as f64) - R::constant(0.5);
     let columns = between(coordinate(0), size - 1);
     let rows = between(coordinate(1), size - 1);
+    let weight = |of: Between<R>| pyramid.weights().of_texels(of.fraction);
     joined(rows.flat_map(|row| {
         columns.clone().map(move |column| {
             let line = |y: usize| {
                 blend(
                     pyramid.at(level, column.low, y),
                     pyramid.at(level, column.high, y),
-                    column.fraction,
+                    weight(column),
                 )
             };
-            blend(line(row.low), line(row.high), row.fraction)
+            blend(line(row.low), line(row.high), weight(row))
         })
     }))
 }
 
 /// The value at a position 0 to 1 and a level, which is clamped to those that exist: bilinear in the two levels
-/// around, linear between them.
+/// around, linear between them, by the pyramid's weights.
 pub fn trilinear<R: Real, T: Linear<R> + Send + Sync>(
     pyramid: &Pyramid<T>,
     position: [R; 2],
@@ -72,7 +73,8 @@ pub fn trilinear<R: Real, T: Linear<R> + Send + Sync>(
         if levels.low == levels.high {
             return low;
         }
-        blend(low, bilinear(pyramid, position, levels.high), levels.fraction)
+        let weight = pyramid.weights().of_levels(levels.fraction);
+        blend(low, bilinear(pyramid, position, levels.high), weight)
     }))
 }
 
@@ -80,6 +82,8 @@ pub fn trilinear<R: Real, T: Linear<R> + Send + Sync>(
 mod tests {
     use super::*;
     use crate::Bounded;
+    use crate::fis::stress::Random;
+    use crate::rsm::Weights;
 
     fn pyramid() -> Pyramid<f64> {
         Pyramid::build(8, (0..64).map(|index| f64::from(index * index % 29)).collect()).unwrap()
@@ -129,5 +133,46 @@ mod tests {
         let below = at(0.3745);
         assert!(below.value.abs() < 1e-9 && below.error >= 1.9, "{below:?}");
         assert!(at(0.3).error < 1e-6);
+    }
+
+    /// A weight of b bits is off by 2^-(b+1) at most, and each blend by that times the difference of what it blends.
+    #[test]
+    fn weights_of_few_bits_are_off_by_as_much_as_they_may() {
+        let exact = pyramid();
+        let fixed =
+            |bits: u32| pyramid().sampled_by(Weights::Fixed { texel_bits: bits, mip_bits: bits });
+        let worst = |bits: u32, promised: u32| {
+            let (fixed, off) = (fixed(bits), 0.5 * f64::from(promised).exp2().recip());
+            let mut random = Random::new(5);
+            let mut share = 0.0_f64;
+            for _ in 0..20_000 {
+                let position = [random.uniform(), random.uniform()];
+                let level = 2.0 * random.uniform();
+                // Texels are 0 to 28: in each level two blends along x and one along y, then one between the levels.
+                let spread = |level: usize| {
+                    let texels = exact.level(level);
+                    texels.iter().fold(0.0, |most: f64, &a| most.max(a))
+                        - texels.iter().fold(f64::INFINITY, |least: f64, &a| least.min(a))
+                };
+                let low = level as usize;
+                let within = 2.0 * spread(low).max(spread(low + 1));
+                let between = spread(low).max(spread(low + 1));
+                let error =
+                    (trilinear(&fixed, position, level) - trilinear(&exact, position, level)).abs();
+                share = share.max(error / (off * (within + between)));
+            }
+            share
+        };
+        let eight = worst(8, 8);
+        println!("8 bits: {eight:.3} of what they may be off by");
+        assert!(eight <= 1.0 && eight > 0.2, "{eight}");
+        // Negative control: 6 bits are off by more than 8 bits may be.
+        assert!(worst(6, 8) > 1.0);
+        // With as many bits as an f32 has the weights are exact, and with 52 all the more.
+        assert!(worst(23, 23) <= 1.0);
+        let at = |bits: u32| trilinear(&fixed(bits), [0.303, 0.411], 1.27);
+        let truth = trilinear(&exact, [0.303, 0.411], 1.27);
+        assert!((at(23) - truth).abs() < 1e-5 && (at(52) - truth).abs() < 1e-13);
+        assert!((at(8) - truth).abs() > 1e-4);
     }
 }

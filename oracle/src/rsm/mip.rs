@@ -3,13 +3,15 @@
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::rsm::Weights;
 use crate::{Linear, Real};
 
-/// An image and its mip levels.
+/// An image and its mip levels, and what it is sampled by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pyramid<T> {
     levels: Vec<Vec<T>>,
     size: usize,
+    weights: Weights,
 }
 
 /// Why an image has no mip levels here.
@@ -72,7 +74,7 @@ impl<T: Copy + Send + Sync> Pyramid<T> {
             levels.push(coarser);
             finer_size = coarser_size;
         }
-        Ok(Self { levels, size })
+        Ok(Self { levels, size, weights: Weights::Exact })
     }
 
     /// From levels that were made elsewhere, such as read back from a GPU; finest first.
@@ -89,9 +91,20 @@ impl<T: Copy + Send + Sync> Pyramid<T> {
                 return Err(PyramidError::WrongCount { size: side, found });
             }
         }
-        Ok(Self { levels, size })
+        Ok(Self { levels, size, weights: Weights::Exact })
     }
 
+    /// The same, sampled by other weights than exact ones: all that filters it then does so.
+    #[must_use]
+    pub fn sampled_by(self, weights: Weights) -> Self {
+        Self { weights, ..self }
+    }
+
+    /// The weights that it is sampled by.
+    #[must_use]
+    pub fn weights(&self) -> Weights {
+        self.weights
+    }
     /// Width and height of level 0.
     #[must_use]
     pub fn size(&self) -> usize {

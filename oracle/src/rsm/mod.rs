@@ -2,6 +2,8 @@
 
 pub mod mip;
 pub mod moments;
+pub mod weights;
 
 pub use mip::{Pyramid, PyramidError};
 pub use moments::{Lobes, Moments, moments};
+pub use weights::Weights;

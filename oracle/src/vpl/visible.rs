@@ -229,11 +229,11 @@ impl Pixel {
 
     /// The luminance that lights of a block bring.
     #[inline(always)]
-    fn luminance_of(&self, arriving: &Arriving) -> Lane {
+    fn luminance_of(&self, arriving: Arriving) -> Lane {
         let mut sum = Lane::default();
         for channel in 0..3 {
-            let [diffuse, specular, grazing] = self.weights.map(|weights| weights[channel]);
-            let reflected = diffuse + arriving.received * (specular + grazing * arriving.weight);
+            let specular = self.weights[1][channel] + self.weights[2][channel] * arriving.weight;
+            let reflected = self.weights[0][channel] + arriving.received * specular;
             sum = sum + arriving.irradiance[channel] * reflected;
         }
         sum
@@ -242,8 +242,8 @@ impl Pixel {
     fn add<const GGX: bool>(&mut self, lights: &VirtualPointLights, start: usize, end: usize) {
         for (index, block) in (start..end).zip(&lights.blocks[start..end]) {
             let arriving = Arriving::new::<GGX>(block, &self.receiver);
-            self.sums.add(&arriving);
-            let luminance = self.luminance_of(&arriving);
+            self.sums.add(arriving);
+            let luminance = self.luminance_of(arriving);
             self.luminances[index] = luminance.0.iter().sum();
             let twice = arriving.square + block.disc + block.disc;
             self.bounded = self.bounded + luminance * block.disc / twice;
@@ -300,7 +300,7 @@ impl Draw {
             return Reflected::none();
         }
         let mut sums = Sums::default();
-        sums.add(&Arriving::new::<GGX>(&lights.blocks[self.block], &pixel.receiver));
+        sums.add(Arriving::new::<GGX>(&lights.blocks[self.block], &pixel.receiver));
         let own = share / self.luminance;
         sums.reflected_of(surface, |lane| if lane == self.lane { own } else { 0.0 })
     }
@@ -323,7 +323,7 @@ impl Walk<'_> {
             self.block += 1;
         }
         let arriving = Arriving::new::<GGX>(&lights.blocks[self.block], &self.pixel.receiver);
-        let lanes = self.pixel.luminance_of(&arriving).0;
+        let lanes = self.pixel.luminance_of(arriving).0;
         let mut lane = 0;
         let mut before = self.before + lanes[0];
         while lane + 1 < LANES && before <= at {

@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use crate::brdf::Material;
     use crate::fis::stress::Stress;
-    use crate::rsm;
+    use crate::rsm::{self, Weights};
     use crate::surface::SurfaceTexel;
 
     /// A wall whose photons follow a stress density.
@@ -205,5 +205,49 @@ mod tests {
                 "density and power share the kernel: {modified}"
             );
         }
+    }
+
+    /// What a sampler's weights do to lights: as bits are added they come to those of exact weights.
+    #[test]
+    fn lights_of_hardware_s_weights_are_near_those_of_exact_ones() {
+        let moments = wall(Stress::Noise { sigma: 2.0 }, 64);
+        let density =
+            Pyramid::build(64, moments.level(0).iter().map(crate::density::power).collect())
+                .unwrap();
+        let settings = Settings {
+            count: 64,
+            kernel: Kernel::Modified(Solver::Bracketed),
+            scale: 1.0,
+            origin: Vector3::zero(),
+            minimum_variance: 1e-8,
+            lobes: Lobes::Both,
+        };
+        // Root mean square over the kernels: of the level, and of the position on the wall, which is 1 wide.
+        let off = |weights: Weights| {
+            let (coarse_density, coarse_moments) =
+                (density.clone().sampled_by(weights), moments.clone().sampled_by(weights));
+            let mut squares = [0.0; 2];
+            for index in 0..settings.count {
+                let one = sample(index, &density, &moments, &settings);
+                let other = sample(index, &coarse_density, &coarse_moments, &settings);
+                let place = (other.light.position - one.light.position).length();
+                // Density and power are read by the same weights, so that what a light carries stays.
+                assert!((other.light.power().y / one.light.power().y - 1.0).abs() < 1e-12);
+                let level = other.level.level - one.level.level;
+                squares = [squares[0] + level * level, squares[1] + place * place];
+            }
+            squares.map(|square| (square / f64::from(settings.count)).sqrt())
+        };
+        assert_eq!(off(Weights::Exact), [0.0; 2]);
+        let bits = |bits: u32| off(Weights::Fixed { texel_bits: bits, mip_bits: bits });
+        let found = [4, 8, 12, 23].map(bits);
+        println!("off by {found:?}");
+        assert_eq!(bits(8), off(Weights::HARDWARE));
+        for pair in found.windows(2) {
+            assert!(pair[1][0] < pair[0][0] && pair[1][1] < pair[0][1], "{found:?}");
+        }
+        // 8 bits are off by a half of 2^-8 of neighbouring texels, which differ by about themselves.
+        assert!(found[1][0] > 1e-4 && found[1][0] < 0.02, "{found:?}");
+        assert!(found[3][0] < 1e-6 && found[3][1] < 1e-6, "{found:?}");
     }
 }
