@@ -39,6 +39,28 @@ pub(crate) fn count(value: usize) -> String {
     text
 }
 
+/// A share of a whole.
+pub(crate) fn percent(share: f64) -> String {
+    if share.is_finite() { format!("{} %", figure(100.0 * share)) } else { figure(share) }
+}
+
+/// How often one goes into another.
+pub(crate) fn times(ratio: f64) -> String {
+    if ratio.is_finite() { format!("{} ×", figure(ratio)) } else { figure(ratio) }
+}
+
+/// Bytes in the largest unit of thousands that leaves a whole number before the point.
+pub(crate) fn bytes(value: f64) -> String {
+    let units = ["B", "kB", "MB", "GB"];
+    let mut scaled = value;
+    let mut unit = 0;
+    while scaled.abs() >= 1e3 && unit + 1 < units.len() {
+        scaled /= 1e3;
+        unit += 1;
+    }
+    format!("{} {}", figure(scaled), units[unit])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -62,6 +84,20 @@ mod tests {
             assert_eq!(figure(value), text);
         }
         assert_eq!(maybe(None), "–");
+    }
+
+    #[test]
+    fn shares_ratios_and_bytes_have_their_unit() {
+        assert_eq!(
+            [percent(0.123_4), percent(-0.5), percent(f64::NAN)],
+            ["12.3 %", "-50 %", "not finite"]
+        );
+        assert_eq!([times(1.849), times(f64::INFINITY)], ["1.85 ×", "not finite"]);
+        for (value, text) in
+            [(0.0, "0 B"), (999.0, "999 B"), (5_291_000.0, "5.29 MB"), (3e12, "3000 GB")]
+        {
+            assert_eq!(bytes(value), text);
+        }
     }
 
     #[test]
