@@ -18,6 +18,7 @@ addEventListener("load", () => {
   if (dots.length > 1) {
     const explorer = dots[0].closest(".explorer");
     const readout = explorer.querySelector(".readout");
+    const silent = readout.textContent;
     const stop = explorer.querySelector(".dot[tabindex='0']");
     stop.focus();
     const first = readout.textContent;
@@ -35,6 +36,7 @@ addEventListener("load", () => {
       if (explorer.querySelector(".dot.dim")) wrong("the filter cannot be undone");
     }
     document.activeElement.blur();
+    readout.textContent = silent;
   }
 
   for (const table of document.querySelectorAll("table.sortable")) {

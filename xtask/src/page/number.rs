@@ -39,14 +39,23 @@ pub(crate) fn count(value: usize) -> String {
     text
 }
 
+/// Between a number and its unit, where no line may end.
+const BOUND: char = '\u{a0}';
+
 /// A share of a whole.
 pub(crate) fn percent(share: f64) -> String {
-    if share.is_finite() { format!("{} %", figure(100.0 * share)) } else { figure(share) }
+    if share.is_finite() { format!("{}{BOUND}%", figure(100.0 * share)) } else { figure(share) }
 }
 
-/// How often one goes into another.
+/// How often one goes into another; nothing into nothing is no number at all.
 pub(crate) fn times(ratio: f64) -> String {
-    if ratio.is_finite() { format!("{} ×", figure(ratio)) } else { figure(ratio) }
+    if ratio.is_nan() {
+        "–".to_owned()
+    } else if ratio.is_finite() {
+        format!("{}{BOUND}×", figure(ratio))
+    } else {
+        figure(ratio)
+    }
 }
 
 /// Bytes in the largest unit of thousands that leaves a whole number before the point.
@@ -58,7 +67,7 @@ pub(crate) fn bytes(value: f64) -> String {
         scaled /= 1e3;
         unit += 1;
     }
-    format!("{} {}", figure(scaled), units[unit])
+    format!("{}{BOUND}{}", figure(scaled), units[unit])
 }
 
 #[cfg(test)]
@@ -90,12 +99,18 @@ mod tests {
     fn shares_ratios_and_bytes_have_their_unit() {
         assert_eq!(
             [percent(0.123_4), percent(-0.5), percent(f64::NAN)],
-            ["12.3 %", "-50 %", "not finite"]
+            ["12.3\u{a0}%", "-50\u{a0}%", "not finite"]
         );
-        assert_eq!([times(1.849), times(f64::INFINITY)], ["1.85 ×", "not finite"]);
-        for (value, text) in
-            [(0.0, "0 B"), (999.0, "999 B"), (5_291_000.0, "5.29 MB"), (3e12, "3000 GB")]
-        {
+        assert_eq!(
+            [times(1.849), times(f64::INFINITY), times(f64::NAN)],
+            ["1.85\u{a0}×", "not finite", "–"]
+        );
+        for (value, text) in [
+            (0.0, "0\u{a0}B"),
+            (999.0, "999\u{a0}B"),
+            (5_291_000.0, "5.29\u{a0}MB"),
+            (3e12, "3000\u{a0}GB"),
+        ] {
             assert_eq!(bytes(value), text);
         }
     }

@@ -92,8 +92,17 @@ pub(crate) struct Input<'a> {
 
 /// The page.
 pub(crate) fn page(input: &Input<'_>) -> String {
-    let named: Vec<Named<'_>> =
-        input.scenes.iter().enumerate().map(|(index, scene)| Named::new(index, scene)).collect();
+    let named: Vec<Named<'_>> = input
+        .scenes
+        .iter()
+        .enumerate()
+        .map(|(index, scene)| {
+            let mut named = Named::new(index, scene);
+            let advice = advice::advise(&named, input.within);
+            named.taken = advice.map(|advice| advice.good.name.as_str());
+            named
+        })
+        .collect();
     let ids: Vec<String> = named.iter().map(Named::id).collect();
     let mut sections = vec![Section {
         id: "answer",

@@ -29,6 +29,8 @@ pub(crate) enum Kind {
         number: usize,
         /// May be empty.
         name: String,
+        /// Whether it has a ring around it.
+        ringed: bool,
     },
     /// A diamond with a name.
     Named(String),
@@ -84,12 +86,15 @@ pub(crate) fn cloud(
             text.tick x=(px(area.left + 6.0)) y="22" { "error not finite" }
         }
         (area.axes(&x, x_label, &y, y_label))
-        @if let Some(floor) = floor { (floor_line(&area, &y, floor)) }
+        @if let Some(floor) = floor { (floor_band(&area, &y, floor)) }
         @if frontier.len() > 1 {
             polyline.frontier points=(steps(&frontier.iter().map(|dot| at(dot)).collect::<Vec<_>>())) {}
         }
         @for dot in dots.iter().filter(|dot| !named(dot)) { (point(dot, at(dot))) }
-        @for dot in dots.iter().filter(|dot| named(dot)) { (point(dot, at(dot))) }
+        @for dot in dots.iter().filter(|dot| named(dot) && !ringed(dot)) { (point(dot, at(dot))) }
+        // The one that matters most covers the others.
+        @for dot in dots.iter().filter(|dot| ringed(dot)) { (point(dot, at(dot))) }
+        @if let Some(floor) = floor { (floor_line(&area, &y, floor)) }
         (names(dots, &at, &area))
     };
     Some(Drawing { title: title.to_owned(), width: WIDTH, height: HEIGHT, body })
@@ -108,12 +113,22 @@ fn named(dot: &Dot) -> bool {
     matches!(dot.kind, Kind::Frontier { .. } | Kind::Named(_))
 }
 
+fn ringed(dot: &Dot) -> bool {
+    matches!(dot.kind, Kind::Frontier { ringed: true, .. })
+}
+
+fn floor_band(area: &Area, y: &Scale, floor: &Floor) -> Markup {
+    let height = area.y(y, floor.at);
+    html! {
+        rect.below x=(px(area.left)) y=(px(height)) width=(px(area.right - area.left)) height=(px(area.bottom - height)) {}
+    }
+}
+
 fn floor_line(area: &Area, y: &Scale, floor: &Floor) -> Markup {
     let height = area.y(y, floor.at);
     // At the lower end of the axis the words stand above it.
     let words = if area.bottom - height < 20.0 { height - 6.0 } else { height + 15.0 };
     html! {
-        rect.below x=(px(area.left)) y=(px(height)) width=(px(area.right - area.left)) height=(px(area.bottom - height)) {}
         line.floor x1=(px(area.left)) x2=(px(area.right)) y1=(px(height)) y2=(px(height)) {}
         text.aside x=(px(area.right - 6.0)) y=(px(words)) text-anchor="end" { (floor.says) }
     }
@@ -131,8 +146,9 @@ fn point(dot: &Dot, [x, y]: [f64; 2]) -> Markup {
         g class=(class) tabindex=(tab) role="img" aria-label=(dot.says) data-key=(dot.key) {
             title { (dot.says) }
             @match &dot.kind {
-                Kind::Frontier { number, .. } => {
-                    circle cx=(px(x)) cy=(px(y)) r=(RADIUS) {}
+                Kind::Frontier { number, ringed, .. } => {
+                    @if *ringed { circle.ring cx=(px(x)) cy=(px(y)) r=(RADIUS + 4.0) {} }
+                    circle.disc cx=(px(x)) cy=(px(y)) r=(RADIUS) {}
                     text.number x=(px(x)) y=(px(y)) dy="0.36em" text-anchor="middle" { (number) }
                 }
                 Kind::Named(_) => polygon points=(corners(x, y, 8.0)) {},
@@ -208,7 +224,7 @@ mod tests {
     }
 
     fn frontier(number: usize) -> Kind {
-        Kind::Frontier { number, name: format!("way {number}") }
+        Kind::Frontier { number, name: format!("way {number}"), ringed: number == 2 }
     }
 
     #[test]
@@ -223,6 +239,7 @@ mod tests {
             2,
             "hundreds of stops would be too many"
         );
+        assert_eq!(drawn.matches("class=\"ring\"").count(), 1);
         assert!(drawn.contains("no claim below") && drawn.contains("way 2"), "{drawn}");
     }
 

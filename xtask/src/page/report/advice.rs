@@ -146,10 +146,10 @@ fn choices(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
                 tr {
                     th.wide scope="row" { (role) }
                     td.wide { (named.badge(way)) " " (named.words(way)) }
-                    td.n { (named.error(way.picture.rmse_over_mean)) }
-                    td.n { (figure(way.time.median)) }
-                    td.n { (bytes(Named::bytes(way))) }
-                    td.n { (figure(way.picture.flip)) }
+                    td.n data-label="error" { (named.error(way.picture.rmse_over_mean)) }
+                    td.n data-label="ms" { (figure(way.time.median)) }
+                    td.n data-label="memory" { (bytes(Named::bytes(way))) }
+                    td.n data-label="FLIP" { (figure(way.picture.flip)) }
                 }
             }
         })

@@ -39,7 +39,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
                     p.readout role="status" hidden {}
                     figcaption {
                         "Lower and further left is better. Numbered discs, joined by what is reached at each time: the frontier, which nothing beats "
-                        "in error and time alike. Rings: beaten. Crosses: leave out light that the scene has. Diamond: the default, where it is beaten. "
+                        "in error and time alike. Rings: beaten. Crosses: leave out light that the scene has. Diamond: the default, where it is beaten. Ring around a disc: the one to take. "
                         "Point at one for its axes, or walk along them with the arrow keys."
                     }
                 }
@@ -51,12 +51,15 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
 }
 
 fn dot<'a>(named: &Named<'a>, way: &'a Way, crowded: bool) -> Dot {
+    let taken = named.takes(way);
     let end = |number| number == 1 || Some(number) == named.last();
     let kind = match named.number(way) {
-        Some(number) if crowded && !way.default && !end(number) => {
-            Kind::Frontier { number, name: String::new() }
+        Some(number) if crowded && !way.default && !taken && !end(number) => {
+            Kind::Frontier { number, name: String::new(), ringed: false }
         }
-        Some(number) => Kind::Frontier { number, name: shortened(&named.words(way)) },
+        Some(number) => {
+            Kind::Frontier { number, name: shortened(&named.words(way)), ringed: taken }
+        }
         None if way.default => Kind::Named("default".to_owned()),
         None if way.complete => Kind::Beaten,
         None => Kind::Lacking,
@@ -127,11 +130,12 @@ fn caller(named: &Named<'_>, dominated: &Dominated) -> String {
 
 fn by_how_much(dominated: &Dominated) -> String {
     let clear = if dominated.clear { "" } else { ", times within the spread" };
-    format!(
-        "{} the time, {} the error{clear}",
-        times(dominated.time_ratio),
-        times(dominated.error_ratio)
-    )
+    let error = match dominated.error_ratio {
+        // Nothing over nothing.
+        ratio if ratio.is_nan() => "the same error".to_owned(),
+        ratio => format!("{} the error", times(ratio)),
+    };
+    format!("{} the time, {error}{clear}", times(dominated.time_ratio))
 }
 
 /// One list of values for each axis; without a script there is nothing to choose.
@@ -166,6 +170,7 @@ fn frontier(named: &Named<'_>) -> Markup {
                     th scope="row" { (named.badge(way)) }
                     td.wide {
                         (named.words(way))
+                        @if named.takes(way) { " " span.tag { "take this" } }
                         @if !way.complete { " " span.tag { "leaves light out" } }
                         @if let Some(dominated) = &way.dominated { " " span.quiet { "beaten by " (caller(named, dominated)) } }
                     }

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use sglow_measure::frontier::document::{Way, Worst};
 
 use super::named::Named;
-use crate::page::number::{figure, percent};
+use crate::page::number::{figure, maybe, percent};
 use crate::page::table::{number, table, text};
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {
@@ -12,7 +12,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
     let rows: Vec<Markup> = shown.iter().map(|way| row(named, way)).collect();
     let columns = [
         text("way"),
-        number("rounding"),
+        number("rounding, over the mean"),
         number("model"),
         number("picture"),
         number("relative MSE"),
@@ -42,7 +42,7 @@ fn row<'a>(named: &Named<'a>, way: &'a Way) -> Markup {
     html! {
         tr {
             th scope="row" { (named.line(way)) }
-            td.n { (of(way.rounding.as_ref().map(|rounding| rounding.rms_over_mean))) }
+            td.n { (maybe(way.rounding.as_ref().map(|rounding| rounding.rms_over_mean))) }
             td.n { (of(way.model_rms_over_mean)) }
             td class=(odd(picture.rmse_over_mean)) { (named.error(picture.rmse_over_mean)) }
             td class=(odd(picture.relative_mse)) { (figure(picture.relative_mse)) }

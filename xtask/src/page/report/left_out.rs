@@ -29,25 +29,22 @@ fn saved(pruned: &Pruned) -> Markup {
     let Pruned { full, needed, size: [width, height], differing } = pruned;
     let share = 1.0 - needed.texture_bytes as f64 / full.texture_bytes as f64;
     let shading = full.shade_time.median / needed.shade_time.median;
-    let rows: [(&str, &dyn Fn(&Side) -> f64, &dyn Fn(f64) -> String); 4] = [
-        ("textures", &|side| side.texture_bytes as f64, &bytes),
-        ("buffers", &|side| side.buffer_bytes as f64, &bytes),
-        ("shading pass, ms", &|side| side.shade_time.median, &|value| figure(value)),
-        ("all passes, ms", &|side| side.time.median, &|value| figure(value)),
-    ];
-    let rows: Vec<Markup> = rows
-        .iter()
-        .map(|(what, of, amount)| {
-            html! {
-                tr {
-                    th scope="row" { (what) }
-                    td.n { (amount(of(full))) }
-                    td.n { (amount(of(needed))) }
-                    td.n { (times(of(full) / of(needed))) }
-                }
+    let row = |what: &str, of: &dyn Fn(&Side) -> f64, amount: &dyn Fn(f64) -> String| {
+        html! {
+            tr {
+                th scope="row" { (what) }
+                td.n { (amount(of(full))) }
+                td.n { (amount(of(needed))) }
+                td.n { (times(of(full) / of(needed))) }
             }
-        })
-        .collect();
+        }
+    };
+    let rows = [
+        row("textures", &|side| side.texture_bytes as f64, &bytes),
+        row("buffers", &|side| side.buffer_bytes as f64, &bytes),
+        row("shading pass, ms", &|side| side.shade_time.median, &figure),
+        row("all passes, ms", &|side| side.time.median, &figure),
+    ];
     let columns = [text(""), number("with everything"), number("what it needs"), number("ratio")];
     html! {
         p {

@@ -70,7 +70,15 @@ const PASSES: [(&str, f64); 6] = [
 
 /// The page of all of them.
 pub(crate) fn whole() -> String {
-    let scenes = scenes();
+    of(&scenes())
+}
+
+/// The page of one of them alone.
+pub(crate) fn one() -> String {
+    of(&[scene("court", 1, 0.12, 0.02)])
+}
+
+fn of(scenes: &[MadeUp]) -> String {
     let scenes: Vec<Scene<'_>> = scenes.iter().map(MadeUp::scene).collect();
     page(&Input {
         report: &report(),

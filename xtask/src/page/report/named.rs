@@ -17,6 +17,8 @@ pub(crate) struct Named<'a> {
     pub(crate) axes: Vec<(&'a str, Vec<&'a str>)>,
     /// Numbers of the frontier, from 1 at the fastest.
     numbers: BTreeMap<&'a str, usize>,
+    /// The way to take, of which the page says why.
+    pub(crate) taken: Option<&'a str>,
 }
 
 impl<'a> Named<'a> {
@@ -38,7 +40,7 @@ impl<'a> Named<'a> {
             .enumerate()
             .map(|(index, way)| (way.name.as_str(), index + 1))
             .collect();
-        Self { scene, index, axes, numbers }
+        Self { scene, index, axes, numbers, taken: None }
     }
 
     /// What links to the scene.
@@ -86,6 +88,11 @@ impl<'a> Named<'a> {
             .filter(|(axis, value)| from.axes.get(*axis) != Some(value))
             .map(|(axis, value)| (axis.as_str(), value.as_str()))
             .collect()
+    }
+
+    /// Whether it is the one to take.
+    pub(crate) fn takes(&self, way: &Way) -> bool {
+        self.taken == Some(way.name.as_str())
     }
 
     /// A few words for a way: where it differs from the default.

@@ -58,7 +58,7 @@ fn legend(top: f32) -> Markup {
         div.scale {
             span { "FLIP 0" }
             span.ramp role="img" aria-label="from black over purple to pale yellow" style={ "background:linear-gradient(90deg," (stops.join(",")) ")" } {}
-            span { (figure(f64::from(top))) @if top < 1.0 { " of 1" } }
+            span { (top) @if top < 1.0 { " of 1" } }
         }
     }
 }

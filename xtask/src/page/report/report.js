@@ -20,7 +20,7 @@ for (const explorer of document.querySelectorAll(".explorer")) {
     return row.closest("section") === explorer.closest("section");
   });
   const chosen = [...filter.querySelectorAll("select")];
-  const place = (dot) => dot.querySelector("circle, polygon, path").getBoundingClientRect();
+  const place = (dot) => dot.querySelector(".disc, circle, polygon, path").getBoundingClientRect();
 
   readout.hidden = false;
   readout.textContent = "Point at a way to read about it here.";

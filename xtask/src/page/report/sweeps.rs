@@ -45,7 +45,8 @@ fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
                 axis,
                 "picture error",
                 &picture_lines,
-                (floor > least / 20.0).then_some(floor),
+                // A floor far below would flatten the lines.
+                (floor > least / 4.0).then_some(floor),
             ),
             "Against the reference; the dashed line is the reference's own error.",
         ),

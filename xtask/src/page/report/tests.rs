@@ -152,7 +152,7 @@ fn numbers_stand_where_they_are_looked_for() {
     for part in [
         "no claim below",
         "0x42b20000",
-        "44 %",
+        "43.9\u{a0}%",
         "Both pictures are the same, bit for bit.",
         "no-specular-surface",
         "all 13 materials have no specular reflectance",
