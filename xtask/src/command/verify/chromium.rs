@@ -135,7 +135,7 @@ impl Browser {
             let folder =
                 path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            wanted.push((format!("{folder}-{stem}"), text));
+            wanted.push((format!("{folder}-{stem}"), based(&text, path)?));
         }
         let controls = controls();
         let [height, short] = HEIGHTS;
@@ -247,6 +247,16 @@ fn failed(program: &Path, how: &str, said: &Path) -> Failure {
     let lines: Vec<&str> = said.lines().collect();
     let last = &lines[lines.len().saturating_sub(6)..];
     Failure::new(format!("{} ended with {how}:\n{}", program.display(), last.join("\n")))
+}
+
+/// The page as if it lay where it does, for it is opened as a copy.
+fn based(text: &str, path: &Path) -> Result<String> {
+    let path = path.canonicalize().context(path.display())?;
+    let folder = path.parent().unwrap_or(&path).display().to_string();
+    // What has a meaning of its own in an address. [RFC 3986]
+    let folder = folder.replace('%', "%25").replace('?', "%3F").replace('#', "%23");
+    let base = maud::html! { base href={ "file://" (folder) "/" }; }.into_string();
+    Ok(text.replacen("<head>", &format!("<head>{base}"), 1))
 }
 
 /// The page with the script that looks at it from within.
@@ -435,6 +445,20 @@ mod tests {
             page.starts_with("<body>text<script>") && page.ends_with("</script></body></html>")
         );
         assert!(!include_str!("../../../verify/probe.js").contains("</"));
+    }
+
+    #[test]
+    fn a_copy_finds_what_lies_beside_the_page() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a #1.html");
+        fs::write(&path, "").unwrap();
+        let page = based("<html><head><title>t", &path).unwrap();
+        let folder = folder.path().canonicalize().unwrap();
+        assert!(
+            page.starts_with(&format!("<html><head><base href=\"file://{}/\">", folder.display())),
+            "{page}"
+        );
+        assert!(based("", &folder.join("none.html")).is_err());
     }
 
     #[test]
