@@ -136,6 +136,7 @@ fn scene(named: &Named<'_>) -> Markup {
         ("time", "Error against time", against_time::section(named)),
         ("pictures", "Pictures", pictures::section(named)),
         ("errors", "Three errors, never mixed", errors::section(named)),
+        ("flicker", "Flicker", costs::flicker(named)),
         ("passes", "Where the time goes", costs::times(named)),
         ("memory", "Memory", costs::memory(named)),
         ("sweeps", "How much is enough", sweeps::section(named)),

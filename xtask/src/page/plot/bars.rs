@@ -60,7 +60,9 @@ pub(crate) fn bars(
             @let top = area.top + ROW * row as f64 + 4.0;
             text x=(px(area.left - 8.0)) y=(px(top + 10.0)) dy="0.35em" text-anchor="end" { (fitting(&bar.label)) }
             (parts(bar, kinds, top, &x, amount))
-            text.tick x=(px(x(length(bar).max(bar.mark.unwrap_or(0.0))) + 6.0)) y=(px(top + 10.0)) dy="0.35em" { (amount(length(bar))) }
+            text.tick x=(px(x(length(bar).max(bar.mark.unwrap_or(0.0))) + 6.0)) y=(px(top + 10.0)) dy="0.35em" {
+                @if bar.parts.is_empty() { "not measured" } @else { (amount(length(bar))) }
+            }
         }
     };
     Some(Drawing { title: title.to_owned(), width: WIDTH, height: bottom + 44.0, body })
@@ -90,7 +92,7 @@ fn parts(
             g {
                 title { (name) ": " (amount(length)) }
                 rect class={ "part p" (kind % LOOKS) } x=(px(left)) y=(px(top)) width=(px(width)) height="20" {}
-                @if width >= width_of(&letter(kind), 12.0) + 4.0 {
+                @if kinds.len() > 1 && width >= width_of(&letter(kind), 12.0) + 4.0 {
                     text.in x=(px(left + width / 2.0)) y=(px(top + 10.0)) dy="0.35em" text-anchor="middle" { (letter(kind)) }
                 }
             }
@@ -130,10 +132,11 @@ mod tests {
         let kinds = ["one <".to_owned(), "two".to_owned()];
         let bar =
             |parts: Vec<(usize, f64)>| Bar { label: "a & b".to_owned(), parts, mark: Some(4.0) };
-        let all = [bar(vec![(0, 1.0), (1, 3.0)]), bar(vec![(0, f64::NAN), (1, 0.0)])];
+        let all = [bar(vec![(0, 1.0), (1, 3.0)]), bar(vec![(0, f64::NAN), (1, 0.0)]), bar(vec![])];
         let drawn = bars("t", "ms", &kinds, &all, &|value| format!("{value}")).unwrap().file();
         assert_eq!(drawn.matches("class=\"part").count(), 2);
         assert!(drawn.contains("one &lt;: 1") && drawn.contains("a &amp; b"), "{drawn}");
+        assert_eq!(drawn.matches("not measured").count(), 1, "nothing is not 0");
         let widths: Vec<f64> = drawn
             .split("class=\"part")
             .skip(1)

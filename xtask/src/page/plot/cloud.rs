@@ -10,6 +10,8 @@ use crate::page::scale::Scale;
 pub(crate) struct Dot {
     /// Where it is.
     pub(crate) x: f64,
+    /// From where to where it was measured to be; drawn of those with a name.
+    pub(crate) spread: [f64; 2],
     /// How high; not finite goes to a band above the plot.
     pub(crate) y: f64,
     /// What it is.
@@ -62,7 +64,8 @@ pub(crate) fn cloud(
     dots: &[Dot],
     floor: Option<&Floor>,
 ) -> Option<Drawing> {
-    let x = Scale::around(dots.iter().map(|dot| dot.x))?;
+    let spreads = dots.iter().filter(|dot| named(dot)).flat_map(|dot| dot.spread);
+    let x = Scale::around(dots.iter().map(|dot| dot.x).chain(spreads))?;
     let least = dots.iter().map(|dot| dot.y).filter(|y| *y > 0.0).fold(f64::INFINITY, f64::min);
     // A floor far below would leave no height to the points.
     let shown = floor.map(|floor| floor.at).filter(|at| *at >= least / 20.0);
@@ -91,6 +94,11 @@ pub(crate) fn cloud(
             polyline.frontier points=(steps(&frontier.iter().map(|dot| at(dot)).collect::<Vec<_>>())) {}
         }
         @for dot in dots.iter().filter(|dot| !named(dot)) { (point(dot, at(dot))) }
+        @for dot in dots.iter().filter(|dot| named(dot)) {
+            @let [_, height] = at(dot).map(px);
+            @let [low, high] = dot.spread.map(|value| px(area.x(&x, value)));
+            line.spread x1=(low) x2=(high) y1=(height) y2=(height) {}
+        }
         @for dot in dots.iter().filter(|dot| named(dot) && !ringed(dot)) { (point(dot, at(dot))) }
         // The one that matters most covers the others.
         @for dot in dots.iter().filter(|dot| ringed(dot)) { (point(dot, at(dot))) }
@@ -220,7 +228,14 @@ mod tests {
     use super::*;
 
     fn dot(x: f64, y: f64, kind: Kind) -> Dot {
-        Dot { x, y, kind, says: "<says> &".to_owned(), key: "0,1".to_owned() }
+        Dot {
+            x,
+            spread: [0.8 * x, 1.3 * x],
+            y,
+            kind,
+            says: "<says> &".to_owned(),
+            key: "0,1".to_owned(),
+        }
     }
 
     fn frontier(number: usize) -> Kind {
@@ -262,10 +277,17 @@ mod tests {
 
     #[test]
     fn names_that_find_no_place_are_left_out_and_none_covers_another() {
-        let dots: Vec<Dot> = (1..=30).map(|number| dot(1.0, 0.1, frontier(number))).collect();
-        let drawn = cloud("t", "x", "y", &dots, None).unwrap().points().into_string();
-        let heights: Vec<&str> = drawn.split("class=\"name\"").skip(1).collect();
-        assert!((1..30).contains(&heights.len()), "{}", heights.len());
+        let area = Area { left: 76.0, right: 840.0, top: 16.0, bottom: 428.0 };
+        let mut taken = Vec::new();
+        for _ in 0..30 {
+            if let Some((hull, _, _)) = free("a name", [400.0, 200.0], &taken, &area) {
+                assert!(taken.iter().all(|other| hull.overlap(other) == 0.0));
+                taken.push(hull);
+            }
+        }
+        assert!((2..30).contains(&taken.len()), "{}", taken.len());
+        let outside = free(&"long ".repeat(100), [400.0, 200.0], &[], &area);
+        assert!(outside.is_none(), "a name stays within the plot");
     }
 
     #[test]

@@ -39,7 +39,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
                     p.readout role="status" hidden {}
                     figcaption {
                         "Lower and further left is better. Numbered discs, joined by what is reached at each time: the frontier, which nothing beats "
-                        "in error and time alike. Rings: beaten. Crosses: leave out light that the scene has. Diamond: the default, where it is beaten. Ring around a disc: the one to take. "
+                        "in error and time alike. Rings: beaten. Crosses: leave out light that the scene has. Diamond: the default, where it is beaten. Ring around a disc: the one to take. Bars: from least to most time; where they overlap, times are not told apart. "
                         "Point at one for its axes, or walk along them with the arrow keys."
                     }
                 }
@@ -66,6 +66,7 @@ fn dot<'a>(named: &Named<'a>, way: &'a Way, crowded: bool) -> Dot {
     };
     Dot {
         x: way.time.median,
+        spread: [way.time.least, way.time.most],
         y: way.picture.rmse_over_mean,
         kind,
         says: says(named, way),
@@ -200,7 +201,6 @@ fn frontier(named: &Named<'_>) -> Markup {
     ];
     html! {
         (table(&format!("Frontier of {}", named.scene.measured.scene), "", &columns, &rows))
-        p.quiet { "Flicker: how much more a way changes from frame to frame under a moving light than it has to, over the mean." }
     }
 }
 

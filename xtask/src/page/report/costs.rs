@@ -1,4 +1,4 @@
-//! Where time and memory go: each pass, each texture and buffer.
+//! What each way costs, as bars: time of each pass, bytes of each texture and buffer, flicker.
 
 use maud::{Markup, html};
 use sglow_measure::frontier::document::Way;
@@ -43,6 +43,26 @@ pub(crate) fn memory(named: &Named<'_>) -> Markup {
     }
 }
 
+/// How restless each way is, as far as it was measured.
+pub(crate) fn flicker(named: &Named<'_>) -> Markup {
+    let of: Vec<Parts<'_>> = named
+        .shown()
+        .iter()
+        .map(|way| way.flicker.iter().map(|flicker| ("flicker", *flicker)).collect())
+        .collect();
+    let marks = of.iter().map(|_| None).collect();
+    html! {
+        p.quiet {
+            "How much more a way changes from frame to frame under a moving light than it has to, over the mean. It was measured of the frontier alone."
+        }
+        @if of.iter().all(Vec::is_empty) {
+            p.quiet { "Nothing was measured." }
+        } @else {
+            (chart(named, &format!("{}: flicker", named.scene.measured.scene), "flicker", &of, marks, &|value| named.error(value)))
+        }
+    }
+}
+
 /// Names of all parts in the order in which they come up.
 fn kinds(of: &[Parts<'_>]) -> Vec<String> {
     let mut kinds: Vec<String> = Vec::new();
@@ -82,7 +102,7 @@ fn chart(
     html! {
         @match bars(title, axis, &kinds, &rows, amount) {
             None => p.quiet { "Nothing was measured." },
-            Some(drawing) => { (legend(&kinds)) (drawing.figure(&html! {})) }
+            Some(drawing) => { @if kinds.len() > 1 { (legend(&kinds)) } (drawing.figure(&html! {})) }
         }
     }
 }
