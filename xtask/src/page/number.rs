@@ -26,6 +26,11 @@ pub(crate) fn maybe(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), figure)
 }
 
+/// All digits of f32, so that a difference is seen.
+pub(crate) fn exact(value: f64) -> String {
+    if value.is_finite() { format!("{value:.9e}") } else { format!("{value}") }
+}
+
 /// A count with its thousands apart.
 pub(crate) fn count(value: usize) -> String {
     let digits = value.to_string();

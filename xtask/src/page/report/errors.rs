@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use sglow_measure::frontier::document::{Way, Worst};
 
 use super::named::Named;
-use crate::page::number::{figure, maybe, percent};
+use crate::page::number::{exact, figure, maybe, percent};
 use crate::page::table::{number, table, text};
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {
@@ -76,10 +76,10 @@ fn worst(named: &Named<'_>, shown: &[&Way]) -> Markup {
 }
 
 fn worst_row<'a>(named: &Named<'a>, way: &'a Way, kind: &str, worst: &Worst) -> Markup {
-    let numbers = |values: [f64; 3]| values.map(figure).join(" ");
+    let numbers = |values: [f64; 3]| values.map(exact).join(" ");
     html! {
         tr {
-            th scope="row" { (named.line(way)) }
+            th scope="row" { (named.badge(way)) @if way.default { " default" } }
             td { (kind) }
             td.code { (worst.pixel[0]) ", " (worst.pixel[1]) }
             td.code { (numbers(worst.found)) }
