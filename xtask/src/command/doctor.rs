@@ -202,9 +202,9 @@ fn consumers() -> Vec<Finding> {
         tool(
             "chromium",
             &["--version"],
-            "WebGPU in a browser",
+            "verify: opens pages",
             false,
-            "sudo apt-get install chromium",
+            &apt::line(&verify::CHROMIUM_PACKAGES),
         ),
     ]
 }

@@ -3,11 +3,11 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// A part of a page.
-pub(crate) struct Section {
+pub(crate) struct Section<'a> {
     /// What links to it.
-    pub(crate) id: &'static str,
+    pub(crate) id: &'a str,
     /// Its heading.
-    pub(crate) title: &'static str,
+    pub(crate) title: &'a str,
     /// What is below it.
     pub(crate) body: Markup,
 }
@@ -72,16 +72,40 @@ fn variables(colours: &[(&str, &str)]) -> String {
     colours.iter().map(|(name, colour)| format!("--{name}:{colour};")).collect()
 }
 
+/// What a page has beyond the common style: both are raw text to a browser, so they must not hold `</`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Extras<'a> {
+    /// More style.
+    pub(crate) style: &'a str,
+    /// A script, without which the page has to be whole too.
+    pub(crate) script: &'a str,
+}
+
+/// What a browser lets a page with a script do: nothing but what lies in the page.
+const POLICY: &str =
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
+
 /// A whole page. `lead` stands above the list of sections.
-pub(crate) fn page(title: &str, lead: &Markup, sections: &[Section]) -> String {
+pub(crate) fn page(title: &str, lead: &Markup, sections: &[Section<'_>]) -> String {
+    page_with(title, lead, sections, Extras::default())
+}
+
+/// The same with a style and a script of its own, and shut off from everything else.
+pub(crate) fn page_with(
+    title: &str,
+    lead: &Markup,
+    sections: &[Section<'_>],
+    extras: Extras<'_>,
+) -> String {
     // Paper is white whatever the screen is.
     let style = format!(
         ":root{{color-scheme:light dark;{}}}\n\
-         @media screen and (prefers-color-scheme: dark){{:root{{{}}}}}\n{}{}",
+         @media screen and (prefers-color-scheme: dark){{:root{{{}}}}}\n{}{}{}",
         variables(DAY),
         variables(NIGHT),
         include_str!("style.css"),
         include_str!("plot.css"),
+        extras.style,
     );
     let page = html! {
         (DOCTYPE)
@@ -89,6 +113,9 @@ pub(crate) fn page(title: &str, lead: &Markup, sections: &[Section]) -> String {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
+                @if !extras.script.is_empty() {
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                }
                 title { (title) }
                 // A style sheet is raw text to a browser; ours has no `</`.
                 style { (PreEscaped(style)) }
@@ -113,6 +140,7 @@ pub(crate) fn page(title: &str, lead: &Markup, sections: &[Section]) -> String {
                         }
                     }
                 }
+                @if !extras.script.is_empty() { script { (PreEscaped(extras.script)) } }
             }
         }
     };
@@ -139,6 +167,14 @@ mod tests {
         for word in ["http:", "https:", "@import", "url(", "<link", "src="] {
             assert!(!page.contains(word), "{word}");
         }
+        assert!(!page.contains("<script") && !page.contains("Content-Security-Policy"));
+        let extras = Extras { style: "p{}", script: "let one = 1 < 2;" };
+        let scripted = page_with("nothing", &html! {}, &[], extras);
+        assert!(scripted.contains("<script>let one = 1 < 2;</script>"), "{scripted}");
+        assert!(
+            scripted.contains("default-src &#39;none&#39;")
+                || scripted.contains("default-src 'none'")
+        );
     }
 
     /// Relative luminance. [WCAG 2.1, relative luminance]
@@ -178,6 +214,11 @@ mod tests {
                 ("h5-ink", "h5"),
             ] {
                 assert!(contrast(colours, text, paper) >= 4.5, "{text} on {paper}");
+            }
+        }
+        for colours in [DAY, NIGHT] {
+            for part in ["s0", "s1", "s2", "s3", "s4", "s5", "s6", "s7"] {
+                assert!(contrast(colours, part, "paper") >= 4.5, "{part}: letters stand in it");
             }
         }
         assert!(contrast(DAY, "line", "paper") < 4.5, "a colour that is too pale is seen to be");

@@ -4,6 +4,7 @@
 pub(crate) mod frame;
 pub(crate) mod number;
 pub(crate) mod plot;
+pub(crate) mod report;
 pub(crate) mod reproduce;
 pub(crate) mod scale;
 pub(crate) mod stability;

@@ -26,6 +26,11 @@ pub(crate) fn maybe(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), figure)
 }
 
+/// All digits of f32, so that a difference is seen.
+pub(crate) fn exact(value: f64) -> String {
+    if value.is_finite() { format!("{value:.9e}") } else { format!("{value}") }
+}
+
 /// A count with its thousands apart.
 pub(crate) fn count(value: usize) -> String {
     let digits = value.to_string();
@@ -37,6 +42,37 @@ pub(crate) fn count(value: usize) -> String {
         text.push(digit);
     }
     text
+}
+
+/// Between a number and its unit, where no line may end.
+const BOUND: char = '\u{a0}';
+
+/// A share of a whole.
+pub(crate) fn percent(share: f64) -> String {
+    if share.is_finite() { format!("{}{BOUND}%", figure(100.0 * share)) } else { figure(share) }
+}
+
+/// How often one goes into another; nothing into nothing is no number at all.
+pub(crate) fn times(ratio: f64) -> String {
+    if ratio.is_nan() {
+        "–".to_owned()
+    } else if ratio.is_finite() {
+        format!("{}{BOUND}×", figure(ratio))
+    } else {
+        figure(ratio)
+    }
+}
+
+/// Bytes in the largest unit of thousands that leaves a whole number before the point.
+pub(crate) fn bytes(value: f64) -> String {
+    let units = ["B", "kB", "MB", "GB"];
+    let mut scaled = value;
+    let mut unit = 0;
+    while scaled.abs() >= 1e3 && unit + 1 < units.len() {
+        scaled /= 1e3;
+        unit += 1;
+    }
+    format!("{}{BOUND}{}", figure(scaled), units[unit])
 }
 
 #[cfg(test)]
@@ -62,6 +98,26 @@ mod tests {
             assert_eq!(figure(value), text);
         }
         assert_eq!(maybe(None), "–");
+    }
+
+    #[test]
+    fn shares_ratios_and_bytes_have_their_unit() {
+        assert_eq!(
+            [percent(0.123_4), percent(-0.5), percent(f64::NAN)],
+            ["12.3\u{a0}%", "-50\u{a0}%", "not finite"]
+        );
+        assert_eq!(
+            [times(1.849), times(f64::INFINITY), times(f64::NAN)],
+            ["1.85\u{a0}×", "not finite", "–"]
+        );
+        for (value, text) in [
+            (0.0, "0\u{a0}B"),
+            (999.0, "999\u{a0}B"),
+            (5_291_000.0, "5.29\u{a0}MB"),
+            (3e12, "3000\u{a0}GB"),
+        ] {
+            assert_eq!(bytes(value), text);
+        }
     }
 
     #[test]

@@ -8,6 +8,10 @@ use maud::{Markup, PreEscaped, html};
 use super::frame::DAY;
 use super::scale::Scale;
 
+pub(crate) mod bars;
+pub(crate) mod cloud;
+pub(crate) mod lines;
+
 /// Where the axes lie, in pixels of the drawing.
 #[derive(Clone, Copy, Debug)]
 struct Area {
@@ -24,6 +28,7 @@ const HEIGHT: f64 = 480.0;
 pub(crate) struct Drawing {
     /// What it shows, in a sentence, for who does not see it.
     title: String,
+    width: f64,
     height: f64,
     body: Markup,
 }
@@ -31,15 +36,18 @@ pub(crate) struct Drawing {
 impl Drawing {
     /// As a part of a page, under whose style it comes.
     pub(crate) fn figure(&self, caption: &Markup) -> Markup {
-        let view = format!("0 0 {WIDTH} {}", self.height);
         html! {
             figure {
-                div.scroll tabindex="0" role="region" aria-label=(self.title) {
-                    svg.plot viewBox=(view) role="img" aria-label=(self.title) { (self.body) }
-                }
+                div.scroll tabindex="0" role="region" aria-label=(self.title) { (self.drawn("plot", "img")) }
                 figcaption { (caption) }
             }
         }
+    }
+
+    /// The drawing alone; `role` is `img`, or `group` where its parts speak for themselves.
+    fn drawn(&self, class: &str, role: &str) -> Markup {
+        let view = format!("0 0 {} {}", self.width, self.height);
+        html! { svg class=(class) viewBox=(view) role=(role) aria-label=(self.title) { (self.body) } }
     }
 
     /// As a file of its own, on white.
@@ -49,7 +57,7 @@ impl Drawing {
             DAY.iter().fold(include_str!("plot.css").to_owned(), |style, (name, colour)| {
                 style.replace(&format!("var(--{name})"), colour)
             });
-        let (width, height) = (WIDTH, self.height);
+        let (width, height) = (self.width, self.height);
         let view = format!("0 0 {width} {height}");
         let drawing = html! {
             svg.plot xmlns="http://www.w3.org/2000/svg" viewBox=(view) width=(width) height=(height) role="img" {
@@ -258,7 +266,7 @@ pub(crate) fn scatter(
             }
         }
     };
-    Some(Drawing { title: title.to_owned(), height: HEIGHT, body })
+    Some(Drawing { title: title.to_owned(), width: WIDTH, height: HEIGHT, body })
 }
 
 /// From point to point along the axes: what is reached at each cost.
@@ -370,7 +378,7 @@ pub(crate) fn curves(
             text x=(px(area.right + 34.0)) y=(px(*height)) dy="0.35em" { (curves[*index].label) }
         }
     };
-    Some(Drawing { title: title.to_owned(), height: area.bottom + 52.0, body })
+    Some(Drawing { title: title.to_owned(), width: WIDTH, height: area.bottom + 52.0, body })
 }
 
 /// Moves heights, which grow, apart so that a name fits between each two, within these limits.

@@ -57,10 +57,11 @@ impl Scale {
         (value / self.low).ln().min((self.high / self.low).ln()) / (self.high / self.low).ln()
     }
 
-    /// Powers of ten, or 1, 2 and 5 times these on a short axis.
+    /// Powers of ten, 1, 2 and 5 times these on a short axis, all digits on a very short one.
     pub(crate) fn ticks(&self) -> Vec<Tick> {
         let (first, last) = (whole(self.low.log10().floor()), whole(self.high.log10().ceil()));
-        let short = (self.high / self.low).log10() < 2.5;
+        let decades = (self.high / self.low).log10();
+        let digits: &[i32] = if decades < 0.75 { &[1, 2, 3, 4, 5, 6, 7, 8, 9] } else { &[1, 2, 5] };
         let stride = (last - first) / LABELS + 1;
         let mut ticks = Vec::new();
         for power in first..=last {
@@ -70,8 +71,8 @@ impl Scale {
                 if value < self.low * 0.9999 || value > self.high * 1.0001 {
                     continue;
                 }
-                let label = if short {
-                    matches!(digit, 1 | 2 | 5).then(|| plain(digit, power))
+                let label = if decades < 2.5 {
+                    digits.contains(&digit).then(|| plain(digit, power))
                 } else if digit == 1 {
                     (power.rem_euclid(stride) == 0).then(|| plain(1, power))
                 } else {
@@ -100,6 +101,20 @@ fn plain(digit: i32, power: i32) -> String {
     }
 }
 
+/// Round numbers from 0 to `high` on a linear axis, at most six.
+pub(crate) fn linear(high: f64) -> Vec<f64> {
+    if !(high.is_finite() && high > 0.0) {
+        return vec![0.0];
+    }
+    let power = 10_f64.powf((high / 5.0).log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0]
+        .map(|digit| digit * power)
+        .into_iter()
+        .find(|step| high / step <= 5.0);
+    let step = step.unwrap_or(10.0 * power);
+    (0..=5).map(|index| f64::from(index) * step).filter(|value| *value <= high * 1.0001).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,6 +127,7 @@ mod tests {
     fn ticks_are_powers_of_ten_or_finer() {
         assert_eq!(labels(1e-3, 1e2), ["1e-3", "0.01", "0.1", "1", "10", "100"]);
         assert_eq!(labels(0.9, 12.0), ["1", "2", "5", "10"]);
+        assert_eq!(labels(0.28, 0.75), ["0.3", "0.4", "0.5", "0.6", "0.7"]);
         assert!(labels(1e-300, 1e300).len() <= LABELS as usize + 1);
         let many = Scale { low: 1e-6, high: 1e9 }.ticks();
         assert_eq!(many.len(), 16, "each power of ten has a line, if not a label");
@@ -140,6 +156,16 @@ mod tests {
         assert_eq!(Scale::around([0.0, -1.0, f64::NAN, f64::INFINITY]), None);
         let one = Scale::around([5.0, f64::INFINITY]).unwrap();
         assert!(one.low < 5.0 && one.high > 5.0 && one.high.is_finite());
+    }
+
+    #[test]
+    fn a_linear_axis_has_round_numbers() {
+        assert_eq!(linear(10.0), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
+        assert_eq!(linear(7.3), [0.0, 2.0, 4.0, 6.0]);
+        assert_eq!(linear(0.011).len(), 3);
+        for odd in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(linear(odd), [0.0]);
+        }
     }
 
     #[test]

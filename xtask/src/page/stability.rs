@@ -10,7 +10,7 @@ use sglow_measure::input::REGIMES;
 use sglow_measure::stability::{ExtremeReport, ExtremeVariant, FunctionReport, RELATIVE_TO};
 
 use super::frame::{Section, page};
-use super::number::{count, figure, maybe};
+use super::number::{count, exact, figure, maybe};
 use super::plot::{Curve, Drawing, Rank, Spot, curves, scatter};
 use super::table::{mark, number, table, text};
 use crate::json::{Relation, Report};
@@ -684,11 +684,6 @@ fn worst_inputs(function: &FunctionReport) -> Markup {
         }
     }
     table(&format!("Worst inputs of {}", function.name), "", &columns, &rows)
-}
-
-/// All digits of f32, so that a difference is seen.
-fn exact(value: f64) -> String {
-    if value.is_finite() { format!("{value:.9e}") } else { format!("{value}") }
 }
 
 // ------------------------------------------------------------------------------------------- order of operations

@@ -4,25 +4,25 @@ use maud::{Markup, html};
 
 /// A column.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Column {
+pub(crate) struct Column<'a> {
     /// Its heading.
-    pub(crate) name: &'static str,
+    pub(crate) name: &'a str,
     /// Whether it holds numbers, which stand to the right.
     pub(crate) number: bool,
 }
 
 /// A column of text.
-pub(crate) const fn text(name: &'static str) -> Column {
+pub(crate) const fn text(name: &str) -> Column<'_> {
     Column { name, number: false }
 }
 
 /// A column of numbers.
-pub(crate) const fn number(name: &'static str) -> Column {
+pub(crate) const fn number(name: &str) -> Column<'_> {
     Column { name, number: true }
 }
 
 /// A table with these columns; `rows` are `tr` elements. `label` is what a screen reader calls it.
-pub(crate) fn table(label: &str, class: &str, columns: &[Column], rows: &[Markup]) -> Markup {
+pub(crate) fn table(label: &str, class: &str, columns: &[Column<'_>], rows: &[Markup]) -> Markup {
     if rows.is_empty() {
         return html! { p.quiet { "Nothing was measured." } };
     }

@@ -7,6 +7,7 @@ use crate::failure::{Failure, Result};
 pub(crate) mod compare;
 pub(crate) mod density;
 pub(crate) mod exr;
+pub(crate) mod false_colour;
 pub(crate) mod kernels;
 pub(crate) mod png;
 pub(crate) mod tone;

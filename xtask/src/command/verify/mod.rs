@@ -1,12 +1,13 @@
-//! `verify`: compilers that share no code with the generator read every variant of a package.
+//! `verify`: compilers that share no code with the generator read every variant of a package, and a browser opens pages.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::Serialize;
 use sglow_shader_gen::package::{self, Options, Target};
 
+use crate::command::verify::chromium::Browser;
 use crate::command::verify::spirv_val::Validator;
 use crate::command::verify::subject::Subject;
 use crate::command::verify::tint::{Verdict, Verdicts};
@@ -17,10 +18,12 @@ use crate::progress;
 use crate::say;
 use crate::selection::{library, library_folder};
 
+mod chromium;
 mod spirv_val;
 mod subject;
 mod tint;
 
+pub(crate) use chromium::PACKAGES as CHROMIUM_PACKAGES;
 pub(crate) use tint::{SWIFTSHADER_PACKAGES, swiftshader};
 
 /// What `--help` shows below the options.
@@ -30,13 +33,16 @@ Examples:
   cargo xtask verify --package out/package --allow-missing
   cargo xtask verify --all
   cargo xtask verify --install --json out/verify.json
+  cargo xtask verify --consumer chromium --page out/report/index.html
 
 Consumers:
   spirv-val    SPIRV-Tools, built from source once (minutes), or the system's; reads the SPIR-V of each variant
   tint         Dawn in Node (npm webgpu); reads each WGSL file, makes a pipeline of each compute entry point
   tint-spirv   Dawn in Python (dawn-python); reads the SPIR-V of each variant, makes pipelines likewise
+  chromium     opens a page of made-up numbers, and those of --page: 400 and 1600 pixels wide, light and dark
 
-Each consumer must also refuse modules that are broken on purpose. What is fetched or built lies in target/verify.";
+Each consumer must also refuse what is broken on purpose. What is fetched or built lies in target/verify; pictures of
+pages lie beside the result, in verify.";
 
 /// Options of `verify`.
 #[derive(Debug, Args)]
@@ -47,6 +53,12 @@ pub(crate) struct Arguments {
     /// Read every variant of the space instead, generated for this
     #[arg(long, conflicts_with = "package")]
     all: bool,
+    /// Ask these consumers alone
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    consumer: Vec<Consumer>,
+    /// Also open this page in the browser; may be given more than once
+    #[arg(long, value_name = "FILE")]
+    page: Vec<PathBuf>,
     /// The file that receives the result [default: out/verify.json]
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -56,6 +68,29 @@ pub(crate) struct Arguments {
     /// Install missing system packages with apt-get
     #[arg(long)]
     install: bool,
+}
+
+/// Who reads what this project makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Consumer {
+    /// SPIRV-Tools.
+    SpirvVal,
+    /// Dawn in Node.
+    Tint,
+    /// Dawn in Python.
+    TintSpirv,
+    /// A browser, which reads pages.
+    Chromium,
+}
+
+impl Arguments {
+    fn asks(&self, consumer: Consumer) -> bool {
+        self.consumer.is_empty() || self.consumer.contains(&consumer)
+    }
+
+    fn asks_for_shaders(&self) -> bool {
+        [Consumer::SpirvVal, Consumer::Tint, Consumer::TintSpirv].iter().any(|one| self.asks(*one))
+    }
 }
 
 /// A consumer that could not be asked.
@@ -72,9 +107,49 @@ struct Missing {
 /// When the package cannot be read, a consumer refuses a variant or accepts a broken one, or a consumer is missing and
 /// that is not allowed.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    if arguments.install {
-        install()?;
+    if !arguments.page.is_empty() && !arguments.asks(Consumer::Chromium) {
+        return Err(Failure::new("`--page` is for the consumer chromium, which is not asked")
+            .help("add it: --consumer chromium"));
     }
+    if arguments.install {
+        install(arguments)?;
+    }
+    let mut report = Report::new();
+    let mut missing = Vec::new();
+    let json = arguments.json.clone().unwrap_or_else(|| repository().join("out/verify.json"));
+    if arguments.asks_for_shaders() {
+        shaders(arguments, &mut report, &mut missing)?;
+    }
+    if arguments.asks(Consumer::Chromium) {
+        match Browser::find() {
+            Ok(browser) => {
+                let pictures = json.parent().unwrap_or(Path::new("")).join("verify");
+                browser.read(&arguments.page, &pictures, &mut report)?;
+            }
+            Err(failure) => {
+                missing.push(Missing { consumer: "chromium", why: failure.to_string() });
+            }
+        }
+    }
+
+    say::line(report.table());
+    for absent in &missing {
+        eprintln!("{} is missing: {}", absent.consumer, absent.why);
+    }
+    report.detail("missing", &missing)?;
+    report.write(&json)?;
+    say::line(format!("written: {}", json.display()));
+    if !missing.is_empty() && !arguments.allow_missing {
+        let names: Vec<&str> = missing.iter().map(|missing| missing.consumer).collect();
+        return Err(Failure::new(format!("consumers are missing: {}", names.join(", "))).help(
+            "`--install` installs what apt-get has; `--allow-missing` goes on without them",
+        ));
+    }
+    report.verdict()
+}
+
+/// Asks those who read shaders.
+fn shaders(arguments: &Arguments, report: &mut Report, missing: &mut Vec<Missing>) -> Result {
     let folder = tempfile::tempdir().context("no temporary folder")?;
     let package = match &arguments.package {
         _ if arguments.all => generate_space(&folder.path().join("space"))?,
@@ -83,8 +158,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     };
     let subjects = subject::read_package(&package, folder.path())?;
     let controls = subject::controls(folder.path())?;
-
-    let mut report = Report::new();
     let differences = package::verify_hashes(&package)?;
     for difference in &differences {
         eprintln!("{difference}");
@@ -99,41 +172,32 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         )
         .note(format!("{} modules in the package", subjects.len())),
     );
-    let mut missing = Vec::new();
-    match Validator::find() {
-        Ok(validator) => {
-            let old = validator.is_old() && arguments.allow_missing;
-            let verdicts = validator.read(&subjects, &controls)?;
-            record(&mut report, "spirv-val", &subjects, &controls, &verdicts, old)?;
+    if arguments.asks(Consumer::SpirvVal) {
+        match Validator::find() {
+            Ok(validator) => {
+                let old = validator.is_old() && arguments.allow_missing;
+                let verdicts = validator.read(&subjects, &controls)?;
+                record(report, "spirv-val", &subjects, &controls, &verdicts, old)?;
+            }
+            Err(failure) => {
+                missing.push(Missing { consumer: "spirv-val", why: failure.to_string() });
+            }
         }
-        Err(failure) => missing.push(Missing { consumer: "spirv-val", why: failure.to_string() }),
     }
-    for (consumer, read) in
-        [("tint", tint::read_wgsl as tint::Read), ("tint-spirv", tint::read_spirv)]
-    {
+    for (asked, consumer, read) in [
+        (Consumer::Tint, "tint", tint::read_wgsl as tint::Read),
+        (Consumer::TintSpirv, "tint-spirv", tint::read_spirv),
+    ] {
+        if !arguments.asks(asked) {
+            continue;
+        }
         match read(&subjects, &controls, folder.path()) {
-            Ok(verdicts) => record(&mut report, consumer, &subjects, &controls, &verdicts, true)?,
+            Ok(verdicts) => record(report, consumer, &subjects, &controls, &verdicts, true)?,
             Err(failure) => missing.push(Missing { consumer, why: failure.to_string() }),
         }
     }
-
-    say::line(report.table());
-    for absent in &missing {
-        eprintln!("{} is missing: {}", absent.consumer, absent.why);
-    }
     let read = if arguments.all { "every variant of the space" } else { "a package" };
-    report.detail("read", read)?;
-    report.detail("missing", &missing)?;
-    let json = arguments.json.clone().unwrap_or_else(|| repository().join("out/verify.json"));
-    report.write(&json)?;
-    say::line(format!("written: {}", json.display()));
-    if !missing.is_empty() && !arguments.allow_missing {
-        let names: Vec<&str> = missing.iter().map(|missing| missing.consumer).collect();
-        return Err(Failure::new(format!("consumers are missing: {}", names.join(", "))).help(
-            "`--install` installs what apt-get has; `--allow-missing` goes on without them",
-        ));
-    }
-    report.verdict()
+    report.detail("read", read)
 }
 
 /// Writes every legal variant of the library as a package to `out`.
@@ -148,17 +212,24 @@ fn generate_space(out: &Path) -> Result<PathBuf> {
 }
 
 /// Installs what the consumers need of the system.
-fn install() -> Result {
+fn install(arguments: &Arguments) -> Result {
     let mut packages = Vec::new();
-    for (tool, package) in
-        [("c++", "g++"), ("node", "nodejs"), ("npm", "npm"), ("python3", "python3-venv")]
-    {
-        if program(tool).is_none() {
+    for (consumer, tool, package) in [
+        (Consumer::SpirvVal, "c++", "g++"),
+        (Consumer::Tint, "node", "nodejs"),
+        (Consumer::Tint, "npm", "npm"),
+        (Consumer::TintSpirv, "python3", "python3-venv"),
+    ] {
+        if arguments.asks(consumer) && program(tool).is_none() {
             packages.push(package);
         }
     }
-    if swiftshader().is_none() {
+    let dawn = arguments.asks(Consumer::Tint) || arguments.asks(Consumer::TintSpirv);
+    if dawn && swiftshader().is_none() {
         packages.extend(SWIFTSHADER_PACKAGES);
+    }
+    if arguments.asks(Consumer::Chromium) && Browser::find().is_err() {
+        packages.extend(CHROMIUM_PACKAGES);
     }
     if packages.is_empty() { Ok(()) } else { apt::install(&packages) }
 }

@@ -1,0 +1,268 @@
+//! The page of error against time: which way to indirect light a scene should take, why, and how wrong each is.
+
+use std::collections::BTreeMap;
+
+use maud::{Markup, html};
+use sglow_measure::frontier::document::{Pictures, SceneReport};
+
+use super::frame::{Extras, Section, page_with};
+use super::number::{count, figure};
+use super::table::{mark, number, table, text};
+use crate::json::Report;
+
+mod advice;
+mod against_time;
+mod costs;
+mod errors;
+mod left_out;
+/// Made-up scenes with everything that a page can have: what the tests and a browser read.
+pub(crate) mod made_up;
+mod named;
+mod pictures;
+mod sweeps;
+
+use named::Named;
+
+/// Something that holds of a scene or does not, and how that is known.
+#[derive(Clone, Debug)]
+pub(crate) struct Fact {
+    /// Its name.
+    pub(crate) name: String,
+    /// Whether it holds.
+    pub(crate) holds: bool,
+    /// How that is known.
+    pub(crate) evidence: String,
+}
+
+/// A number or a choice that was made for a scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Decision {
+    /// What was decided.
+    pub(crate) what: String,
+    /// How.
+    pub(crate) value: String,
+    /// Why.
+    pub(crate) reason: String,
+}
+
+/// Something that a scene's package has not.
+#[derive(Clone, Debug)]
+pub(crate) struct LeftOut {
+    /// What it is.
+    pub(crate) what: String,
+    /// The rule that left it out.
+    pub(crate) rule: String,
+    /// Why.
+    pub(crate) reason: String,
+    /// What that saves: bytes where the name ends in `bytes`, milliseconds where it is `milliseconds`, counts otherwise.
+    pub(crate) saved: BTreeMap<String, f64>,
+}
+
+/// A scene on the page.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scene<'a> {
+    /// What was measured of it.
+    pub(crate) measured: &'a SceneReport,
+    /// Its pictures.
+    pub(crate) pictures: &'a Pictures,
+    /// FLIP maps by the name of the way, 0 to 1 each pixel, row by row from the top.
+    pub(crate) flip: &'a BTreeMap<String, Vec<f32>>,
+    /// What it needs, and how that is known.
+    pub(crate) facts: &'a [Fact],
+    /// What was decided for it.
+    pub(crate) decisions: &'a [Decision],
+    /// What its package has not.
+    pub(crate) left_out: &'a [LeftOut],
+}
+
+/// All that the page shows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Input<'a> {
+    /// Checks, machine, date, command.
+    pub(crate) report: &'a Report,
+    /// Each scene.
+    pub(crate) scenes: &'a [Scene<'a>],
+    /// How far from the best error, as a share of it, a way still counts as good.
+    pub(crate) within: f64,
+    /// How long it took.
+    pub(crate) minutes: f64,
+    /// What must not be concluded.
+    pub(crate) does_not_show: &'a [&'a str],
+}
+
+/// The page.
+pub(crate) fn page(input: &Input<'_>) -> String {
+    let named: Vec<Named<'_>> = input
+        .scenes
+        .iter()
+        .enumerate()
+        .map(|(index, scene)| {
+            let mut named = Named::new(index, scene);
+            let advice = advice::advise(&named, input.within);
+            named.taken = advice.map(|advice| advice.good.name.as_str());
+            named
+        })
+        .collect();
+    let ids: Vec<String> = named.iter().map(Named::id).collect();
+    let mut sections = vec![Section {
+        id: "answer",
+        title: "Which way to take",
+        body: advice::answers(&named, input.within),
+    }];
+    for (named, id) in named.iter().zip(&ids) {
+        sections.push(Section { id, title: &named.scene.measured.scene, body: scene(named) });
+    }
+    sections.push(Section {
+        id: "checks",
+        title: "Numbers held to promises",
+        body: checks(input.report),
+    });
+    sections.push(Section {
+        id: "limits",
+        title: "What this does not show",
+        body: html! { ul { @for line in input.does_not_show { li { (line) } } } },
+    });
+    sections.push(Section { id: "again", title: "How to make it again", body: again(input) });
+    let extras = Extras {
+        style: include_str!("report/report.css"),
+        script: include_str!("report/report.js"),
+    };
+    page_with("sglow: error against time", &verdict(input), &sections, extras)
+}
+
+fn scene(named: &Named<'_>) -> Markup {
+    let measured = named.scene.measured;
+    let parts = [
+        ("time", "Error against time", against_time::section(named)),
+        ("pictures", "Pictures", pictures::section(named)),
+        ("errors", "Three errors, never mixed", errors::section(named)),
+        ("flicker", "Flicker", costs::flicker(named)),
+        ("passes", "Where the time goes", costs::times(named)),
+        ("memory", "Memory", costs::memory(named)),
+        ("sweeps", "How much is enough", sweeps::section(named)),
+        ("left-out", "What was left out", left_out::section(named)),
+    ];
+    let [width, height] = measured.size;
+    html! {
+        p.quiet {
+            (count(measured.triangles)) " triangles, light: " (measured.light) "; " (width) " × " (height) " pixels, map of "
+            (measured.rsm_size) " squared, " (count(measured.lights as usize)) " virtual lights, " (measured.iterations)
+            " bisection steps, K = " (figure(measured.size_factor)) ". Times: " (measured.clock) ", median of "
+            (measured.runs) " runs. " (count(measured.ways.len())) " ways."
+            @if measured.not_finite > 0 { strong { " " (count(measured.not_finite)) " numbers are not finite." } }
+        }
+        (reference(named))
+        ul.parts {
+            @for (part, title, _) in &parts { li { a href={ "#" (named.id()) "-" (part) } { (title) } } }
+        }
+        @for (part, title, body) in &parts {
+            h3 id={ (named.id()) "-" (part) } { (title) }
+            (body)
+        }
+    }
+}
+
+/// What pictures are compared with, and how far that is off itself.
+fn reference(named: &Named<'_>) -> Markup {
+    use sglow_measure::frontier::document::ReferenceKind;
+    let reference = &named.scene.measured.reference;
+    let [made, other, samples] = match reference.kind {
+        ReferenceKind::Paths => ["paths of one bounce", "points of the light's map", "paths"],
+        ReferenceKind::Points => {
+            ["every texel of the light's map as a point light", "paths", "shadow rays"]
+        }
+    };
+    html! {
+        p.quiet {
+            "Reference: " (made) " with exact visibility, " (count(reference.samples as usize)) " " (samples)
+            " a pixel. It may be off by " strong { (named.error(reference.floor_over_mean)) } " itself (noise "
+            (named.error(reference.noise_over_mean)) ", discretisation " (named.error(reference.discretisation_over_mean))
+            "); nothing is claimed of errors below that."
+            @if let Some(floor) = reference.other_floor_over_mean {
+                " Of " (other) ", it would be " (named.error(floor)) "."
+            }
+            @if reference.dark {
+                " " strong { "No indirect light reaches what the camera sees: errors are absolute, in the scene's unit of radiance." }
+            }
+        }
+    }
+}
+
+fn verdict(input: &Input<'_>) -> Markup {
+    let checks = &input.report.checks;
+    let failing: Vec<_> = checks.iter().filter(|check| !check.holds).collect();
+    let held = checks.len() - failing.len();
+    let ways: usize = input.scenes.iter().map(|scene| scene.measured.ways.len()).sum();
+    html! {
+        p class={ "verdict " (if failing.is_empty() && held > 0 { "holds" } else { "fails" }) } {
+            @if checks.is_empty() {
+                "✗ Nothing was checked"
+            } @else if failing.is_empty() {
+                "✓ " (count(held)) " promises are kept, none is broken"
+            } @else {
+                "✗ " (count(failing.len())) @if failing.len() == 1 { " promise is broken, " } @else { " promises are broken, " }
+                (count(held)) " kept"
+            }
+        }
+        @if !failing.is_empty() {
+            ul {
+                @for check in failing {
+                    li { (check.name) ": " strong { (figure(check.value)) } ", has to be " (check.relation.sign()) " " (figure(check.bound)) " " (check.unit) }
+                }
+            }
+        }
+        p {
+            (count(ways)) " ways to indirect light on " (count(input.scenes.len()))
+            @if input.scenes.len() == 1 { " scene" } @else { " scenes" }
+            ", each with its error and its time on " (input.report.adapter) "."
+        }
+    }
+}
+
+fn checks(report: &Report) -> Markup {
+    let rows: Vec<Markup> = report
+        .checks
+        .iter()
+        .map(|check| {
+            html! {
+                tr {
+                    td.text { (check.name) }
+                    td.n { (figure(check.value)) }
+                    td.n { (check.relation.sign()) " " (figure(check.bound)) }
+                    td { (check.unit) }
+                    td { (mark(check.holds)) }
+                    td.text { (check.note) }
+                }
+            }
+        })
+        .collect();
+    let columns = [
+        text("what"),
+        number("measured"),
+        number("promised"),
+        text("unit"),
+        text(""),
+        text("on what"),
+    ];
+    table("Numbers held to promises", "", &columns, &rows)
+}
+
+fn again(input: &Input<'_>) -> Markup {
+    let report = input.report;
+    let versions: Vec<String> =
+        report.versions.iter().map(|(name, version)| format!("{name} {version}")).collect();
+    html! {
+        dl.facts {
+            dt { "command" } dd { code { (report.command) } }
+            dt { "adapter" } dd { (report.adapter) }
+            dt { "driver" } dd { (report.driver) }
+            dt { "versions" } dd { (versions.join(", ")) }
+            dt { "date" } dd { (report.date) }
+            dt { "minutes" } dd { (figure(input.minutes)) }
+        }
+        p { code { "report.json" } " beside this page has every number, and its form in " code { "report.schema.json" } "." }
+    }
+}
+
+#[cfg(test)]
+mod tests;

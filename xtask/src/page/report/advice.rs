@@ -1,0 +1,168 @@
+//! The answer: which way a scene should take, and why.
+
+use maud::{Markup, html};
+use sglow_measure::frontier::document::Way;
+
+use super::named::Named;
+use crate::page::number::{bytes, figure, percent, times};
+use crate::page::table::{number, table, text};
+
+/// The ways to choose between.
+pub(crate) struct Advice<'a> {
+    /// The cheapest of those whose error is good enough.
+    pub(crate) good: &'a Way,
+    /// The one with the least error.
+    pub(crate) best: &'a Way,
+    /// The least error that cannot be told from a good one: the greater of the share and the reference's own.
+    pub(crate) limit: f64,
+    /// Whether that limit is the reference's own error.
+    pub(crate) by_floor: bool,
+}
+
+/// Whether a way is a choice: it has all that the scene needs, and its error and time are numbers.
+fn choosable(way: &Way) -> bool {
+    way.complete && way.picture.rmse_over_mean.is_finite() && way.time.median.is_finite()
+}
+
+/// What to take; none if no way is a choice.
+pub(crate) fn advise<'a>(named: &Named<'a>, within: f64) -> Option<Advice<'a>> {
+    let choices = || named.ways().iter().filter(|way| choosable(way));
+    let error = |way: &Way| way.picture.rmse_over_mean;
+    let time = |way: &Way| way.time.median;
+    let best = choices().min_by(|one, other| {
+        error(one).total_cmp(&error(other)).then(time(one).total_cmp(&time(other)))
+    })?;
+    let near = error(best) * (1.0 + within);
+    let floor = named.scene.measured.reference.floor_over_mean;
+    let limit = if floor > near { floor } else { near };
+    let good = choices().filter(|way| error(way) <= limit).min_by(|one, other| {
+        time(one).total_cmp(&time(other)).then(error(one).total_cmp(&error(other)))
+    })?;
+    Some(Advice { good, best, limit, by_floor: floor > near })
+}
+
+/// One answer for each scene.
+pub(crate) fn answers(scenes: &[Named<'_>], within: f64) -> Markup {
+    html! {
+        p.quiet {
+            "Error is that of the picture's indirect light against brute force (root of the mean squared difference over the mean). "
+            "Time is that of all passes of indirect light in one frame. Numbers in discs are those of the plots below; a way is called by where it differs from the default, which is what the scene gets if nobody chooses."
+        }
+        @if scenes.is_empty() { p.quiet { "No scene was measured." } }
+        @for named in scenes {
+            div.answer {
+                h3 { a href={ "#" (named.id()) } { (named.scene.measured.scene) } }
+                @match advise(named, within) {
+                    Some(advice) => (answer(named, &advice, within)),
+                    None => p { strong { "No way has all that the scene needs and a finite error: there is nothing to recommend." } },
+                }
+            }
+        }
+    }
+}
+
+fn answer(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
+    let Advice { good, best, .. } = *advice;
+    let same = good.name == best.name;
+    html! {
+        @if named.scene.measured.reference.dark {
+            p { "No indirect light reaches what the camera sees: leave it out, or take the cheapest." }
+        }
+        p {
+            "Take " (named.call(good)) ": " strong { (named.error(good.picture.rmse_over_mean)) } " error in "
+            strong { (figure(good.time.median)) " ms" } " and " (bytes(Named::bytes(good))) ". "
+            @if same {
+                "It is the most accurate, and nothing " (near(named, advice, within)) " is cheaper. "
+            } @else {
+                "It is the cheapest " (near(named, advice, within)) "; the most accurate, " (named.call(best)) ", takes "
+                (times(best.time.median / good.time.median)) " its time for " (named.error(best.picture.rmse_over_mean)) ". "
+            }
+            (against_default(named, good))
+        }
+        (choices(named, advice, within))
+    }
+}
+
+/// What counts as good here.
+fn near(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> String {
+    if advice.by_floor {
+        format!(
+            "within the reference's own error of {}, below which nothing is told apart",
+            named.error(advice.limit)
+        )
+    } else {
+        format!("within {} of the best error", percent(within))
+    }
+}
+
+fn against_default(named: &Named<'_>, good: &Way) -> Markup {
+    let Some(default) = named.default() else {
+        return html! { "The scene has no default among these." };
+    };
+    if default.name == good.name {
+        return html! { "It is the default: what the scene gets if nobody chooses." };
+    }
+    let ratio = default.time.median / good.time.median;
+    let errors = default.picture.rmse_over_mean / good.picture.rmse_over_mean;
+    html! {
+        "The default, " (named.badge(default)) ", takes " (times(ratio)) " the time"
+        @if errors.is_finite() { " with " (times(errors)) " the error" } @else { " with " (named.error(default.picture.rmse_over_mean)) " error" }
+        @match default.dominated.as_ref() {
+            Some(dominated) => {
+                ", and is beaten by " @match named.way(&dominated.by) { Some(by) => (named.badge(by)), None => code { (dominated.by) } }
+                @if !dominated.clear { ", though within the spread of the times" }
+                "."
+            }
+            None => "; it is on the frontier, so nothing beats it in both.",
+        }
+    }
+}
+
+fn choices(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
+    let mut roles: Vec<(String, &Way)> =
+        vec![(format!("cheapest {}", short(advice, within)), advice.good)];
+    if advice.best.name == advice.good.name {
+        roles[0].0 = format!("most accurate, and {}", roles[0].0);
+    } else {
+        roles.push(("most accurate".to_owned(), advice.best));
+    }
+    let fastest = named.ways().iter().filter(|way| choosable(way) && way.frontier);
+    if let Some(fastest) =
+        fastest.min_by(|one, other| one.time.median.total_cmp(&other.time.median))
+        && roles.iter().all(|role| role.1.name != fastest.name)
+    {
+        roles.push(("fastest of the frontier".to_owned(), fastest));
+    }
+    if let Some(default) = named.default() {
+        match roles.iter_mut().find(|role| role.1.name == default.name) {
+            Some(role) => role.0.push_str(", the default"),
+            None => roles.push(("the scene's default".to_owned(), default)),
+        }
+    }
+    let rows: Vec<Markup> = roles
+        .iter()
+        .map(|(role, way)| {
+            html! {
+                tr {
+                    th.wide scope="row" { (role) }
+                    td.wide { (named.badge(way)) " " (named.words(way)) }
+                    td.n data-label="error" { (named.error(way.picture.rmse_over_mean)) }
+                    td.n data-label="ms" { (figure(way.time.median)) }
+                    td.n data-label="memory" { (bytes(Named::bytes(way))) }
+                    td.n data-label="FLIP" { (figure(way.picture.flip)) }
+                }
+            }
+        })
+        .collect();
+    let columns =
+        [text(""), text("way"), number("error"), number("ms"), number("memory"), number("FLIP")];
+    table(&format!("Choices for {}", named.scene.measured.scene), "choices", &columns, &rows)
+}
+
+fn short(advice: &Advice<'_>, within: f64) -> String {
+    if advice.by_floor {
+        "within the reference's own error".to_owned()
+    } else {
+        format!("within {} of the best error", percent(within))
+    }
+}

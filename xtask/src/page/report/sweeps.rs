@@ -1,0 +1,144 @@
+//! Error and time against one number: where more of it stops paying.
+
+use maud::{Markup, html};
+use sglow_measure::frontier::document::{Series, Sweep, SweepOver, SweepPoint};
+
+use super::named::Named;
+use crate::page::number::{figure, maybe};
+use crate::page::plot::lines::{Line, legend, lines};
+use crate::page::table::{number, table, text};
+
+pub(crate) fn section(named: &Named<'_>) -> Markup {
+    let sweeps = &named.scene.measured.sweeps;
+    html! {
+        @if sweeps.is_empty() { p.quiet { "Nothing was varied." } }
+        @for sweep in sweeps { (one(named, sweep)) }
+    }
+}
+
+/// What is varied, as a heading and as the name of an axis.
+fn over(sweep: &Sweep) -> [&'static str; 2] {
+    match sweep.over {
+        SweepOver::Iterations => ["Bisection steps", "bisection steps"],
+        SweepOver::SizeFactor => ["Size of kernels", "K"],
+        SweepOver::Lights => ["Virtual lights", "virtual lights"],
+    }
+}
+
+fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
+    let [heading, axis] = over(sweep);
+    let floor = named.scene.measured.reference.floor_over_mean;
+    let picture = |point: &SweepPoint| point.picture_rmse_over_mean;
+    let own = |point: &SweepPoint| point.own_rms_over_mean;
+    let time = |point: &SweepPoint| point.time.map(|time| time.median);
+    // The ring stands for the picture's error, so it is drawn where that is and where its price is.
+    let picture_lines = of(sweep, &picture, true);
+    let least = picture_lines
+        .iter()
+        .flat_map(|line| &line.points)
+        .map(|point| point[1])
+        .fold(f64::INFINITY, f64::min);
+    let drawings = [
+        (
+            lines(
+                &format!("{heading}: error of the picture"),
+                axis,
+                "picture error",
+                &picture_lines,
+                // A floor far below would flatten the lines.
+                (floor > least / 4.0).then_some(floor),
+            ),
+            "Against the reference; the dashed line is the reference's own error.",
+        ),
+        (
+            lines(
+                &format!("{heading}: own error"),
+                axis,
+                "own error",
+                &of(sweep, &own, false),
+                None,
+            ),
+            "From the limit of the same way: what this number is to blame for.",
+        ),
+        (
+            lines(&format!("{heading}: time"), axis, "ms", &of(sweep, &time, true), None),
+            "Of the passes that the number bears on.",
+        ),
+    ];
+    let names: Vec<String> = sweep.series.iter().map(|series| series.name.clone()).collect();
+    html! {
+        h4 { (heading) }
+        p { (verdict(sweep)) }
+        (legend(&names))
+        div.smalls {
+            @for (drawing, caption) in drawings {
+                @if let Some(drawing) = drawing { (drawing.small(caption)) }
+            }
+        }
+        p.quiet { "Ringed: the least number whose picture error is within 1 % of the best. Own errors are differences from " (sweep.limit) "." }
+        details {
+            summary { "Numbers" }
+            (numbers(sweep, axis))
+        }
+    }
+}
+
+/// Where it stops paying, in words.
+fn verdict(sweep: &Sweep) -> Markup {
+    let [_, axis] = over(sweep);
+    let amount = |last: f64| match sweep.over {
+        SweepOver::SizeFactor => format!("{axis} = {}", figure(last)),
+        SweepOver::Iterations | SweepOver::Lights => format!("{} {axis}", figure(last)),
+    };
+    let measured = sweep
+        .series
+        .iter()
+        .filter(|series| series.points.iter().any(|point| point.picture_rmse_over_mean.is_some()));
+    html! {
+        @for series in measured {
+            em { (series.name) } ": "
+            @match series.pays_until {
+                Some(last) => { "more than " strong { (amount(last)) } " does not pay. " },
+                None => "no end is seen. ",
+            }
+        }
+    }
+}
+
+fn of(sweep: &Sweep, value: &dyn Fn(&SweepPoint) -> Option<f64>, ringed: bool) -> Vec<Line> {
+    // A line without points keeps its place, so that colours and shapes stay those of the legend.
+    let points = |series: &Series| {
+        series.points.iter().filter_map(|point| Some([point.at, value(point)?])).collect()
+    };
+    sweep
+        .series
+        .iter()
+        .map(|series| Line {
+            name: series.name.clone(),
+            points: points(series),
+            ringed: series.pays_until.filter(|_| ringed),
+        })
+        .collect()
+}
+
+fn numbers(sweep: &Sweep, axis: &'static str) -> Markup {
+    let rows: Vec<Markup> = sweep
+        .series
+        .iter()
+        .flat_map(|series| series.points.iter().map(move |point| (series, point)))
+        .map(|(series, point)| {
+            html! {
+                tr {
+                    th scope="row" { (series.name) }
+                    td.n { (figure(point.at)) }
+                    td.n { (maybe(point.picture_rmse_over_mean)) }
+                    td.n { (maybe(point.own_rms_over_mean)) }
+                    td.n { (maybe(point.time.map(|time| time.median))) }
+                }
+            }
+        })
+        .collect();
+    let columns =
+        [text("line"), number(axis), number("picture error"), number("own error"), number("ms")];
+    table(&format!("Numbers along {axis}"), "", &columns, &rows)
+}
