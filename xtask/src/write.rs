@@ -4,6 +4,8 @@ use std::fs;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
+use tempfile::NamedTempFile;
+
 use crate::failure::{Context as _, Failure, Result};
 
 /// What a file is written through.
@@ -19,6 +21,28 @@ pub(crate) fn file<E: Into<Failure>>(
     path: &Path,
     fill: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
 ) -> Result {
+    persist(beside(path, fill)?, path)
+}
+
+/// Writes several files as [`file()`] does, which belong together: none takes its place before all are written.
+pub(crate) fn texts(files: &[(&Path, &str)]) -> Result {
+    let write =
+        |&(path, text): &(&Path, &str)| beside(path, |sink| sink.write_all(text.as_bytes()));
+    let written = files.iter().map(write).collect::<Result<Vec<_>>>()?;
+    written.into_iter().zip(files).try_for_each(|(file, (path, _))| persist(file, path))
+}
+
+fn persist(file: NamedTempFile, path: &Path) -> Result {
+    let persisted = file.persist(path).map_err(|error| error.error);
+    persisted.context(format!("{}: cannot write", path.display()))?;
+    Ok(())
+}
+
+/// A file that is written beside its place.
+fn beside<E: Into<Failure>>(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
+) -> Result<NamedTempFile> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
         _ => PathBuf::from("."),
@@ -39,11 +63,7 @@ pub(crate) fn file<E: Into<Failure>>(
     writer
         .into_inner()
         .map_err(io::IntoInnerError::into_error)
-        .context(format!("{place}: cannot write"))?
-        .persist(path)
-        .map_err(|error| error.error)
-        .context(format!("{place}: cannot write"))?;
-    Ok(())
+        .context(format!("{place}: cannot write"))
 }
 
 /// Writes `text` as [`file()`] does.
@@ -67,5 +87,17 @@ mod tests {
         assert!(failed.unwrap_err().to_string().contains("the disk is full"));
         assert_eq!(fs::read_to_string(&path).unwrap(), "first");
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn files_that_belong_together_come_together() {
+        let folder = tempfile::tempdir().unwrap();
+        let (one, other) = (folder.path().join("one"), folder.path().join("other"));
+        texts(&[(&one, "1"), (&other, "1")]).unwrap();
+        // The second one cannot be written: the first one stays as it was.
+        let nowhere = one.join("below");
+        assert!(texts(&[(&one, "2"), (&nowhere, "2")]).is_err());
+        assert_eq!(fs::read_to_string(&one).unwrap(), "1");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 }

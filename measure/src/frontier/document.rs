@@ -159,7 +159,7 @@ pub struct Reference {
     pub discretisation_over_mean: f64,
     /// Both together: nothing is claimed of errors below this.
     pub floor_over_mean: f64,
-    /// The same of the other kind, on a few pixels: why it was not taken.
+    /// The same of the other kind: why it was not taken.
     pub other_floor_over_mean: Option<f64>,
     /// Whether no indirect light reaches what the camera sees; then errors are absolute.
     pub dark: bool,

@@ -3,10 +3,11 @@
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sglow_oracle::metrics;
+use sglow_oracle::flip::{PIXELS_PER_DEGREE, decoded, flip};
 use sglow_oracle::shade::shade;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
+use sglow_oracle::{Vector3, metrics};
 use sglow_runtime::frame::{Frame, Surfaces};
 use sglow_runtime::reference;
 use sglow_runtime::settings::Settings;
@@ -36,11 +37,13 @@ pub struct Judge<'a> {
     surfaces: &'a Surfaces,
     /// Radiance that no way changes: direct light and emission.
     fixed: Radiance,
-    eye: sglow_oracle::Vector3,
+    eye: Vector3,
     sample: Vec<SurfaceTexel>,
     width: u32,
-    /// What is shown of the reference.
+    size: [usize; 2],
     exposure: Exposure,
+    /// What a screen shows of the reference.
+    reference: Vec<Vector3>,
 }
 
 impl<'a> Judge<'a> {
@@ -58,12 +61,15 @@ impl<'a> Judge<'a> {
             })
             .collect();
         let surfaces: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
-        let exposure = Exposure::automatic(&whole(&fixed, &truth.indirect));
+        let reference = whole(&fixed, &truth.indirect);
+        let exposure = Exposure::automatic(&reference);
         Self {
             sample: truth.sample.iter().map(|&at| surfaces[at]).collect(),
             surfaces: &frame.gbuffer,
             eye: reference::vector(eye),
             width: subject.base.size[0],
+            size: subject.base.size.map(|side| side as usize),
+            reference: displayed(&reference, exposure),
             exposure,
             fixed,
             truth,
@@ -137,10 +143,32 @@ impl<'a> Judge<'a> {
         (error, not_finite)
     }
 
-    fn flip(&self, _indirect: &Radiance) -> f64 {
-        let _ = self.exposure;
-        0.0
+    /// The mean of the FLIP map of whole pictures, 1 if there is none since a number is not finite.
+    fn flip(&self, indirect: &Radiance) -> f64 {
+        let shown = displayed(&self.whole(indirect), self.exposure);
+        flip(&self.reference, &shown, self.size, PIXELS_PER_DEGREE).map_or(1.0, |flip| flip.mean)
     }
+}
+
+/// The FLIP map of a whole picture against its reference, 0 to 1 each pixel, as both are shown with the reference's
+/// exposure; 1 everywhere if a number is not finite.
+#[must_use]
+pub fn flip_map(reference: &Radiance, picture: &Radiance, size: [u32; 2]) -> Vec<f32> {
+    let exposure = Exposure::automatic(reference);
+    let shown = [reference, picture].map(|radiance| displayed(radiance, exposure));
+    let size = size.map(|side| side as usize);
+    match flip(&shown[0], &shown[1], size, PIXELS_PER_DEGREE) {
+        Ok(flip) => flip.errors.into_iter().map(|error| error as f32).collect(),
+        Err(_) => vec![1.0; picture.len()],
+    }
+}
+
+/// What a screen shows of radiance, as light again: linear, 0 to 1.
+#[must_use]
+pub fn displayed(radiance: &Radiance, exposure: Exposure) -> Vec<Vector3> {
+    let linear = |value: f32| decoded(f64::from(value));
+    let shown = radiance.iter().map(|&pixel| exposure.shown(pixel).map(linear));
+    shown.map(|[r, g, b]| Vector3::new(r, g, b)).collect()
 }
 
 fn whole(fixed: &Radiance, indirect: &Radiance) -> Radiance {

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 use sglow_oracle::Vector3;
-use sglow_runtime::reference;
+use sglow_oracle::estimate::Estimate;
+use sglow_runtime::reference::{self, Choice, Kind};
 
 use super::document::{Radiance, Reference, ReferenceKind};
 use super::subject::{Drawn, FrontierError, Subject};
@@ -13,7 +14,10 @@ use crate::rivals::flicker::of_pixels;
 const SAMPLE: usize = 96;
 
 /// Paths of each pixel.
-const PATHS: u32 = 256;
+const PATHS: u32 = 2048;
+
+/// Shadow rays of each pixel.
+const RAYS: u32 = 256;
 
 /// The seed of what is drawn: the same run gives the same numbers.
 const SEED: u64 = 2016;
@@ -45,7 +49,8 @@ pub fn truth(
     cache: &Cache,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Truth, FrontierError> {
-    let key = subject.scene_key("reference").on("samples", format!("{PATHS} {SAMPLE} {SEED}"));
+    let key =
+        subject.scene_key("reference").on("samples", format!("{PATHS} {RAYS} {SAMPLE} {SEED}"));
     cache.get(&key, || make(subject, progress))
 }
 
@@ -54,7 +59,7 @@ fn make(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Truth, FrontierError> {
     let drawn = subject.drawn()?;
-    let Drawn { renderer, frame, .. } = drawn;
+    let Drawn { renderer, frame, rsm } = drawn;
     let settings = renderer.indirect().settings();
     let surfaces = &frame.gbuffer;
     let present: Vec<usize> =
@@ -68,38 +73,44 @@ fn make(
         progress(done, of);
         true
     };
-    let (light, eye) = (renderer.light(), renderer.eye());
-    let estimates =
-        reference::paths(light, settings, subject.scene, surfaces, eye, PATHS, SEED, told)?
-            .unwrap_or_default();
-    let squares: f64 =
-        present.iter().map(|&at| estimates[at].standard_error.length_squared()).sum();
-    let numbers = 3.0 * present.len() as f64;
-    let indirect: Radiance =
-        estimates.iter().map(|one| one.mean.total().to_array().map(|value| value as f32)).collect();
-    let mean = present.iter().flat_map(|&at| indirect[at]).map(f64::from).sum::<f64>() / numbers;
-    let over_mean = |value: f64| if mean > 0.0 { value / mean } else { value };
-    let noise = over_mean((squares / numbers).sqrt());
+    let (light, eye, scene) = (renderer.light(), renderer.eye(), subject.scene);
+    // Both, for how far they are off hangs on a few pixels, which a pilot would miss.
+    let paths = reference::paths(light, settings, scene, surfaces, eye, PATHS, SEED, told)?
+        .unwrap_or_default();
+    let points = reference::points(light, settings, scene, rsm, surfaces, eye, RAYS, SEED, told)?
+        .unwrap_or_default();
+    let seen = |estimates: &[Estimate]| -> Vec<Estimate> {
+        present.iter().filter_map(|&at| estimates.get(at).copied()).collect()
+    };
+    let choice = Choice::of(&seen(&paths), &seen(&points));
+    let (kind, samples, estimates, certain, other) = match choice.better {
+        Kind::Paths => (ReferenceKind::Paths, PATHS, paths, choice.paths, choice.points),
+        Kind::Points => (ReferenceKind::Points, RAYS, points, choice.points, choice.paths),
+    };
+    let over_mean = |value: f64| if certain.mean > 0.0 { value / certain.mean } else { value };
     Ok(Truth {
         reference: Reference {
-            kind: ReferenceKind::Paths,
-            samples: PATHS,
-            mean,
-            noise_over_mean: noise,
-            discretisation_over_mean: 0.0,
-            floor_over_mean: noise,
-            other_floor_over_mean: None,
-            dark: mean == 0.0,
+            kind,
+            samples,
+            mean: certain.mean,
+            noise_over_mean: over_mean(certain.noise),
+            discretisation_over_mean: over_mean(certain.discretisation),
+            floor_over_mean: over_mean(certain.total),
+            other_floor_over_mean: Some(other.relative()).filter(|floor| floor.is_finite()),
+            dark: certain.mean == 0.0,
         },
-        indirect,
-        points: points(drawn, &sample),
+        indirect: estimates
+            .iter()
+            .map(|one| one.mean.total().to_array().map(|value| value as f32))
+            .collect(),
+        points: unhidden(drawn, &sample),
         present,
         sample,
     })
 }
 
 /// The sum over all texels of the light's map at some pixels.
-fn points(Drawn { renderer, frame, rsm }: &Drawn<'_>, sample: &[usize]) -> Vec<[f64; 3]> {
+fn unhidden(Drawn { renderer, frame, rsm }: &Drawn<'_>, sample: &[usize]) -> Vec<[f64; 3]> {
     let settings = renderer.indirect().settings();
     let receivers = of_pixels(&frame.gbuffer, sample);
     let (light, eye) = (renderer.light(), renderer.eye());

@@ -1,22 +1,26 @@
 //! `report`: error against run time.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use sglow_measure::cache::Cache;
 use sglow_measure::frontier::document::{Pictures, SceneReport};
-use sglow_measure::frontier::scene;
 use sglow_measure::frontier::subject::Subject;
+use sglow_measure::frontier::{judge, scene};
 use sglow_runtime::device::Gpu;
 use sglow_runtime::package::Package;
 
 use crate::failure::{Failure, Result};
 use crate::json::{Check, Relation, Report};
 use crate::machine::target_folder;
+use crate::page::report as page;
 use crate::progress::Bars;
 use crate::say;
 use crate::shot::{self, Numbers, Shot};
 use crate::table;
+use crate::write;
 
 mod densities;
 mod ways;
@@ -79,6 +83,9 @@ impl Choice {
     }
 }
 
+/// How far from the least error, as a share of it, a way still counts as good.
+const WITHIN: f64 = 0.05;
+
 /// What must not be concluded.
 const DOES_NOT_SHOW: &[&str] = &[
     "Times on a software driver compare variants and promise nothing about GPUs.",
@@ -91,6 +98,7 @@ const DOES_NOT_SHOW: &[&str] = &[
 ///
 /// When a scene, a variant or the device does not allow it, or a promise is not kept.
 pub(crate) fn run(arguments: &Arguments) -> Result {
+    let start = Instant::now();
     let only = ways::only(&arguments.choice.only)?;
     let names = if arguments.scene.is_empty() {
         ["cornell", "caustic", "columns"].map(str::to_owned).to_vec()
@@ -129,10 +137,46 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     ));
     let [found, made, outdated] = cache.counts();
     say::line(format!("{made} results measured, {found} as before, {outdated} of them outdated"));
-    let path = arguments.out.join("report.json");
-    report.write(&path)?;
-    say::line(path.display());
+    write(arguments, &report, &scenes, start.elapsed())?;
     report.verdict()
+}
+
+/// Writes the page, the numbers and what they mean, all or none.
+fn write(
+    arguments: &Arguments,
+    report: &Report,
+    scenes: &[(SceneReport, Pictures)],
+    took: Duration,
+) -> Result {
+    let flip = |(scene, pictures): &(SceneReport, Pictures)| -> BTreeMap<String, Vec<f32>> {
+        let map = |picture| judge::flip_map(&pictures.reference, picture, scene.size);
+        pictures.ways.iter().map(|(name, picture)| (name.clone(), map(picture))).collect()
+    };
+    let flips: Vec<_> = scenes.iter().map(flip).collect();
+    let shown: Vec<_> = scenes
+        .iter()
+        .zip(&flips)
+        .map(|((measured, pictures), flip)| page::Scene {
+            measured,
+            pictures,
+            flip,
+            facts: &[],
+            decisions: &[],
+            left_out: &[],
+        })
+        .collect();
+    let page = page::page(&page::Input {
+        report,
+        scenes: &shown,
+        within: WITHIN,
+        minutes: took.as_secs_f64() / 60.0,
+        does_not_show: DOES_NOT_SHOW,
+    });
+    let [index, json] = ["index.html", "report.json"].map(|name| arguments.out.join(name));
+    let numbers = serde_json::to_string_pretty(report)? + "\n";
+    write::texts(&[(&index, &page), (&json, &numbers)])?;
+    say::line(format!("{}\n{}", index.display(), json.display()));
+    Ok(())
 }
 
 /// Measures one scene.

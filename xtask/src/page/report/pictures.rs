@@ -18,7 +18,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
         Ok(reference) => reference,
         Err(why) => return html! { p.quiet { "There is no picture of the reference: " (why) } },
     };
-    let exposure = Exposure::automatic(&reference);
+    let exposure = Exposure::automatic(reference.pixels());
     let top = scale_end(named.scene.flip);
     let reference = png::data(&radiance(&reference, exposure));
     html! {
