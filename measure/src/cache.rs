@@ -125,10 +125,14 @@ impl Cache {
         Ok(result)
     }
 
-    /// Whether there is a result that would be trusted.
+    /// The kept result of a key, if all it depends on is the same.
     #[must_use]
-    pub fn has<T: DeserializeOwned>(&self, key: &Key) -> bool {
-        self.kept::<T>(key).is_some()
+    pub fn find<T: DeserializeOwned>(&self, key: &Key) -> Option<T> {
+        let found = self.kept(key);
+        if found.is_some() {
+            self.found.set(self.found.get() + 1);
+        }
+        found
     }
 
     /// How many results were found, were made, and were there but depended on something else.

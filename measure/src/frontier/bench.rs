@@ -157,21 +157,32 @@ impl Subject<'_> {
         self.untimed(|encoder| hiding.encode(encoder, lights.vsgls(), count, None))
     }
 
-    /// Hides and reflects lights, timed after a warm-up.
+    /// Hides and reflects lights once, timed.
     pub(super) fn time_shading(
         &self,
         lights: &Indirect,
         hiding: Option<&Visibility>,
         shading: &Shading,
-        runs: usize,
-    ) -> Result<Runs, FrontierError> {
+        runs: &mut Runs,
+    ) -> Result<(), FrontierError> {
         let inputs = self.shading_inputs(lights, hiding)?;
-        self.timed(runs, |encoder, timer| {
+        self.one_run(runs, true, |encoder, timer| {
             if let Some(hiding) = hiding {
                 hiding.encode(encoder, lights.vsgls(), inputs.count, Some(&mut *timer));
             }
             shading.encode(encoder, &inputs, Some(timer));
         })
+    }
+
+    /// Reflects lights that nothing hides, timed after a warm-up.
+    pub(super) fn time_reflecting(
+        &self,
+        lights: &Indirect,
+        shading: &Shading,
+        runs: usize,
+    ) -> Result<Runs, FrontierError> {
+        let inputs = self.shading_inputs(lights, None)?;
+        self.timed(runs, |encoder, timer| shading.encode(encoder, &inputs, Some(timer)))
     }
 
     /// The indirect light of lights that are made and hidden already.
@@ -232,18 +243,29 @@ impl Subject<'_> {
     ) -> Result<Runs, FrontierError> {
         let mut found = Runs::default();
         for run in 0..=runs {
-            let mut timer = Timer::new(self.gpu);
-            found.clock = Some(timer.clock());
-            let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-            encode(&mut encoder, &mut timer);
-            self.gpu.queue.submit([encoder.finish()]);
-            let times = timer.finish()?;
-            self.gpu.finish()?;
-            if run > 0 {
-                found.add(times);
-            }
+            self.one_run(&mut found, run > 0, &encode)?;
         }
         Ok(found)
+    }
+
+    /// Once; what is not counted is the clock's name alone.
+    fn one_run(
+        &self,
+        runs: &mut Runs,
+        counts: bool,
+        encode: impl Fn(&mut wgpu::CommandEncoder, &mut Timer<'_>),
+    ) -> Result<(), FrontierError> {
+        let mut timer = Timer::new(self.gpu);
+        runs.clock = Some(timer.clock());
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        encode(&mut encoder, &mut timer);
+        self.gpu.queue.submit([encoder.finish()]);
+        let times = timer.finish()?;
+        self.gpu.finish()?;
+        if counts {
+            runs.add(times);
+        }
+        Ok(())
     }
 }
 

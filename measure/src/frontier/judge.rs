@@ -94,14 +94,7 @@ impl<'a> Judge<'a> {
         if settings.visibility != Visibility::None {
             return Verdict { picture, rounding: None, model_rms_over_mean: None, not_finite };
         }
-        let model = reference::model(settings);
-        let oracle: Vec<[f64; 3]> = self
-            .sample
-            .par_iter()
-            .map(|surface| {
-                shade(surface, self.eye, lights.iter().copied(), &model).total().to_array()
-            })
-            .collect();
+        let oracle = self.by_oracle(settings, lights);
         let device: Vec<[f64; 3]> =
             self.truth.sample.iter().map(|&at| indirect[at].map(f64::from)).collect();
         let (rms, at) = apart(&device, &oracle);
@@ -114,6 +107,16 @@ impl<'a> Judge<'a> {
         };
         let model = over_mean(apart(&oracle, &self.truth.points).0, &self.truth.points);
         Verdict { picture, rounding: Some(rounding), model_rms_over_mean: Some(model), not_finite }
+    }
+
+    /// What the oracle reflects of lights on the sample of pixels.
+    #[must_use]
+    pub fn by_oracle(&self, settings: &Settings, lights: &[Vsgl<f64>]) -> Vec<[f64; 3]> {
+        let model = reference::model(settings);
+        let reflected = self.sample.par_iter().map(|surface| {
+            shade(surface, self.eye, lights.iter().copied(), &model).total().to_array()
+        });
+        reflected.collect()
     }
 
     /// What is seen of a picture, and how many of its numbers are not finite.

@@ -228,8 +228,8 @@ fn every_way(
         judge.get().ok_or_else(|| FrontierError::NoSurface { scene: subject.scene.name.clone() })
     };
 
+    let shaded = time_shadings(&workshop, ways, cache, progress)?;
     progress.start(&format!("{}: {} ways", subject.scene.name, ways.len()), ways.len());
-    let mut shaded: BTreeMap<String, Timed> = BTreeMap::new();
     let mut found = Vec::new();
     let mut not_finite = 0;
     let mut maps: Option<(Settings, OnceCell<Indirect>, Timed)> = None;
@@ -260,16 +260,7 @@ fn every_way(
         let Some((light_settings, light_cell, light_times)) = &lights else { continue };
         let light = || made(light_cell, || Ok(subject.lights(light_settings, map()?, 0)?.0));
 
-        let shading_settings = of_shading(settings);
         let id = settings.shade().id().to_string();
-        if !shaded.contains_key(&id) {
-            let timed = cache.get(&named("shading", &shading_settings)?, || {
-                time_shading(&workshop, &shading_settings)
-            })?;
-            // The lights that it was timed with took the place of those that were hidden.
-            hidden = None;
-            shaded.insert(id.clone(), timed);
-        }
         let verdict: Verdict = cache.get(&named("verdict", settings)?, || {
             let lights = light()?;
             let hiding = workshop.hiding(settings)?;
@@ -329,15 +320,67 @@ fn made<T>(
     Ok(cell.get_or_init(|| new))
 }
 
-/// Times of hiding and reflecting the lights that are made by default.
-fn time_shading(workshop: &Workshop<'_, '_>, settings: &Settings) -> Result<Timed, FrontierError> {
+/// Lights that are made by default, as they are held.
+struct DefaultLights {
+    settings: Settings,
+    lights: Indirect,
+}
+
+/// Times of hiding and reflecting the lights that are made by default, by the shading variant: of all that were not
+/// measured before, in turns.
+fn time_shadings(
+    workshop: &Workshop<'_, '_>,
+    ways: &[Settings],
+    cache: &Cache,
+    progress: &dyn Progress,
+) -> Result<BTreeMap<String, Timed>, FrontierError> {
     let subject = workshop.subject;
-    let (maps, _) = subject.maps(settings, 0)?;
-    let (lights, _) = subject.lights(settings, &maps, 0)?;
-    debug_assert!(held_alike(settings, lights.settings()));
-    let hiding = workshop.hiding(settings)?;
-    let shading = workshop.shading(settings)?;
-    Ok(Timed::of(&subject.time_shading(&lights, hiding.as_deref(), &shading, RUNS)?))
+    let mut found = BTreeMap::new();
+    let mut lacking: BTreeMap<String, (Settings, Key, Runs)> = BTreeMap::new();
+    for settings in ways.iter().map(of_shading) {
+        let id = settings.shade().id().to_string();
+        if found.contains_key(&id) || lacking.contains_key(&id) {
+            continue;
+        }
+        let key = subject.key("shading", &way::name(&settings, &subject.base), &settings)?;
+        match cache.find::<Timed>(&key) {
+            Some(timed) => drop(found.insert(id, timed)),
+            None => drop(lacking.insert(id, (settings, key, Runs::default()))),
+        }
+    }
+    let steps = lacking.len() * (RUNS + 1);
+    if steps > 0 {
+        let what = format!("{}: {} shading variants in turns", subject.scene.name, lacking.len());
+        progress.start(&what, steps);
+    }
+    let mut held: Vec<DefaultLights> = Vec::new();
+    let mut done = 0;
+    for run in 0..=RUNS {
+        for (settings, _, runs) in lacking.values_mut() {
+            let alike = |one: &DefaultLights| held_alike(settings, &one.settings);
+            let at = match held.iter().position(alike) {
+                Some(at) => at,
+                None => {
+                    let (maps, _) = subject.maps(settings, 0)?;
+                    let (lights, _) = subject.lights(settings, &maps, 0)?;
+                    held.push(DefaultLights { settings: settings.clone(), lights });
+                    held.len() - 1
+                }
+            };
+            let hiding = workshop.hiding(settings)?;
+            let shading = workshop.shading(settings)?;
+            // The first run compiles.
+            let mut discarded = Runs::default();
+            let runs = if run == 0 { &mut discarded } else { runs };
+            subject.time_shading(&held[at].lights, hiding.as_deref(), &shading, runs)?;
+            done += 1;
+            progress.done(done);
+        }
+    }
+    for (id, (_, key, runs)) in lacking {
+        found.insert(id, cache.get(&key, || Ok::<_, FrontierError>(Timed::of(&runs)))?);
+    }
+    Ok(found)
 }
 
 /// Whether settings have all that the scene needs, which `base` has.

@@ -38,6 +38,9 @@ pub enum FrontierError {
     /// The scene cannot be traced.
     #[error(transparent)]
     Scene(#[from] sglow_oracle::surface::SceneError),
+    /// Mips read back are none.
+    #[error(transparent)]
+    Pyramid(#[from] sglow_oracle::rsm::PyramidError),
     /// The light cannot be followed.
     #[error(transparent)]
     Flicker(#[from] FlickerError),

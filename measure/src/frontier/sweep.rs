@@ -1,7 +1,13 @@
 //! Error and time against one number: bisection steps, K, the number of virtual lights.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sglow_oracle::rsm::{Moments, Pyramid, Weights};
+use sglow_oracle::vsgl::{self, Vsgl};
+use sglow_runtime::indirect::Indirect;
+use sglow_runtime::light::LightView;
 use sglow_runtime::settings::Settings;
+use sglow_runtime::{readback, reference};
 use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
 
 use super::document::{Radiance, Series, Sweep, SweepOver, SweepPoint, Time};
@@ -70,6 +76,7 @@ pub(super) fn sweeps(
         }
         iterations.push(series(filter.name().to_owned(), points));
     }
+    iterations.push(modelled(subject, truth, cache, &base)?);
     let mut sizes = Vec::new();
     for size_factor in SIZE_FACTORS {
         let settings = Settings { size_factor, ..base.clone() };
@@ -113,14 +120,88 @@ fn at(
         let (lights, runs) = subject.lights(settings, &maps, RUNS)?;
         let shading = subject.shading(settings)?;
         let mut timed = Timed::of(&runs);
-        timed
-            .passes
-            .extend(Timed::of(&subject.time_shading(&lights, None, &shading, RUNS)?).passes);
+        timed.passes.extend(Timed::of(&subject.time_reflecting(&lights, &shading, RUNS)?).passes);
         let indirect = subject.reflect(&lights, None, &shading)?;
         let (error, _) = Judge::new(subject, truth, frame, renderer.eye()).picture(&indirect);
         let indirect = present(&indirect, truth);
         Ok(At { timed, rmse_over_mean: error.rmse_over_mean, indirect })
     })
+}
+
+/// What the weights of a hardware sampler do to the picture, by the oracle's sampling pass on the device's maps: a
+/// software driver has no such weights. The limit is the same pass with exact weights and the bracketed solver, the
+/// picture is that of the oracle on a sample of pixels.
+fn modelled(
+    subject: &Subject<'_>,
+    truth: &Truth,
+    cache: &Cache,
+    base: &Settings,
+) -> Result<Series, FrontierError> {
+    let key = subject.key("sweep of modelled weights", "default", base)?;
+    let own: Vec<f64> = cache.get(&key, || {
+        let Drawn { renderer, frame, .. } = subject.drawn()?;
+        let (maps, _) = subject.maps(base, 0)?;
+        let (lights, _) = subject.lights(base, &maps, 0)?;
+        let judge = Judge::new(subject, truth, frame, renderer.eye());
+        let pyramids = Pyramids::read(subject, &lights, renderer.light())?;
+        let picture = |weights, solver, iterations| {
+            let settings = Settings { solver, iterations, ..base.clone() };
+            judge.by_oracle(&settings, &pyramids.lights(weights, &settings, renderer.light()))
+        };
+        let limit = picture(Weights::Exact, Solver::Bracketed, 1);
+        let own = |steps| {
+            over_mean(
+                apart(&picture(Weights::HARDWARE, Solver::Bisection, steps), &limit).0,
+                &limit,
+            )
+        };
+        Ok::<_, FrontierError>(ITERATIONS.map(own).to_vec())
+    })?;
+    let points = ITERATIONS.iter().zip(own).map(|(&steps, own)| SweepPoint {
+        at: f64::from(steps),
+        time: None,
+        picture_rmse_over_mean: None,
+        own_rms_over_mean: Some(own),
+    });
+    let name = "hardware, weights of 8 bits (modelled)".to_owned();
+    Ok(Series { name, points: points.collect(), pays_until: None })
+}
+
+/// Density and moments as the oracle takes them.
+struct Pyramids {
+    density: Pyramid<f64>,
+    moments: Pyramid<Moments<f64>>,
+}
+
+impl Pyramids {
+    fn read(
+        subject: &Subject<'_>,
+        lights: &Indirect,
+        view: &LightView,
+    ) -> Result<Self, FrontierError> {
+        let texture = lights.density();
+        let (mut density, mut moments) = (Vec::new(), Vec::new());
+        for level in 0..texture.mip_level_count() {
+            let texels = readback::texture(subject.gpu, texture, level)?;
+            density.push(texels.iter().map(|texel| f64::from(texel[0])).collect());
+            moments.push(reference::moments(subject.gpu, lights, view, level)?);
+        }
+        let size = texture.width() as usize;
+        Ok(Self {
+            density: Pyramid::of_levels(size, density)?,
+            moments: Pyramid::of_levels(size, moments)?,
+        })
+    }
+
+    fn lights(&self, weights: Weights, settings: &Settings, view: &LightView) -> Vec<Vsgl<f64>> {
+        let density = self.density.clone().sampled_by(weights);
+        let moments = self.moments.clone().sampled_by(weights);
+        let how = reference::sample_settings(settings, view);
+        (0..settings.count)
+            .into_par_iter()
+            .map(|index| vsgl::sample(index, &density, &moments, &how).light)
+            .collect()
+    }
 }
 
 fn present(indirect: &Radiance, truth: &Truth) -> Vec<[f64; 3]> {
@@ -145,7 +226,9 @@ fn series(name: String, points: Vec<SweepPoint>) -> Series {
         points.iter().map(|point| point.picture_rmse_over_mean.unwrap_or(f64::NAN)).collect();
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
     let from = errors.iter().rposition(|&error| error.is_nan() || error > 1.01 * least);
-    let pays_until = points.get(from.map_or(0, |last| last + 1)).map(|point| point.at);
+    let from = from.map_or(0, |last| last + 1);
+    // The last number has none after it that could show it to be enough.
+    let pays_until = points.get(from).filter(|_| from + 1 < points.len()).map(|point| point.at);
     Series { name, points, pays_until }
 }
 
@@ -165,7 +248,8 @@ mod tests {
             series(String::new(), errors.iter().enumerate().map(point).collect()).pays_until
         };
         assert_eq!(line(&[3.0, 1.5, 1.0, 1.005, 1.0]), Some(2.0));
-        assert_eq!(line(&[1.0, 2.0, 1.0]), Some(2.0), "it has to stay low");
+        assert_eq!(line(&[1.0, 2.0, 1.0, 1.0]), Some(2.0), "it has to stay low");
+        assert_eq!(line(&[3.0, 2.0, 1.0]), None, "no end is seen");
         assert_eq!(line(&[1.0, 1.0]), Some(0.0));
         assert_eq!(line(&[1.0, f64::NAN]), None);
         assert_eq!(line(&[]), None);
