@@ -17,7 +17,7 @@ use crate::light::{LightView, perspective};
 use crate::package::Package;
 use crate::pipeline::PipelineError;
 use crate::points::Geometry;
-use crate::raster::{Raster, SurfaceTargets};
+use crate::raster::{Raster, SurfaceTargets, traits};
 use crate::readback;
 use crate::scene::{self, Bounds, LightKind, Scene};
 use crate::settings::Settings;
@@ -188,8 +188,9 @@ impl<'a> Renderer<'a> {
         let bounds = scene.bounds();
         let size = settings.size;
         let view_of_light = LightView::new(light, &bounds, settings.rsm_size);
-        let emits = settings.complete
-            || scene.meshes.iter().any(|mesh| scene.materials[mesh.material].emits());
+        let traits = traits(scene, settings.complete);
+        let emits =
+            settings.complete || scene.meshes.iter().any(|mesh| traits[mesh.material].emits);
         let terms = match (settings.diffuse, settings.specular) {
             (Diffuse::None, _) => IndirectAxis::Specular,
             (_, Specular::None) => IndirectAxis::Diffuse,

@@ -244,9 +244,9 @@ impl Library {
     #[must_use]
     pub fn absence_of(&self, variant: &Variant, allowed: &AllowedValues) -> Option<&Presence> {
         let possible = |(axis, values): (&String, &Vec<String>)| {
-            allowed.get(axis).is_none_or(|allowed| {
-                values.iter().any(|value| allowed.values.contains(value))
-            })
+            allowed
+                .get(axis)
+                .is_none_or(|allowed| values.iter().any(|value| allowed.values.contains(value)))
         };
         self.presence.iter().find(|rule| {
             let holds = |(axis, values): (&String, &Vec<String>)| {

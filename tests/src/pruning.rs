@@ -110,8 +110,7 @@ fn base() -> Settings {
 fn pruned(scene: &Scene) -> Settings {
     let library =
         Library::load(concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders").as_ref()).unwrap();
-    let facts = scene.facts().into_iter().map(|(name, holds)| (name.to_owned(), holds)).collect();
-    let needed = library.needed(&facts).unwrap();
+    let needed = library.needed(&scene.facts().known()).unwrap();
     let mut settings = base();
     for axis in sglow_runtime::settings::AXES {
         if let [value] = needed[axis].values.as_slice() {

@@ -78,7 +78,7 @@ impl Choice {
                 for note in &scene.notes {
                     eprintln!("{}: {note}", scene.name);
                 }
-                scene.facts().into_iter().map(|(fact, value)| (fact.to_owned(), value)).collect()
+                scene.facts().known()
             }
         };
         let mut allowed = library.needed(&facts).map_err(failure::rendered)?;

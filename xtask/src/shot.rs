@@ -1,7 +1,5 @@
 //! A scene with settings that suit it: what `render` and `report` start from.
 
-use std::collections::BTreeMap;
-
 use clap::Args;
 use sglow_runtime::device::Gpu;
 use sglow_runtime::scene::{Light, LightKind, Scene};
@@ -67,9 +65,7 @@ impl Shot {
             iterations: numbers.iterations,
             ..Settings::default()
         };
-        let facts: BTreeMap<String, bool> =
-            scene.facts().into_iter().map(|(fact, holds)| (fact.to_owned(), holds)).collect();
-        let needed = library()?.needed(&facts).map_err(failure::rendered)?;
+        let needed = library()?.needed(&scene.facts().known()).map_err(failure::rendered)?;
         for axis in AXES {
             if let [only] = needed[axis].values.as_slice() {
                 settings.set(axis, only)?;

@@ -213,11 +213,7 @@ impl Library {
             };
             if rule.passes.is_empty() {
                 let path = [&path[..], &["passes"]].concat();
-                errors.push(places.mark(
-                    empty("holds for no pass"),
-                    &path,
-                    "name at least one",
-                ));
+                errors.push(places.mark(empty("holds for no pass"), &path, "name at least one"));
             }
             for (number, pass) in rule.passes.iter().enumerate() {
                 let number = number.to_string();
@@ -225,7 +221,13 @@ impl Library {
                 let known = self.check_pass(pass, &path, places, errors).is_some();
                 if known {
                     let axes = self.find_pass(pass).map(|pass| pass.axes.as_slice());
-                    self.check_values(&rule.when, axes, &["presence", &index, "when"], places, errors);
+                    self.check_values(
+                        &rule.when,
+                        axes,
+                        &["presence", &index, "when"],
+                        places,
+                        errors,
+                    );
                 }
             }
             if rule.only_with.is_empty() || rule.only_with.iter().any(BTreeMap::is_empty) {
