@@ -17,6 +17,7 @@ use crate::light::{LightView, perspective};
 use crate::package::Package;
 use crate::pipeline::PipelineError;
 use crate::points::Geometry;
+use crate::pyramid::texture_bytes;
 use crate::raster::{Raster, SurfaceTargets, traits};
 use crate::readback;
 use crate::scene::{self, Bounds, LightKind, Scene};
@@ -60,7 +61,7 @@ pub enum FrameError {
 }
 
 /// The kind of a light as an axis has it.
-fn kind(light: &scene::Light) -> Light {
+pub fn kind(light: &scene::Light) -> Light {
     match light.kind {
         LightKind::Spot { .. } => Light::Spot,
         LightKind::Directional => Light::Directional,
@@ -84,14 +85,29 @@ fn light_maps(
         positions.extend_from_slice(&mesh.positions);
         indices.extend(mesh.indices.iter().map(|index| first + index));
     }
-    let Settings { visibility, lobes, precision, count, .. } = *settings;
-    let config = Config {
-        points: settings.shadow_points,
-        least_near: 1e-4 * scene.bounds().radius(),
-        ..Config::new(visibility, lobes, precision, count)
-    };
+    let config =
+        Config { least_near: 1e-4 * scene.bounds().radius(), ..light_map_config(settings) };
     let geometry = Geometry { positions: &positions, indices: &indices };
     Visibility::new(&gpu.device, &gpu.queue, package, &config, geometry).map(Some)
+}
+
+/// What the maps of the virtual lights are made of, but for the scene's size.
+pub(crate) fn light_map_config(settings: &Settings) -> Config {
+    let Settings { visibility, lobes, precision, count, .. } = *settings;
+    Config {
+        points: settings.shadow_points,
+        tile: settings.light_tile,
+        ..Config::new(visibility, lobes, precision, count)
+    }
+}
+
+/// The terms of indirect light that there are.
+pub(crate) fn terms(settings: &Settings) -> IndirectAxis {
+    match (settings.diffuse, settings.specular) {
+        (Diffuse::None, _) => IndirectAxis::Specular,
+        (_, Specular::None) => IndirectAxis::Diffuse,
+        _ => IndirectAxis::Both,
+    }
 }
 
 /// The biases of a shadow map that is drawn by the light's view.
@@ -191,11 +207,6 @@ impl<'a> Renderer<'a> {
         let traits = traits(scene, settings.complete);
         let emits =
             settings.complete || scene.meshes.iter().any(|mesh| traits[mesh.material].emits);
-        let terms = match (settings.diffuse, settings.specular) {
-            (Diffuse::None, _) => IndirectAxis::Specular,
-            (_, Specular::None) => IndirectAxis::Diffuse,
-            _ => IndirectAxis::Both,
-        };
         let (near, far) = scene.camera.planes(&bounds);
         let eye = Vec3::from(scene.camera.position);
         let aspect = size[0] as f32 / size[1] as f32;
@@ -223,7 +234,7 @@ impl<'a> Renderer<'a> {
             compose: Compose::new(
                 device,
                 package,
-                terms,
+                terms(&settings),
                 if emits { Emission::Seen } else { Emission::None },
                 size,
             )?,
@@ -325,6 +336,22 @@ impl<'a> Renderer<'a> {
             emission: optional(self.emission.as_ref())?,
             gbuffer: self.read_surfaces(&self.gbuffer)?,
         })
+    }
+
+    /// The bytes of each texture and buffer that it keeps between frames, but for the scene itself and parameters: what
+    /// [`crate::plan::Plan`] foresees, by the same names.
+    pub fn bytes(&self) -> Vec<(&'static str, u64)> {
+        let mut bytes = vec![
+            ("reflective shadow map", self.rsm.bytes()),
+            ("G-buffer", self.gbuffer.bytes()),
+            ("shadow map", texture_bytes(&self.shadow_map)),
+        ];
+        bytes.extend(self.indirect.bytes());
+        bytes.extend(self.visibility.iter().flat_map(Visibility::bytes));
+        bytes.push(("direct", texture_bytes(self.direct.output())));
+        bytes.extend(self.emission.as_ref().map(|texture| ("emission", texture_bytes(texture))));
+        bytes.push(("radiance", texture_bytes(self.compose.output())));
+        bytes
     }
 
     /// The camera's G-buffer of the last frame, read back.

@@ -40,6 +40,7 @@ pub mod metropolis;
 pub mod mips;
 pub mod package;
 pub mod pipeline;
+pub mod plan;
 pub mod points;
 mod pyramid;
 pub mod raster;

@@ -1,7 +1,8 @@
 //! Generated packages: the texts of variants, each checked against its hash before it is used.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use sha2::{Digest, Sha256};
 use thiserror::Error;
@@ -55,6 +56,24 @@ pub enum PackageError {
 pub struct Package {
     origin: String,
     texts: BTreeMap<String, String>,
+    asked: Asked,
+}
+
+/// The variants that were asked for. A copy of a package was asked for none.
+#[derive(Debug, Default)]
+struct Asked(Mutex<BTreeSet<String>>);
+
+impl Clone for Asked {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl Asked {
+    /// What a thread that panicked has left is as good as any.
+    fn set(&self) -> MutexGuard<'_, BTreeSet<String>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[derive(serde::Deserialize)]
@@ -84,9 +103,8 @@ impl Package {
     pub fn embedded() -> Self {
         let texts = sglow_shaders::EMBEDDED
             .iter()
-            .map(|variant| (variant.id.to_owned(), variant.text.to_owned()))
-            .collect();
-        Self { origin: "embedded in sglow-shaders".to_owned(), texts }
+            .map(|variant| (variant.id.to_owned(), variant.text.to_owned()));
+        Self::generated("embedded in sglow-shaders", texts)
     }
 
     /// A package that was generated into a folder. Every text is compared with its hash in the manifest.
@@ -132,7 +150,7 @@ impl Package {
             }
         }
         if errors.is_empty() {
-            Ok(Self { origin: folder.display().to_string(), texts })
+            Ok(Self::generated(folder.display().to_string(), texts))
         } else {
             Err(errors)
         }
@@ -143,7 +161,7 @@ impl Package {
         origin: impl Into<String>,
         texts: impl IntoIterator<Item = (String, String)>,
     ) -> Self {
-        Self { origin: origin.into(), texts: texts.into_iter().collect() }
+        Self { origin: origin.into(), texts: texts.into_iter().collect(), asked: Asked::default() }
     }
 
     /// Replaces the text of one variant: how a test runs a shader that is broken on purpose.
@@ -154,6 +172,7 @@ impl Package {
 
     /// The WGSL of a variant. A missing one is an error, never a similar variant.
     pub fn text(&self, id: &str) -> Result<&str, PackageError> {
+        self.asked.set().insert(id.to_owned());
         self.texts.get(id).map(String::as_str).ok_or_else(|| {
             let pass = id.split('-').next().unwrap_or(id);
             PackageError::Missing {
@@ -167,6 +186,11 @@ impl Package {
                     .collect(),
             }
         })
+    }
+
+    /// The variants whose texts were asked for, had or not, since it was made or cloned.
+    pub fn asked(&self) -> BTreeSet<String> {
+        self.asked.set().clone()
     }
 
     /// The variants it has, sorted.

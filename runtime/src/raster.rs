@@ -10,6 +10,7 @@ use crate::indirect::{SurfaceViews, picture};
 use crate::light::Face;
 use crate::package::Package;
 use crate::pipeline::{PipelineError, compile, guarded, timed, uniform};
+use crate::pyramid::texture_bytes;
 use crate::scene::{self, Filter, Scene, TextureUse, Traits, Wrap};
 use crate::timing::Timer;
 
@@ -97,20 +98,31 @@ pub struct SurfaceTargets {
     pub normal: wgpu::Texture,
     /// Base colour, rgba16float.
     pub base_color: wgpu::Texture,
-    depth: wgpu::TextureView,
+    depth: wgpu::Texture,
+    depth_view: wgpu::TextureView,
     views: [wgpu::TextureView; 3],
 }
 
 impl SurfaceTargets {
+    /// The bytes of a texel of all four.
+    pub(crate) const TEXEL: u64 = 16 + 8 + 8 + 4;
+
     /// Targets of a size in pixels.
     pub fn new(device: &wgpu::Device, label: &str, size: [u32; 2]) -> Self {
         let position = picture(device, label, size, wgpu::TextureFormat::Rgba32Float);
         let normal = picture(device, label, size, wgpu::TextureFormat::Rgba16Float);
         let base_color = picture(device, label, size, wgpu::TextureFormat::Rgba16Float);
-        let depth = picture(device, label, size, DEPTH).create_view(&Default::default());
+        let depth = picture(device, label, size, DEPTH);
+        let depth_view = depth.create_view(&Default::default());
         let views = [&position, &normal, &base_color]
             .map(|texture| texture.create_view(&Default::default()));
-        Self { position, normal, base_color, depth, views }
+        Self { position, normal, base_color, depth, depth_view, views }
+    }
+
+    /// The bytes of all four.
+    pub fn bytes(&self) -> u64 {
+        let textures = [&self.position, &self.normal, &self.base_color, &self.depth];
+        textures.into_iter().map(texture_bytes).sum()
     }
 
     /// The textures as passes read them.
@@ -290,7 +302,7 @@ impl Raster {
                 label: Some("emission"),
                 color_attachments: &[Some(color_attachment(output, wgpu::Color::TRANSPARENT))],
                 depth_stencil_attachment: Some(depth_attachment(
-                    &gbuffer.depth,
+                    &gbuffer.depth_view,
                     wgpu::LoadOp::Load,
                 )),
                 timestamp_writes: stamps.map(|stamps| stamps.render()),
@@ -346,7 +358,7 @@ impl Raster {
                     Some(color_attachment(base_color, wgpu::Color::TRANSPARENT)),
                 ],
                 depth_stencil_attachment: Some(depth_attachment(
-                    &targets.depth,
+                    &targets.depth_view,
                     wgpu::LoadOp::Clear(1.0),
                 )),
                 timestamp_writes: stamps.map(|stamps| stamps.render()),
@@ -439,6 +451,11 @@ fn shared_layout(device: &wgpu::Device, textured: &[bool], group: usize) -> wgpu
 /// The variants that draw a kind of material: surface, shadow, emission.
 fn ids(kind: Kind) -> [String; 3] {
     let (material, opacity) = kind.axes();
+    drawing(material, opacity)
+}
+
+/// The variants that draw a material: surface, shadow, emission.
+pub(crate) fn drawing(material: MaterialAxis, opacity: Opacity) -> [String; 3] {
     [
         sglow_shaders::surface::Surface { material, opacity }.id(),
         sglow_shaders::shadow::Shadow { material, opacity }.id(),
