@@ -14,6 +14,7 @@ use crate::device::{DeviceError, Gpu};
 use crate::direct::{Compose, Direct, DirectInputs, ShadowBias, Terms};
 use crate::indirect::{Indirect, IndirectError, Inputs, picture};
 use crate::light::{LightView, perspective};
+use crate::needs::{self, MissingNeed};
 use crate::package::Package;
 use crate::pipeline::PipelineError;
 use crate::points::Geometry;
@@ -46,6 +47,20 @@ pub enum FrameError {
         was: Light,
         /// What was given.
         is: Light,
+    },
+    /// The scene needs more than what was left for it. Never in silence: what is missing would be missing in the picture.
+    #[error(
+        "{origin} left out what this scene needs:\n{}\nderive it again{}",
+        missing.iter().map(|need| format!("  {need}")).collect::<Vec<_>>().join("\n"),
+        if *package { ": cargo xtask gen-shaders --scene SCENE --out DIR" } else { " from the scene as it is" }
+    )]
+    NeedsMore {
+        /// What left it out: a package or settings.
+        origin: String,
+        /// Whether it is the package.
+        package: bool,
+        /// Everything that is missing.
+        missing: Vec<MissingNeed>,
     },
     /// There are no maps of the virtual lights.
     #[error(transparent)]
@@ -115,6 +130,25 @@ fn shadow_bias(view: &LightView, rsm_size: u32) -> ShadowBias {
     // A texel of the shadow map at the distance of the scene's radius, in world units.
     let footprint = (6.0 * view.minimum_variance).sqrt() * rsm_size as f32 / SHADOW_SIZE as f32;
     ShadowBias { depth: 1e-5, normal: 2.0 * footprint }
+}
+
+/// Whether a package and settings leave in what a scene needs.
+fn suits(package: &Package, settings: &Settings, scene: &Scene) -> Result<(), FrameError> {
+    if package.assumed().is_empty() && settings.assumed.is_empty() {
+        return Ok(());
+    }
+    let facts = scene.facts();
+    let found = needs::missing(&facts, package.assumed());
+    if !found.is_empty() {
+        let origin = format!("the package {}", package.origin());
+        return Err(FrameError::NeedsMore { origin, package: true, missing: found });
+    }
+    let missing = needs::missing(&facts, &settings.assumed);
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let origin = "the settings".to_owned();
+    Err(FrameError::NeedsMore { origin, package: false, missing })
 }
 
 /// Pixels of a picture, row by row from the top; four floats each.
@@ -197,6 +231,7 @@ impl<'a> Renderer<'a> {
         let Some(light) = scene.lights.get(light_index) else {
             return Err(FrameError::NoSuchLight { index: light_index, count: scene.lights.len() });
         };
+        suits(package, settings, scene)?;
         let mut settings = settings.clone();
         settings.light = kind(light);
         let device = &gpu.device;

@@ -38,6 +38,7 @@ pub mod indirect;
 pub mod light;
 pub mod metropolis;
 pub mod mips;
+pub mod needs;
 pub mod package;
 pub mod pipeline;
 pub mod plan;

@@ -202,6 +202,19 @@ impl Plan {
         self.keep(Part::Picture, Storage::Texture, "radiance", radiance);
     }
 
+    /// What a frame takes that may be either: the variants of both, and of each memory the larger.
+    #[must_use]
+    pub fn or(mut self, other: Self) -> Self {
+        self.variants.extend(other.variants);
+        for resource in other.resources {
+            match self.resources.iter_mut().find(|own| own.name == resource.name) {
+                Some(own) => own.bytes = own.bytes.max(resource.bytes),
+                None => self.resources.push(resource),
+            }
+        }
+        self
+    }
+
     /// The bytes of a kind of memory, in one part or, without, in all of them.
     pub fn bytes(&self, storage: Storage, part: Option<Part>) -> u64 {
         let counts = |resource: &&Resource| {

@@ -8,6 +8,8 @@ use sglow_shaders::{
 };
 use thiserror::Error;
 
+use crate::needs::Assumption;
+
 /// A setting that cannot be.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SettingsError {
@@ -106,6 +108,9 @@ pub struct Settings {
     /// Draws every surface with the variant that can do everything, whether it needs it or not: what the result of
     /// leaving things out is compared with.
     pub complete: bool,
+    /// What was taken to be so of the scene when these were derived from it. A scene of which something else is so by now,
+    /// and that needs more, is refused. Nothing where a person chose.
+    pub assumed: Vec<Assumption>,
 }
 
 impl Default for Settings {
@@ -133,6 +138,7 @@ impl Default for Settings {
             shadow_points: 8192,
             light_tile: 64,
             complete: false,
+            assumed: Vec::new(),
         }
     }
 }

@@ -221,11 +221,11 @@ impl Config {
         (4 * width * height, buffers)
     }
 
-    fn point_bytes(&self) -> u64 {
+    pub(crate) fn point_bytes(&self) -> u64 {
         u64::from(self.points) * u64::from(SUBSETS) * size_of::<SglowShadowPoint>() as u64
     }
 
-    fn splat_bytes(&self) -> u64 {
+    pub(crate) fn splat_bytes(&self) -> u64 {
         4 * u64::from(self.count) * u64::from(self.tile) * u64::from(self.tile)
     }
 
