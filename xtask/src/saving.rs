@@ -26,7 +26,8 @@ struct Alternative {
     plan: Plan,
 }
 
-/// What a package for a scene is made for, and what was left out of it. `milliseconds` are what rules were measured to
+/// What a package for a scene is made for, what was left out of it, and what a frame would take if every fact held.
+/// `milliseconds` are what rules were measured to
 /// save, by name.
 ///
 /// # Errors
@@ -38,7 +39,7 @@ pub(crate) fn purpose(
     name: &str,
     set: &[String],
     milliseconds: Option<&BTreeMap<String, f64>>,
-) -> Result<Purpose> {
+) -> Result<(Purpose, Plan)> {
     let mut alternatives = Vec::new();
     for (rule, values) in removed(&derivation.allowed) {
         alternatives.push(without(library, derivation, &rule, values, set)?);
@@ -68,7 +69,7 @@ pub(crate) fn purpose(
         })
         .collect();
     left_out.extend(useless(library, &absent, &weights));
-    Ok(Purpose {
+    let purpose = Purpose {
         made_for: MadeFor {
             input: name.to_owned(),
             assumed: assumed(library, derivation, set),
@@ -79,7 +80,8 @@ pub(crate) fn purpose(
             saved: weight(&everything, &weights) - own,
         },
         left_out,
-    })
+    };
+    Ok((purpose, everything))
 }
 
 /// The values that each rule removed, by axis, in the order of the rules' first axes.
@@ -277,4 +279,86 @@ pub(crate) fn variants(library: &Library, plan: &Plan) -> Vec<Variant> {
     let mut variants = library.variants();
     variants.retain(|variant| plan.variants.contains(&variant.id()));
     variants
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::selection::library;
+    use crate::shot::{self, Numbers};
+
+    fn of(name: &str, set: &[&str]) -> (Derivation, Purpose, Plan) {
+        let library = library().unwrap();
+        let scene = shot::load(name, None).unwrap();
+        let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
+        let wished = Numbers::default().settings([640, 360]);
+        let derivation = Derivation::new(&library, &scene, &set, &wished).unwrap();
+        let measured = BTreeMap::from([("no-specular-surface".to_owned(), 1.5)]);
+        let (purpose, everything) =
+            purpose(&library, &derivation, name, &set, Some(&measured)).unwrap();
+        (derivation, purpose, everything)
+    }
+
+    fn saved(purpose: &Purpose, rule: &str) -> Option<Saved> {
+        purpose.left_out.iter().find(|left| left.rule == rule).map(|left| left.saved)
+    }
+
+    #[test]
+    fn what_a_scene_without_specular_saves_is_told_by_rule() {
+        let (derivation, purpose, everything) = of("cornell", &[]);
+        let specular = saved(&purpose, "no-specular-surface").unwrap();
+        // Two layers of moments with their mips, and a texture of 16 bytes a pixel.
+        let layer = 16 * (4_i64.pow(9) - 1) / 3;
+        assert_eq!(specular.texture_bytes, 2 * layer + 16 * 640 * 360);
+        assert_eq!(specular.milliseconds, Some(1.5));
+        for number in [
+            specular.static_operations,
+            specular.bindings,
+            specular.buffer_bytes,
+            specular.shader_bytes,
+        ] {
+            assert!(number > 0, "{specular:?}");
+        }
+        assert_eq!(saved(&purpose, "no-emitter").unwrap().texture_bytes, 8 * 640 * 360);
+        // What is of no use is told, too: the light's maps, for none was asked for.
+        let left = purpose.left_out.iter().find(|left| left.rule == "no-rasterised-light-maps");
+        assert_eq!(left.unwrap().variants, ["light_shadow-diffuse-f32"]);
+        // The whole is more than any part.
+        let all = purpose.made_for.saved;
+        assert!(
+            all.texture_bytes > specular.texture_bytes && all.shader_bytes > specular.shader_bytes
+        );
+        let textures = |plan: &Plan| plan.bytes(Storage::Texture, None) as i64;
+        assert_eq!(textures(&everything) - textures(&derivation.plan), all.texture_bytes);
+        assert!(purpose.made_for.assumed.iter().all(|assumed| !assumed.evidence.is_empty()));
+    }
+
+    #[test]
+    fn what_is_asked_for_by_hand_is_taken_for_granted_of_nothing() {
+        let rules = |set: &[&str]| {
+            let (_, purpose, _) = of("cornell", set);
+            let assumed = purpose.made_for.assumed.into_iter().map(|assumed| assumed.rule);
+            assumed.collect::<BTreeSet<_>>()
+        };
+        assert!(rules(&[]).contains("no-specular-surface"));
+        assert!(
+            !rules(&["lobes=diffuse", "specular=none", "ndf=none"]).contains("no-specular-surface")
+        );
+    }
+
+    #[test]
+    fn a_scene_that_needs_a_thing_saves_nothing_by_it() {
+        let (_, purpose, _) = of("atrium", &[]);
+        for rule in [
+            "no-specular-surface",
+            "no-glossy-surface",
+            "no-texture",
+            "no-cutout",
+            "no-occluder",
+            "spot-light",
+        ] {
+            assert_eq!(saved(&purpose, rule), None, "{rule}");
+        }
+        assert!(saved(&purpose, "directional-light").is_some());
+    }
 }

@@ -42,10 +42,23 @@ pub(crate) struct Selection {
     pub(crate) allowed: AllowedValues,
     /// Legal variants that are of no use with what remains, and the rules that say so.
     pub(crate) absent: Vec<Absent>,
-    /// What follows from the scene, if there is one, and what was left out for it.
-    pub(crate) derived: Option<(Derivation, Purpose)>,
+    /// What follows from the scene, if there is one.
+    pub(crate) derived: Option<Derived>,
     /// Passes none of whose legal variants remains.
     pub(crate) left_out: Vec<String>,
+}
+
+/// What follows from a scene.
+#[derive(Debug)]
+pub(crate) struct Derived {
+    /// What it needs.
+    pub(crate) derivation: Derivation,
+    /// What was left out for it.
+    pub(crate) purpose: Purpose,
+    /// What a frame would take if every fact held.
+    pub(crate) everything: Plan,
+    /// What frames run, with each of the values that were asked for.
+    runs: Plan,
 }
 
 /// The folder of the library.
@@ -86,10 +99,10 @@ impl Choice {
             Some(name) => Some(self.derive(library, name, &set)?),
         };
         let mut allowed = match &derived {
-            Some((derivation, ..)) => derivation.allowed.clone(),
+            Some(derived) => derived.derivation.allowed.clone(),
             None => library.needed(&Facts::new()).map_err(failure::rendered)?,
         };
-        let runs = derived.as_ref().map(|(_, _, plan)| plan);
+        let runs = derived.as_ref().map(|derived| &derived.runs);
         let (variants, absent) = match runs.filter(|_| !self.all) {
             Some(plan) => (saving::variants(library, plan), Vec::new()),
             None => {
@@ -110,7 +123,6 @@ impl Choice {
         };
         let lacks = |pass: &&Pass| !variants.iter().any(|variant| variant.pass == pass.name);
         let left_out = library.pass.iter().filter(lacks).map(|pass| pass.name.clone()).collect();
-        let derived = derived.map(|(derivation, purpose, _)| (derivation, purpose));
         Ok(Selection { variants, allowed, absent, derived, left_out })
     }
 
@@ -120,7 +132,7 @@ impl Choice {
         library: &Library,
         name: &str,
         set: &BTreeMap<String, Vec<String>>,
-    ) -> Result<(Derivation, Purpose, Plan)> {
+    ) -> Result<Derived> {
         let scene = shot::load(name, None)?;
         let wished = Numbers::default().settings(SIZE);
         // Axes that no renderer has are for `all` alone.
@@ -143,11 +155,11 @@ impl Choice {
             derivations.push(Derivation::new(library, &scene, set, &wished)?);
         }
         let plans = derivations.iter().map(|one| one.plan.clone());
-        let plan = plans.reduce(Plan::or).unwrap_or_default();
+        let runs = plans.reduce(Plan::or).unwrap_or_default();
         let first = derivations.into_iter().next().zip(combinations.first());
         let (derivation, set) = first.ok_or_else(|| Failure::new("nothing is asked for"))?;
-        let purpose = saving::purpose(library, &derivation, &scene.name, set, None)?;
-        Ok((derivation, purpose, plan))
+        let (purpose, everything) = saving::purpose(library, &derivation, &scene.name, set, None)?;
+        Ok(Derived { derivation, purpose, everything, runs })
     }
 
     /// Takes away what is not asked for.

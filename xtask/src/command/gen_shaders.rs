@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             }
         }
         options.variants = Some(selection.variants);
-        options.purpose = selection.derived.map(|(_, purpose)| purpose);
+        options.purpose = selection.derived.map(|derived| derived.purpose);
     }
 
     let spinner = progress::spinner("reading the library");

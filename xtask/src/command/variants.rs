@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Value, json};
 use sglow_runtime::needs::Decision;
+use sglow_runtime::plan::{Part, Storage};
 use sglow_runtime::scene::Fact;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest::Saved;
@@ -16,7 +17,7 @@ use crate::derivation::Derivation;
 use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
 use crate::say;
-use crate::selection::{Choice, Selection, library};
+use crate::selection::{Choice, Derived, Selection, library};
 use crate::table;
 
 /// What `--help` shows below the options.
@@ -69,13 +70,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         say::line(format!("pass {pass}: {why}"));
     }
     if arguments.explain {
-        if let Some((derivation, purpose)) = &selection.derived {
+        if let Some(derived) = &selection.derived {
+            let Derived { derivation, purpose, .. } = derived;
             say::line(format!("\n{}", facts(derivation)));
             say::line(format!("\n{}", decisions(derivation)));
             say::line(format!("\n{}\n", left_out(purpose)));
             for left in &purpose.left_out {
                 say::line(format!("{}: {}", left.rule, left.reason));
             }
+            say::line(format!("\n{}", memory(derived)));
         }
         say::line(format!("\n{}", axes(&library, &selection)));
         say::line(format!("\n{}", exclusions(&library, &excluded)));
@@ -94,7 +97,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         report.detail("committed", ids(&committed))?;
         report.detail("space", json!({"legal": space.len(), "excluded": excluded.len()}))?;
         report.detail("absent", absent(&selection))?;
-        if let Some((derivation, purpose)) = &selection.derived {
+        if let Some(derived) = &selection.derived {
+            let Derived { derivation, purpose, .. } = derived;
+            report.detail("memory", memory_as_json(derived))?;
             report.detail("facts", facts_as_json(derivation))?;
             report.detail("decisions", decisions_as_json(derivation))?;
             report.detail("made_for", &purpose.made_for)?;
@@ -204,6 +209,49 @@ fn left_out(purpose: &Purpose) -> comfy_table::Table {
     let all = "all that a scene may need of which every fact holds";
     row("all of it".to_owned(), "", all, &purpose.made_for.saved);
     table
+}
+
+/// The memory of a frame: what is kept, and what would be if every fact held.
+fn memory(derived: &Derived) -> comfy_table::Table {
+    let mut table =
+        table::new(["a frame keeps", "as", "for this scene", "if every fact held", "less"]);
+    for (part, storage, [own, all]) in memory_by_part(derived) {
+        let less = 100.0 * (1.0 - own as f64 / all as f64);
+        table.add_row([
+            part.to_owned(),
+            storage.to_owned(),
+            bytes(own as i64),
+            bytes(all as i64),
+            format!("{less:.0} %"),
+        ]);
+    }
+    table
+}
+
+fn memory_as_json(derived: &Derived) -> Vec<Value> {
+    let row = |(part, storage, [own, all]): (&str, &str, [u64; 2])| json!({"part": part, "storage": storage, "bytes": own, "bytes_if_every_fact_held": all});
+    memory_by_part(derived).into_iter().map(row).collect()
+}
+
+/// Bytes by part and by kind of memory, of this scene and of everything; what neither has is left out.
+fn memory_by_part(derived: &Derived) -> Vec<(&'static str, &'static str, [u64; 2])> {
+    let parts = [
+        ("surfaces", Part::Surfaces),
+        ("indirect light", Part::Indirect),
+        ("visibility", Part::Visibility),
+        ("picture", Part::Picture),
+    ];
+    let mut rows = Vec::new();
+    for (name, part) in parts {
+        for (kind, storage) in [("textures", Storage::Texture), ("buffers", Storage::Buffer)] {
+            let sizes = [&derived.derivation.plan, &derived.everything]
+                .map(|plan| plan.bytes(storage, Some(part)));
+            if sizes != [0; 2] {
+                rows.push((name, kind, sizes));
+            }
+        }
+    }
+    rows
 }
 
 /// Bytes in a unit that a person reads.
