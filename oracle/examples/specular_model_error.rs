@@ -1,7 +1,8 @@
 //! Prints the error of each specular model against quadrature, relative to the brightest of the reflections compared:
 //! the largest over incoming lobes at and around the mirror direction, per roughness alpha and angle of the view, for
-//! incoming lobes of sharpness 1, 5, 100 and 1000. Last, each model's root mean square over everything, for a white
-//! metal and, with Fresnel's term, for a dielectric.
+//! incoming lobes of sharpness 1, 5, 100 and 1000. Then each model's root mean square over everything, for a white
+//! metal and, with Fresnel's term, for a dielectric; and last the same for each of more roughness alphas, which says where
+//! which model is worth its time.
 //!
 //! `cargo run --release -p sglow-oracle --example specular_model_error`
 
@@ -12,6 +13,8 @@ use sglow_oracle::shade::{Incoming, Specular};
 
 const NORMAL: Vector3 = Vector3::new(0.0, 0.0, 1.0);
 const SHARPNESSES: [f64; 4] = [1.0, 5.0, 100.0, 1000.0];
+const ANGLES: [f64; 4] = [0.2, 0.8, 1.3, 1.5];
+const ALPHAS: [f64; 9] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0];
 
 /// Errors of a model: of the blue channel, which reflects everything, and of the red, a dielectric's.
 fn errors(model: Specular, ndf: Ndf, alpha: f64, angle: f64, sharpness: f64) -> Vec<[f64; 2]> {
@@ -42,6 +45,19 @@ fn errors(model: Specular, ndf: Ndf, alpha: f64, angle: f64, sharpness: f64) -> 
         .collect()
 }
 
+/// The errors at one roughness, over all angles and sharpnesses.
+fn over_angles(model: Specular, ndf: Ndf, alpha: f64) -> Vec<[f64; 2]> {
+    let of_angle = |angle| SHARPNESSES.map(|sharpness| errors(model, ndf, alpha, angle, sharpness));
+    ANGLES.into_iter().flat_map(of_angle).flatten().collect()
+}
+
+fn root_mean_square(errors: &[[f64; 2]]) -> [f64; 2] {
+    [0, 1].map(|part| {
+        let sum: f64 = errors.iter().map(|error| error[part].powi(2)).sum();
+        (sum / errors.len() as f64).sqrt()
+    })
+}
+
 fn main() {
     println!("{:41} sharpness {SHARPNESSES:?}", "");
     for ndf in [Ndf::Ggx, Ndf::Beckmann] {
@@ -51,7 +67,7 @@ fn main() {
             }
             let mut all = Vec::new();
             for alpha in [0.05, 0.2, 0.5, 1.0] {
-                for angle in [0.2, 0.8, 1.3, 1.5] {
+                for angle in ANGLES {
                     let each = SHARPNESSES.map(|sharpness| {
                         let errors = errors(model, ndf, alpha, angle, sharpness);
                         all.extend_from_slice(&errors);
@@ -61,11 +77,14 @@ fn main() {
                     println!("{name:41} {each:.3?}");
                 }
             }
-            let mean = |part: usize| {
-                let sum: f64 = all.iter().map(|error| error[part].powi(2)).sum();
-                (sum / all.len() as f64).sqrt()
-            };
-            println!("{ndf:?} {model:?}: white {:.3}, dielectric {:.3}", mean(0), mean(1));
+            let [white, dielectric] = root_mean_square(&all);
+            println!("{ndf:?} {model:?}: white {white:.3}, dielectric {dielectric:.3}");
+            for alpha in ALPHAS {
+                let [white, dielectric] = root_mean_square(&over_angles(model, ndf, alpha));
+                println!(
+                    "{ndf:?} {model:?} alpha {alpha}: white {white:.3}, dielectric {dielectric:.3}"
+                );
+            }
         }
     }
 }

@@ -5,11 +5,12 @@
 
 use bytemuck::{Pod, Zeroable};
 use sglow_shaders::{
-    Draw, Light, Lobes, SglowLight, SglowVsglBoth, SglowVsglDiffuse, Space, centres,
-    cluster_assign, cluster_boxes, cluster_codes, cluster_starts, cluster_sum, cluster_tree,
+    Draw, Light, Lobes, Precision, SglowLight, Space, centres, cluster_assign, cluster_boxes,
+    cluster_codes, cluster_starts, cluster_sum, cluster_tree,
 };
 use thiserror::Error;
 
+use crate::generation::vsgl_size;
 use crate::indirect::SurfaceViews;
 use crate::light::LightView;
 use crate::package::Package;
@@ -50,6 +51,41 @@ pub struct ClusterSettings {
     pub light: Light,
     /// The lobes that virtual lights emit.
     pub lobes: Lobes,
+}
+
+impl ClusterSettings {
+    /// The variants that they run.
+    pub(crate) fn variants(&self) -> Vec<String> {
+        let Self { draw, space, light, lobes, .. } = *self;
+        let mut variants = SortPasses::variants();
+        variants.extend([
+            centres::Centres { draw, space }.id(),
+            cluster_codes::ClusterCodes { space }.id(),
+            cluster_tree::ClusterTree.id(),
+            cluster_boxes::ClusterBoxes.id(),
+            cluster_assign::ClusterAssign { space }.id(),
+            cluster_starts::ClusterStarts.id(),
+            cluster_sum::ClusterSum { light, lobes }.id(),
+        ]);
+        variants
+    }
+
+    /// What [`Clusters::bytes`] says of clusters with these settings.
+    pub(crate) fn bytes(&self) -> Vec<(&'static str, u64)> {
+        let count = u64::from(self.count);
+        let inner = (count - 1).max(1);
+        let length = self.size[0] * self.size[1];
+        vec![
+            ("centres", 4 * (4 * count + 6)),
+            (
+                "cluster tree",
+                SortBuffers::bytes_of(self.count)
+                    + 4 * (2 * inner + 2 * count - 1 + 4 * count + 6 * inner),
+            ),
+            ("sorted texels", SortBuffers::bytes_of(length) + 4 * (count + 1)),
+            ("vsgls", count * vsgl_size(self.lobes, Precision::F32)),
+        ]
+    }
 }
 
 /// What one frame of clusters reads.
@@ -182,10 +218,7 @@ impl Clusters {
             Space::World => 30,
         };
         let cluster_bits = u32::BITS - (count - 1).leading_zeros();
-        let vsgl_bytes = match lobes {
-            Lobes::Both => size_of::<SglowVsglBoth>(),
-            Lobes::Diffuse => size_of::<SglowVsglDiffuse>(),
-        };
+        let vsgl_bytes = vsgl_size(lobes, Precision::F32);
         let count_parameters = CountParameters { count, padding: [0; 3] };
         let starts_parameters = StartsParameters { length, count, padding: [0; 2] };
         Ok(Self {

@@ -64,8 +64,9 @@ pub fn sample(
         times.push(time(gpu, &indirect, &view)?);
     }
     let lights: Vec<SglowVsglDiffuse> = crate::readback::buffer(gpu, indirect.vsgls())?;
+    let kernels = indirect.kernels().map(|kernels| crate::readback::buffer(gpu, kernels));
     Ok(Sampled {
-        kernels: crate::readback::buffer(gpu, indirect.kernels())?,
+        kernels: kernels.transpose()?.unwrap_or_default(),
         powers: lights
             .iter()
             .map(|light| lobe_power(light.diffuse_coefficient[0], light.diffuse_sharpness))
@@ -172,7 +173,9 @@ fn prepare(
             wgpu::Extent3d { width: size, height: size, depth_or_array_layers: layers },
         );
     };
-    write(indirect.moments(), bytemuck::cast_slice(&layers), count, 16);
+    if let Some(moments) = indirect.moments() {
+        write(moments, bytemuck::cast_slice(&layers), count, 16);
+    }
     write(indirect.density(), bytemuck::cast_slice(density), 1, 4);
     let light = Light {
         name: "density".to_owned(),

@@ -14,10 +14,12 @@ use crate::device::{DeviceError, Gpu};
 use crate::direct::{Compose, Direct, DirectInputs, ShadowBias, Terms};
 use crate::indirect::{Indirect, IndirectError, Inputs, picture};
 use crate::light::{LightView, perspective};
+use crate::needs::{self, MissingNeed};
 use crate::package::Package;
 use crate::pipeline::PipelineError;
 use crate::points::Geometry;
-use crate::raster::{Raster, SurfaceTargets};
+use crate::pyramid::texture_bytes;
+use crate::raster::{Raster, SurfaceTargets, traits};
 use crate::readback;
 use crate::scene::{self, Bounds, LightKind, Scene};
 use crate::settings::Settings;
@@ -45,6 +47,20 @@ pub enum FrameError {
         was: Light,
         /// What was given.
         is: Light,
+    },
+    /// The scene needs more than what was left for it. Never in silence: what is missing would be missing in the picture.
+    #[error(
+        "{origin} left out what this scene needs:\n{}\nderive it again{}",
+        missing.iter().map(|need| format!("  {need}")).collect::<Vec<_>>().join("\n"),
+        if *package { ": cargo xtask gen-shaders --scene SCENE --out DIR" } else { " from the scene as it is" }
+    )]
+    NeedsMore {
+        /// What left it out: a package or settings.
+        origin: String,
+        /// Whether it is the package.
+        package: bool,
+        /// Everything that is missing.
+        missing: Vec<MissingNeed>,
     },
     /// There are no maps of the virtual lights.
     #[error(transparent)]
@@ -88,14 +104,29 @@ pub fn light_maps(
         positions.extend_from_slice(&mesh.positions);
         indices.extend(mesh.indices.iter().map(|index| first + index));
     }
-    let Settings { visibility, lobes, precision, count, .. } = *settings;
-    let config = Config {
-        points: settings.shadow_points,
-        least_near: 1e-4 * scene.bounds().radius(),
-        ..Config::new(visibility, lobes, precision, count)
-    };
+    let config =
+        Config { least_near: 1e-4 * scene.bounds().radius(), ..light_map_config(settings) };
     let geometry = Geometry { positions: &positions, indices: &indices };
     Visibility::new(&gpu.device, &gpu.queue, package, &config, geometry).map(Some)
+}
+
+/// What the maps of the virtual lights are made of, but for the scene's size.
+pub(crate) fn light_map_config(settings: &Settings) -> Config {
+    let Settings { visibility, lobes, precision, count, .. } = *settings;
+    Config {
+        points: settings.shadow_points,
+        tile: settings.light_tile,
+        ..Config::new(visibility, lobes, precision, count)
+    }
+}
+
+/// The terms of indirect light that there are.
+pub(crate) fn terms(settings: &Settings) -> IndirectAxis {
+    match (settings.diffuse, settings.specular) {
+        (Diffuse::None, _) => IndirectAxis::Specular,
+        (_, Specular::None) => IndirectAxis::Diffuse,
+        _ => IndirectAxis::Both,
+    }
 }
 
 /// The biases of a shadow map that is drawn by the light's view.
@@ -103,6 +134,25 @@ fn shadow_bias(view: &LightView, rsm_size: u32) -> ShadowBias {
     // A texel of the shadow map at the distance of the scene's radius, in world units.
     let footprint = (6.0 * view.minimum_variance).sqrt() * rsm_size as f32 / SHADOW_SIZE as f32;
     ShadowBias { depth: 1e-5, normal: 2.0 * footprint }
+}
+
+/// Whether a package and settings leave in what a scene needs.
+fn suits(package: &Package, settings: &Settings, scene: &Scene) -> Result<(), FrameError> {
+    if package.assumed().is_empty() && settings.assumed.is_empty() {
+        return Ok(());
+    }
+    let facts = scene.facts();
+    let found = needs::missing(&facts, package.assumed());
+    if !found.is_empty() {
+        let origin = format!("the package {}", package.origin());
+        return Err(FrameError::NeedsMore { origin, package: true, missing: found });
+    }
+    let missing = needs::missing(&facts, &settings.assumed);
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let origin = "the settings".to_owned();
+    Err(FrameError::NeedsMore { origin, package: false, missing })
 }
 
 /// Pixels of a picture, row by row from the top; four floats each.
@@ -185,6 +235,7 @@ impl<'a> Renderer<'a> {
         let Some(light) = scene.lights.get(light_index) else {
             return Err(FrameError::NoSuchLight { index: light_index, count: scene.lights.len() });
         };
+        suits(package, settings, scene)?;
         let mut settings = settings.clone();
         settings.light = kind(light);
         let device = &gpu.device;
@@ -192,13 +243,9 @@ impl<'a> Renderer<'a> {
         let bounds = scene.bounds();
         let size = settings.size;
         let view_of_light = LightView::new(light, &bounds, settings.rsm_size);
-        let emits = settings.complete
-            || scene.meshes.iter().any(|mesh| scene.materials[mesh.material].emits());
-        let terms = match (settings.diffuse, settings.specular) {
-            (Diffuse::None, _) => IndirectAxis::Specular,
-            (_, Specular::None) => IndirectAxis::Diffuse,
-            _ => IndirectAxis::Both,
-        };
+        let traits = traits(scene, settings.complete);
+        let emits =
+            settings.complete || scene.meshes.iter().any(|mesh| traits[mesh.material].emits);
         let (near, far) = scene.camera.planes(&bounds);
         let eye = Vec3::from(scene.camera.position);
         let aspect = size[0] as f32 / size[1] as f32;
@@ -226,7 +273,7 @@ impl<'a> Renderer<'a> {
             compose: Compose::new(
                 device,
                 package,
-                terms,
+                terms(&settings),
                 if emits { Emission::Seen } else { Emission::None },
                 size,
             )?,
@@ -328,6 +375,22 @@ impl<'a> Renderer<'a> {
             emission: optional(self.emission.as_ref())?,
             gbuffer: self.read_surfaces(&self.gbuffer)?,
         })
+    }
+
+    /// The bytes of each texture and buffer that it keeps between frames, but for the scene itself and parameters: what
+    /// [`crate::plan::Plan`] foresees, by the same names.
+    pub fn bytes(&self) -> Vec<(&'static str, u64)> {
+        let mut bytes = vec![
+            ("reflective shadow map", self.rsm.bytes()),
+            ("G-buffer", self.gbuffer.bytes()),
+            ("shadow map", texture_bytes(&self.shadow_map)),
+        ];
+        bytes.extend(self.indirect.bytes());
+        bytes.extend(self.visibility.iter().flat_map(Visibility::bytes));
+        bytes.push(("direct", texture_bytes(self.direct.output())));
+        bytes.extend(self.emission.as_ref().map(|texture| ("emission", texture_bytes(texture))));
+        bytes.push(("radiance", texture_bytes(self.compose.output())));
+        bytes
     }
 
     /// The camera's G-buffer of the last frame, read back.

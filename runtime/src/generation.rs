@@ -13,7 +13,7 @@ use crate::light::LightView;
 use crate::metropolis::{Metropolis, MetropolisSettings};
 use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, uniform};
-use crate::pyramid::{MipPasses, Pyramid, texture_bytes};
+use crate::pyramid::{Levels, MipPasses, Pyramid, pyramid_bytes, texture_bytes};
 use crate::timing::Timer;
 
 /// What times are called.
@@ -50,7 +50,7 @@ impl Labels {
 
 /// What lights are made of.
 #[derive(Clone)]
-pub(crate) struct Plan {
+pub(crate) struct Recipe {
     pub(crate) labels: Labels,
     /// Width and height of the map.
     pub(crate) size: [u32; 2],
@@ -83,100 +83,213 @@ struct Halves {
     weights: Option<Pyramid>,
 }
 
+/// Kernels with their lights, and the passes that make them.
+struct Kernels {
+    vsgls: wgpu::Buffer,
+    kernels: wgpu::Buffer,
+    parameters: wgpu::Buffer,
+    moments_mip_pass: MipPasses,
+    pass: ComputePass,
+}
+
+/// What the lights are made of.
+#[expect(clippy::large_enum_variant, reason = "there is one for each map")]
+enum Lights {
+    Kernels(Kernels),
+    Clusters(Clusters),
+}
+
 /// Passes from a map to virtual lights, with all they keep between them.
 pub(crate) struct Generation {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    plan: Plan,
-    moments: Pyramid,
+    recipe: Recipe,
+    moments: Option<Pyramid>,
     halves: Option<Halves>,
     density: Pyramid,
-    vsgls: wgpu::Buffer,
-    kernels: wgpu::Buffer,
+    lights: Lights,
     sampler: Option<wgpu::Sampler>,
     metropolis: Option<Metropolis>,
-    clusters: Option<Clusters>,
     moments_parameters: wgpu::Buffer,
     density_parameters: wgpu::Buffer,
-    sample_parameters: wgpu::Buffer,
-    moments_pass: ComputePass,
+    moments_pass: Option<ComputePass>,
     density_pass: Option<ComputePass>,
-    moments_mip_pass: MipPasses,
     density_mip_pass: MipPasses,
-    sample_pass: ComputePass,
+}
+
+impl Recipe {
+    /// Width and height of what is kept of the map. Mips of a power-of-two square hold exact means; what lies beyond the
+    /// map stays zero.
+    fn side(&self) -> u32 {
+        self.size[0].max(self.size[1]).next_power_of_two()
+    }
+
+    fn clusters(&self) -> Option<ClusterSettings> {
+        let Self { size, count, light, lobes, space, .. } = *self;
+        let draw = self.sample.draw;
+        (space != Space::None).then_some(ClusterSettings { size, count, draw, space, light, lobes })
+    }
+
+    fn chains(&self) -> Option<MetropolisSettings> {
+        (self.sample.draw == Draw::Metropolis).then(|| MetropolisSettings::of(self.count))
+    }
+
+    fn halves(&self) -> bool {
+        self.precision == Precision::F16
+    }
+
+    /// Clusters sum what the map holds by themselves, and the reflectance is read from it, too.
+    fn keeps_moments(&self) -> bool {
+        self.space == Space::None || self.density != Density::Reflectance
+    }
+
+    /// With halves the moments pass writes the weight, which is the reflected power, by itself.
+    fn has_density_pass(&self) -> bool {
+        !(self.halves() && self.density == Density::Power)
+    }
+
+    fn keeps_weights(&self) -> bool {
+        self.halves() && self.density != Density::Power
+    }
+
+    /// Layers of moments in 32 and in 16 bits.
+    fn layers(&self) -> [u32; 2] {
+        match (self.precision, self.lobes) {
+            (Precision::F32, Lobes::Both) => [5, 0],
+            (Precision::F32, Lobes::Diffuse) => [3, 0],
+            (Precision::F16, Lobes::Both) => [2, 3],
+            (Precision::F16, Lobes::Diffuse) => [1, 2],
+        }
+    }
+
+    /// Levels of the moments: clusters need no mips.
+    fn levels(&self) -> Levels {
+        if self.space == Space::None { Levels::All } else { Levels::First }
+    }
+
+    fn moments_id(&self) -> String {
+        let Self { light, lobes, precision, .. } = *self;
+        sglow_shaders::moments::Moments { light, lobes, precision }.id()
+    }
+
+    fn density_id(&self) -> String {
+        let Self { density, lobes, .. } = *self;
+        sglow_shaders::density::Density { density, lobes }.id()
+    }
+
+    /// The variants that it runs.
+    pub(crate) fn variants(&self) -> Vec<String> {
+        let mut variants = MipPasses::variants(Texel::R32float);
+        variants.extend(self.keeps_moments().then(|| self.moments_id()));
+        variants.extend(self.has_density_pass().then(|| self.density_id()));
+        if let Some(clusters) = self.clusters() {
+            variants.extend(clusters.variants());
+        } else {
+            variants.extend(MipPasses::variants(Texel::Rgba32float));
+            variants.push(self.sample.id());
+        }
+        if self.halves() {
+            variants.extend(MipPasses::variants(Texel::Rgba16float));
+        }
+        variants.extend(self.chains().into_iter().flat_map(|chains| chains.variants()));
+        variants
+    }
+
+    /// The bytes that it keeps, by name; textures first.
+    pub(crate) fn bytes(&self) -> [Vec<(&'static str, u64)>; 2] {
+        let [layers, half_layers] = self.layers();
+        let texels = |layers: u32, texel, levels| pyramid_bytes(self.side(), layers, texel, levels);
+        let mut textures = Vec::new();
+        if self.keeps_moments() {
+            textures.push(("moments", texels(layers, 16, self.levels())));
+        }
+        if self.halves() {
+            textures.push(("half moments", texels(half_layers, 8, Levels::All)));
+        }
+        if self.keeps_weights() {
+            textures.push(("weights", texels(1, 4, Levels::All)));
+        }
+        textures.push(("density", texels(1, 4, Levels::All)));
+        let count = u64::from(self.count);
+        let mut buffers = match self.clusters() {
+            Some(clusters) => clusters.bytes(),
+            None => vec![
+                ("vsgls", count * vsgl_size(self.lobes, self.precision)),
+                ("kernels", count * size_of::<SglowKernel>() as u64),
+            ],
+        };
+        buffers.extend(self.chains().map(|chains| ("chains", chains.bytes())));
+        [textures, buffers]
+    }
 }
 
 impl Generation {
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        plan: Plan,
+        recipe: Recipe,
         package: &Package,
     ) -> Result<Self, IndirectError> {
-        let Plan { labels, lobes, precision, density, .. } = plan;
-        let half = precision == Precision::F16;
+        let Recipe { labels, lobes, precision, .. } = recipe;
         let mip = |texel, label| MipPasses::new(device, package, texel, label);
-        let moments_id =
-            sglow_shaders::moments::Moments { light: plan.light, lobes, precision }.id();
-        let density_id = sglow_shaders::density::Density { density, lobes }.id();
-        let sample = plan.sample;
-        let iterations = [("sglow_iterations", f64::from(plan.iterations))];
-        let constants: &[_] = if sample.solver == Solver::Bisection { &iterations } else { &[] };
-        let metropolis = match sample.draw {
-            Draw::Warped => None,
-            Draw::Metropolis => {
-                Some(Metropolis::new(device, package, &MetropolisSettings::of(plan.count))?)
-            }
+        let sample = recipe.sample;
+        let metropolis = match recipe.chains() {
+            Some(settings) => Some(Metropolis::new(device, package, &settings)?),
+            None => None,
         };
-        let clusters = match plan.space {
-            Space::None => None,
-            space @ (Space::Image | Space::World) => {
-                let settings = ClusterSettings {
-                    size: plan.size,
-                    count: plan.count,
-                    draw: sample.draw,
-                    space,
-                    light: plan.light,
-                    lobes,
-                };
-                Some(Clusters::new(device, queue, package, &settings)?)
-            }
+        let pyramid = |label, layers, format, levels| {
+            Pyramid::new(device, label, recipe.side(), layers, format, levels)
         };
-        // Mips of a power-of-two square hold exact means; what lies beyond the map stays zero.
-        let size = plan.size[0].max(plan.size[1]).next_power_of_two();
-        let pyramid = |label, layers, format| Pyramid::new(device, label, size, layers, format);
-        let (moment_layers, half_layers) = match (precision, lobes) {
-            (Precision::F32, Lobes::Both) => (5, 0),
-            (Precision::F32, Lobes::Diffuse) => (3, 0),
-            (Precision::F16, Lobes::Both) => (2, 3),
-            (Precision::F16, Lobes::Diffuse) => (1, 2),
-        };
-        let halves = if half {
+        let [layers, half_layers] = recipe.layers();
+        let halves = if recipe.halves() {
+            let format = wgpu::TextureFormat::Rgba16Float;
             Some(Halves {
-                moments: pyramid(
-                    "sglow half moments",
-                    half_layers,
-                    wgpu::TextureFormat::Rgba16Float,
-                ),
+                moments: pyramid("sglow half moments", half_layers, format, Levels::All),
                 mip_pass: mip(Texel::Rgba16float, labels.mip_half_moments)?,
-                weights: (density != Density::Power)
-                    .then(|| pyramid("sglow weights", 1, wgpu::TextureFormat::R32Float)),
+                weights: recipe.keeps_weights().then(|| {
+                    pyramid("sglow weights", 1, wgpu::TextureFormat::R32Float, Levels::All)
+                }),
             })
         } else {
             None
         };
-        // With halves the moments pass writes the weight, which is the reflected power, by itself.
-        let density_pass = if half && density == Density::Power {
-            None
+        let pass = |id: &str, label, constants: &[_]| {
+            ComputePass::new(device, package, id, label, constants)
+        };
+        let lights = if let Some(settings) = recipe.clusters() {
+            Lights::Clusters(Clusters::new(device, queue, package, &settings)?)
         } else {
-            Some(ComputePass::new(device, package, &density_id, labels.density, &[])?)
+            let iterations = [("sglow_iterations", f64::from(recipe.iterations))];
+            let constants: &[_] =
+                if sample.solver == Solver::Bisection { &iterations } else { &[] };
+            let kernel = size_of::<SglowKernel>() as u64;
+            Lights::Kernels(Kernels {
+                vsgls: buffer(device, "sglow vsgls", recipe.count, vsgl_size(lobes, precision)),
+                kernels: buffer(device, "sglow kernels", recipe.count, kernel),
+                // Both precisions' parameters take the same room.
+                parameters: uniform::<SglowSampleParametersF16>(device, "sglow sample parameters"),
+                moments_mip_pass: mip(Texel::Rgba32float, labels.mip_moments)?,
+                pass: pass(&sample.id(), labels.sample, constants)?,
+            })
+        };
+        let moments_pass = if recipe.keeps_moments() {
+            Some(pass(&recipe.moments_id(), labels.moments, &[])?)
+        } else {
+            None
+        };
+        let density_pass = if recipe.has_density_pass() {
+            Some(pass(&recipe.density_id(), labels.density, &[])?)
+        } else {
+            None
         };
         Ok(Self {
-            moments: pyramid("sglow moments", moment_layers, wgpu::TextureFormat::Rgba32Float),
+            moments: recipe.keeps_moments().then(|| {
+                let format = wgpu::TextureFormat::Rgba32Float;
+                pyramid("sglow moments", layers, format, recipe.levels())
+            }),
             halves,
-            density: pyramid("sglow density", 1, wgpu::TextureFormat::R32Float),
-            vsgls: vsgl_buffer(device, plan.count, lobes, precision),
-            kernels: buffer(device, "sglow kernels", plan.count, size_of::<SglowKernel>()),
+            density: pyramid("sglow density", 1, wgpu::TextureFormat::R32Float, Levels::All),
+            lights,
             sampler: (sample.filter == Filter::Hardware).then(|| {
                 device.create_sampler(&wgpu::SamplerDescriptor {
                     label: Some("sglow trilinear"),
@@ -187,8 +300,6 @@ impl Generation {
                 })
             }),
             metropolis,
-            clusters,
-            // Both precisions' parameters take the same room.
             moments_parameters: uniform::<SglowMomentsParametersF16>(
                 device,
                 "sglow moments parameters",
@@ -197,24 +308,18 @@ impl Generation {
                 device,
                 "sglow density parameters",
             ),
-            sample_parameters: uniform::<SglowSampleParametersF16>(
-                device,
-                "sglow sample parameters",
-            ),
-            moments_pass: ComputePass::new(device, package, &moments_id, labels.moments, &[])?,
+            moments_pass,
             density_pass,
-            moments_mip_pass: mip(Texel::Rgba32float, labels.mip_moments)?,
             density_mip_pass: mip(Texel::R32float, labels.mip_density)?,
-            sample_pass: ComputePass::new(device, package, &sample.id(), labels.sample, constants)?,
             device: device.clone(),
             queue: queue.clone(),
-            plan,
+            recipe,
         })
     }
 
     /// Workgroups that cover the map.
     fn workgroups(&self) -> [u32; 3] {
-        let [width, height] = self.plan.size;
+        let [width, height] = self.recipe.size;
         [width.div_ceil(8), height.div_ceil(8), 1]
     }
 
@@ -230,12 +335,11 @@ impl Generation {
         view: &LightView,
         timer: Option<&mut Timer<'_>>,
     ) {
-        if self.clusters.is_some() && self.plan.density == Density::Reflectance {
-            // Clusters sum what the map holds by themselves, and this density reads it too.
+        let (Some(moments), Some(moments_pass)) = (&self.moments, &self.moments_pass) else {
             return;
-        }
+        };
         let (light, origin) = (view.uniform, view.origin.into());
-        match self.plan.precision {
+        match self.recipe.precision {
             Precision::F32 => {
                 let rest = bytemuck::Zeroable::zeroed();
                 let parameters = SglowMomentsParametersF32 { light, origin, ..rest };
@@ -252,7 +356,7 @@ impl Generation {
             (1, wgpu::BindingResource::TextureView(map.position)),
             (2, wgpu::BindingResource::TextureView(map.normal)),
             (3, wgpu::BindingResource::TextureView(map.base_color)),
-            (4, wgpu::BindingResource::TextureView(&self.moments.levels[0])),
+            (4, wgpu::BindingResource::TextureView(&moments.levels[0])),
         ];
         if let Some(halves) = &self.halves {
             let weights = halves.weights.as_ref().unwrap_or(&self.density);
@@ -260,7 +364,7 @@ impl Generation {
             bindings.push((6, wgpu::BindingResource::TextureView(&weights.levels[0])));
         }
         let dispatch = Dispatch { bindings: &bindings, workgroups: self.workgroups() };
-        self.moments_pass.encode(&self.device, encoder, timer, &[dispatch]);
+        moments_pass.encode(&self.device, encoder, timer, &[dispatch]);
     }
 
     /// Level 0 of the density. Nothing where the moments pass has written it.
@@ -274,18 +378,19 @@ impl Generation {
         let Some(density_pass) = &self.density_pass else { return };
         let view = wgpu::BindingResource::TextureView;
         let mut bindings = vec![(1, view(&self.density.levels[0]))];
-        if self.plan.density == Density::Power {
-            bindings.insert(0, (0, view(&self.moments.levels[0])));
+        if self.recipe.density == Density::Power {
+            let moments = self.moments.iter().map(|moments| (0, view(&moments.levels[0])));
+            bindings.splice(0..0, moments);
         } else {
             bindings.push((2, view(map.position)));
         }
-        if self.plan.density == Density::Bidirectional {
+        if self.recipe.density == Density::Bidirectional {
             bindings.push((3, view(map.normal)));
         }
-        if self.plan.density != Density::Power {
+        if self.recipe.density != Density::Power {
             bindings.push((4, view(map.base_color)));
         }
-        if let (Density::Bidirectional, Some(importance)) = (self.plan.density, importance) {
+        if let (Density::Bidirectional, Some(importance)) = (self.recipe.density, importance) {
             let apart = self.halves.as_ref().and_then(|halves| halves.weights.as_ref());
             let parameters = SglowDensityParameters {
                 light: importance.light.into(),
@@ -296,7 +401,8 @@ impl Generation {
             };
             self.write(&self.density_parameters, &parameters);
             bindings.push((5, self.density_parameters.as_entire_binding()));
-            bindings.push((6, view(&apart.unwrap_or(&self.moments).levels[0])));
+            let weights = apart.or(self.moments.as_ref());
+            bindings.extend(weights.map(|weights| (6, view(&weights.levels[0]))));
             bindings.push((7, importance.lights.as_entire_binding()));
         }
         let dispatch = Dispatch { bindings: &bindings, workgroups: self.workgroups() };
@@ -310,13 +416,17 @@ impl Generation {
         mut timer: Option<&mut Timer<'_>>,
     ) {
         let mut encode = |pyramid: &Pyramid, pass| {
-            pyramid.encode_mips(&self.device, encoder, pass, self.plan.size, timer.as_deref_mut());
+            pyramid.encode_mips(
+                &self.device,
+                encoder,
+                pass,
+                self.recipe.size,
+                timer.as_deref_mut(),
+            );
         };
-        if self.clusters.is_some() {
-            encode(&self.density, &self.density_mip_pass);
-            return;
+        if let (Some(moments), Lights::Kernels(kernels)) = (&self.moments, &self.lights) {
+            encode(moments, &kernels.moments_mip_pass);
         }
-        encode(&self.moments, &self.moments_mip_pass);
         if let Some(halves) = &self.halves {
             encode(&halves.moments, &halves.mip_pass);
             if let Some(weights) = &halves.weights {
@@ -334,7 +444,7 @@ impl Generation {
         view: &LightView,
         mut timer: Option<&mut Timer<'_>>,
     ) {
-        let Some(clusters) = &self.clusters else {
+        let Lights::Clusters(clusters) = &self.lights else {
             return self.encode_kernels(encoder, view, timer);
         };
         self.encode_chains(encoder, timer.as_deref_mut());
@@ -362,9 +472,12 @@ impl Generation {
         mut timer: Option<&mut Timer<'_>>,
     ) {
         self.encode_chains(encoder, timer.as_deref_mut());
+        let (Some(moments), Lights::Kernels(kernels)) = (&self.moments, &self.lights) else {
+            return;
+        };
         let (origin, minimum_variance) = (view.origin.into(), view.minimum_variance);
-        let Plan { count, size_factor, .. } = self.plan;
-        match self.plan.precision {
+        let Recipe { count, size_factor, .. } = self.recipe;
+        match self.recipe.precision {
             Precision::F32 => {
                 let rest = bytemuck::Zeroable::zeroed();
                 let parameters = SglowSampleParametersF32 {
@@ -374,7 +487,7 @@ impl Generation {
                     minimum_variance,
                     ..rest
                 };
-                self.write(&self.sample_parameters, &parameters);
+                self.write(&kernels.parameters, &parameters);
             }
             Precision::F16 => {
                 let rest = bytemuck::Zeroable::zeroed();
@@ -386,15 +499,15 @@ impl Generation {
                     power_unit: view.power_unit,
                     ..rest
                 };
-                self.write(&self.sample_parameters, &parameters);
+                self.write(&kernels.parameters, &parameters);
             }
         }
         let mut bindings = vec![
-            (0, self.sample_parameters.as_entire_binding()),
-            (1, wgpu::BindingResource::TextureView(&self.moments.all)),
+            (0, kernels.parameters.as_entire_binding()),
+            (1, wgpu::BindingResource::TextureView(&moments.all)),
             (2, wgpu::BindingResource::TextureView(&self.density.all)),
-            (3, self.vsgls.as_entire_binding()),
-            (4, self.kernels.as_entire_binding()),
+            (3, kernels.vsgls.as_entire_binding()),
+            (4, kernels.kernels.as_entire_binding()),
         ];
         if let Some(sampler) = &self.sampler {
             bindings.push((5, wgpu::BindingResource::Sampler(sampler)));
@@ -407,14 +520,14 @@ impl Generation {
         if let Some(metropolis) = &self.metropolis {
             bindings.push((8, metropolis.chains().as_entire_binding()));
         }
-        let workgroups = [self.plan.count.div_ceil(64), 1, 1];
+        let workgroups = [self.recipe.count.div_ceil(64), 1, 1];
         let dispatch = Dispatch { bindings: &bindings, workgroups };
-        self.sample_pass.encode(&self.device, encoder, timer, &[dispatch]);
+        kernels.pass.encode(&self.device, encoder, timer, &[dispatch]);
     }
 
-    /// The moments with their mips.
-    pub(crate) fn moments(&self) -> &wgpu::Texture {
-        &self.moments.texture
+    /// The moments with their mips; without mips, or none, where there are clusters.
+    pub(crate) fn moments(&self) -> Option<&wgpu::Texture> {
+        self.moments.as_ref().map(|moments| &moments.texture)
     }
 
     /// The moments in halves with their mips.
@@ -439,35 +552,53 @@ impl Generation {
 
     /// The virtual lights.
     pub(crate) fn vsgls(&self) -> &wgpu::Buffer {
-        self.clusters.as_ref().map_or(&self.vsgls, Clusters::vsgls)
+        match &self.lights {
+            Lights::Kernels(kernels) => &kernels.vsgls,
+            Lights::Clusters(clusters) => clusters.vsgls(),
+        }
     }
 
     /// The clusters, if there are some instead of kernels.
     pub(crate) fn clusters(&self) -> Option<&Clusters> {
-        self.clusters.as_ref()
+        match &self.lights {
+            Lights::Kernels(_) => None,
+            Lights::Clusters(clusters) => Some(clusters),
+        }
     }
 
-    /// The kernels that they were made of.
-    pub(crate) fn kernels(&self) -> &wgpu::Buffer {
-        &self.kernels
+    /// The kernels that they were made of; none where there are clusters.
+    pub(crate) fn kernels(&self) -> Option<&wgpu::Buffer> {
+        match &self.lights {
+            Lights::Kernels(kernels) => Some(&kernels.kernels),
+            Lights::Clusters(_) => None,
+        }
     }
 
-    /// The bytes of each texture, with its mips, and of each buffer of lights.
-    pub(crate) fn bytes(&self) -> Vec<(&'static str, u64)> {
-        let mut bytes = vec![("moments", texture_bytes(self.moments()))];
-        bytes.extend(self.half_moments().map(|texture| ("half moments", texture_bytes(texture))));
-        bytes.extend(self.weights().map(|texture| ("weights", texture_bytes(texture))));
-        bytes.push(("density", texture_bytes(self.density())));
-        bytes.push(("vsgls", self.vsgls.size()));
-        bytes.push(("kernels", self.kernels.size()));
-        bytes
+    /// The bytes of each texture, with its mips, and of each buffer.
+    pub(crate) fn bytes(&self) -> [Vec<(&'static str, u64)>; 2] {
+        let textures = [
+            ("moments", self.moments()),
+            ("half moments", self.half_moments()),
+            ("weights", self.weights()),
+            ("density", Some(self.density())),
+        ];
+        let sized =
+            |(name, texture): (_, Option<&wgpu::Texture>)| Some((name, texture_bytes(texture?)));
+        let mut buffers = match &self.lights {
+            Lights::Clusters(clusters) => clusters.bytes(),
+            Lights::Kernels(Kernels { vsgls, kernels, .. }) => {
+                vec![("vsgls", vsgls.size()), ("kernels", kernels.size())]
+            }
+        };
+        buffers.extend(self.metropolis().map(|chains| ("chains", chains.chains().size())));
+        [textures.into_iter().filter_map(sized).collect(), buffers]
     }
 }
 
-fn buffer(device: &wgpu::Device, label: &str, count: u32, size: usize) -> wgpu::Buffer {
+fn buffer(device: &wgpu::Device, label: &str, count: u32, size: u64) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
-        size: u64::from(count) * size as u64,
+        size: u64::from(count) * size,
         usage: wgpu::BufferUsages::STORAGE
             | wgpu::BufferUsages::COPY_SRC
             | wgpu::BufferUsages::COPY_DST,
@@ -475,18 +606,13 @@ fn buffer(device: &wgpu::Device, label: &str, count: u32, size: usize) -> wgpu::
     })
 }
 
-/// A buffer of virtual lights.
-pub(crate) fn vsgl_buffer(
-    device: &wgpu::Device,
-    count: u32,
-    lobes: Lobes,
-    precision: Precision,
-) -> wgpu::Buffer {
+/// The bytes of a virtual light.
+pub(crate) fn vsgl_size(lobes: Lobes, precision: Precision) -> u64 {
     let size = match (precision, lobes) {
         (Precision::F32, Lobes::Both) => size_of::<sglow_shaders::SglowVsglBoth>(),
         (Precision::F32, Lobes::Diffuse) => size_of::<sglow_shaders::SglowVsglDiffuse>(),
         (Precision::F16, Lobes::Both) => size_of::<sglow_shaders::SglowPackedVsglBoth>(),
         (Precision::F16, Lobes::Diffuse) => size_of::<sglow_shaders::SglowPackedVsglDiffuse>(),
     };
-    buffer(device, "sglow vsgls", count, size)
+    size as u64
 }

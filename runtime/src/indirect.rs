@@ -4,7 +4,7 @@ use glam::Vec3;
 use sglow_shaders::{Density, Light, Precision, sample::Sample};
 
 use crate::cluster::{ClusterError, Clusters};
-use crate::generation::{Generation, Importance, Labels, Plan};
+use crate::generation::{Generation, Importance, Labels, Recipe};
 use crate::light::LightView;
 use crate::metropolis::Metropolis;
 use crate::package::Package;
@@ -72,6 +72,38 @@ pub struct Indirect {
     shading: Shading,
 }
 
+/// What the light's virtual lights are made of.
+pub(crate) fn recipe(settings: &Settings) -> Recipe {
+    Recipe {
+        labels: Labels::LIGHT,
+        size: [settings.rsm_size; 2],
+        count: settings.count,
+        size_factor: settings.size_factor,
+        iterations: settings.iterations,
+        light: settings.light,
+        lobes: settings.lobes,
+        precision: settings.precision,
+        density: settings.density,
+        sample: settings.sample(),
+        space: settings.space,
+    }
+}
+
+/// What the camera's virtual lights are made of, if there are any.
+pub(crate) fn camera_recipe(settings: &Settings) -> Option<Recipe> {
+    let precision = Precision::F32;
+    (settings.density == Density::Bidirectional).then(|| Recipe {
+        labels: Labels::CAMERA,
+        size: settings.size,
+        count: settings.camera_count,
+        light: Light::Camera,
+        precision,
+        density: Density::Reflectance,
+        sample: Sample { precision, ..settings.sample() },
+        ..recipe(settings)
+    })
+}
+
 impl Indirect {
     /// Indirect light by the embedded package.
     ///
@@ -97,37 +129,15 @@ impl Indirect {
         if !faults.is_empty() {
             return Err(IndirectError::Settings(faults));
         }
-        let plan = Plan {
-            labels: Labels::LIGHT,
-            size: [settings.rsm_size; 2],
-            count: settings.count,
-            size_factor: settings.size_factor,
-            iterations: settings.iterations,
-            light: settings.light,
-            lobes: settings.lobes,
-            precision: settings.precision,
-            density: settings.density,
-            sample: settings.sample(),
-            space: settings.space,
-        };
-        let camera = if settings.density == Density::Bidirectional {
-            let plan = Plan {
-                labels: Labels::CAMERA,
-                size: settings.size,
-                count: settings.camera_count,
-                light: Light::Camera,
-                precision: Precision::F32,
-                density: Density::Reflectance,
-                sample: Sample { precision: Precision::F32, ..plan.sample },
-                ..plan.clone()
-            };
-            Some(Camera { generation: Generation::new(device, queue, plan, package)? })
-        } else {
-            None
+        let camera = match camera_recipe(settings) {
+            Some(recipe) => {
+                Some(Camera { generation: Generation::new(device, queue, recipe, package)? })
+            }
+            None => None,
         };
         Ok(Self {
             camera,
-            generation: Generation::new(device, queue, plan, package)?,
+            generation: Generation::new(device, queue, recipe(settings), package)?,
             shading: Shading::new(device, queue, settings, package)?,
             settings: settings.clone(),
         })
@@ -288,8 +298,9 @@ impl Indirect {
     }
 
     /// The moments with their mips, rgba32float, one layer for each: all of them, or those that 16 bits do not suffice
-    /// for. A power-of-two square; texels beyond the reflective shadow map are 0.
-    pub fn moments(&self) -> &wgpu::Texture {
+    /// for. A power-of-two square; texels beyond the reflective shadow map are 0. Clusters need no mips of them, and with
+    /// the reflectance for density none at all.
+    pub fn moments(&self) -> Option<&wgpu::Texture> {
         self.generation.moments()
     }
 
@@ -316,8 +327,8 @@ impl Indirect {
         self.generation.vsgls()
     }
 
-    /// The kernels that the lights were made of: `SglowKernel`.
-    pub fn kernels(&self) -> &wgpu::Buffer {
+    /// The kernels that the lights were made of: `SglowKernel`; nothing with clusters.
+    pub fn kernels(&self) -> Option<&wgpu::Buffer> {
         self.generation.kernels()
     }
 
@@ -339,7 +350,7 @@ impl Indirect {
 
     /// The moments of the camera's G-buffer, as [`Self::moments`]; nothing without the bidirectional density.
     pub fn camera_moments(&self) -> Option<&wgpu::Texture> {
-        self.camera.as_ref().map(|camera| camera.generation.moments())
+        self.camera.as_ref().and_then(|camera| camera.generation.moments())
     }
 
     /// The density on the camera's G-buffer, as [`Self::density`]; nothing without the bidirectional density.
@@ -350,14 +361,20 @@ impl Indirect {
     /// The bytes of each texture, with its mips, and of each buffer that it keeps between its passes; those of the
     /// parameters are left out.
     pub fn bytes(&self) -> Vec<(&'static str, u64)> {
-        let mut bytes = self.generation.bytes();
+        let mut bytes = self.generation.bytes().concat();
         if let Some(Camera { generation }) = &self.camera {
-            bytes.push(("camera", generation.bytes().iter().map(|(_, bytes)| bytes).sum()));
+            let names = ["camera textures", "camera buffers"];
+            bytes.extend(names.into_iter().zip(generation.bytes().map(total)));
         }
         bytes.extend(self.diffuse().map(|texture| ("diffuse", texture_bytes(texture))));
         bytes.extend(self.specular().map(|texture| ("specular", texture_bytes(texture))));
         bytes
     }
+}
+
+/// The sum of bytes.
+pub(crate) fn total(bytes: Vec<(&'static str, u64)>) -> u64 {
+    bytes.into_iter().map(|(_, bytes)| bytes).sum()
 }
 
 /// A texture that passes write, passes read, and the CPU can read back.

@@ -33,6 +33,17 @@ impl MetropolisSettings {
         let start = Start::Warped;
         Self { count, mutations: 1, radius: 0.01, large_steps: 0.02, seed: 1, start }
     }
+
+    /// The variants that they run.
+    pub(crate) fn variants(&self) -> Vec<String> {
+        let start = sglow_shaders::metropolis_start::MetropolisStart { start: self.start };
+        vec![start.id(), sglow_shaders::metropolis::Metropolis.id()]
+    }
+
+    /// The bytes of the chains.
+    pub(crate) fn bytes(&self) -> u64 {
+        8 * u64::from(self.count)
+    }
 }
 
 // The layouts of uniforms whose passes are not committed, and so have no structs in the bindings; padded to 16 bytes.

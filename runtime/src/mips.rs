@@ -7,7 +7,7 @@ use sglow_shaders::Texel;
 use crate::device::{DeviceError, Gpu};
 use crate::package::Package;
 use crate::pipeline::PipelineError;
-use crate::pyramid::{MipPasses, Pyramid, texture_bytes};
+use crate::pyramid::{Levels, MipPasses, Pyramid, texture_bytes};
 use thiserror::Error;
 
 /// Why there is no mip chain.
@@ -62,7 +62,7 @@ fn pyramid(gpu: &Gpu, texel: Texel, size: u32, layers: u32) -> Result<Pyramid, M
     if size < 2 || !size.is_power_of_two() {
         return Err(MipsError::Size(size));
     }
-    Ok(Pyramid::new(&gpu.device, "sglow mips", size, layers, format(texel)))
+    Ok(Pyramid::new(&gpu.device, "sglow mips", size, layers, format(texel), Levels::All))
 }
 
 /// A mip chain of `size` squared texels of which the first `extent` columns and rows hold `texels`, layer by layer and

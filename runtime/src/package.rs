@@ -1,10 +1,13 @@
 //! Generated packages: the texts of variants, each checked against its hash before it is used.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use sha2::{Digest, Sha256};
 use thiserror::Error;
+
+use crate::needs::Assumption;
 
 /// Why a package or one of its variants cannot be used.
 #[derive(Debug, Error)]
@@ -39,7 +42,11 @@ pub enum PackageError {
         expected: String,
     },
     /// The package lacks a variant.
-    #[error("the package {origin} has no variant '{id}'{}", if similar.is_empty() { String::new() } else { format!("; of this pass it has: {}", similar.join(", ")) })]
+    #[error(
+        "the package {origin} has no variant '{id}'{}{}",
+        if similar.is_empty() { String::new() } else { format!("; of this pass it has: {}", similar.join(", ")) },
+        left_out.iter().map(|left_out| format!("; {left_out}")).collect::<String>()
+    )]
     Missing {
         /// The variant.
         id: String,
@@ -47,6 +54,8 @@ pub enum PackageError {
         origin: String,
         /// The variants of the same pass.
         similar: Vec<String>,
+        /// The rules by which it was left out, with what they left out and why.
+        left_out: Vec<String>,
     },
 }
 
@@ -55,12 +64,86 @@ pub enum PackageError {
 pub struct Package {
     origin: String,
     texts: BTreeMap<String, String>,
+    asked: Asked,
+    assumed: Vec<Assumption>,
+    left_out: Vec<LeftOut>,
+    /// The value that was chosen on each axis; none where any was.
+    chosen: BTreeMap<String, String>,
+    /// The axes of each pass, in the order of the values in an identifier.
+    axes: BTreeMap<String, Vec<String>>,
+}
+
+/// The variants that were asked for. A copy of a package was asked for none.
+#[derive(Debug, Default)]
+struct Asked(Mutex<BTreeSet<String>>);
+
+impl Clone for Asked {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl Asked {
+    /// What a thread that panicked has left is as good as any.
+    fn set(&self) -> MutexGuard<'_, BTreeSet<String>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 #[derive(serde::Deserialize)]
 struct Manifest {
+    schema_version: u32,
+    #[serde(default)]
+    made_for: Option<MadeFor>,
+    #[serde(default)]
+    left_out: Vec<LeftOut>,
+    passes: Vec<Pass>,
     variants: Vec<Variant>,
 }
+
+#[derive(serde::Deserialize)]
+struct MadeFor {
+    assumed: Vec<Assumption>,
+    chosen: BTreeMap<String, String>,
+}
+
+#[derive(serde::Deserialize)]
+struct Pass {
+    name: String,
+    axes: Vec<String>,
+}
+
+/// What a rule left out of a package.
+#[derive(Clone, Debug, serde::Deserialize)]
+struct LeftOut {
+    rule: String,
+    reason: String,
+    #[serde(default)]
+    values: BTreeMap<String, Vec<String>>,
+    #[serde(default)]
+    variants: Vec<String>,
+}
+
+impl LeftOut {
+    /// What to say of it where a variant is missing that it has left out.
+    fn explains(&self, id: &str, values: &[(&str, &str)]) -> Option<String> {
+        let left = |(axis, value): &(&str, &str)| {
+            self.values.get(*axis).is_some_and(|left| left.iter().any(|left| left == value))
+        };
+        let found = values.iter().filter(|value| left(value));
+        let found: Vec<_> = found.map(|(axis, value)| format!("{axis} {value}")).collect();
+        let Self { rule, reason, variants, .. } = self;
+        if !found.is_empty() {
+            Some(format!("the rule '{rule}' left {} out: {reason}", found.join(", ")))
+        } else {
+            let named = variants.iter().any(|variant| variant == id);
+            named.then(|| format!("the rule '{rule}' left it out: {reason}"))
+        }
+    }
+}
+
+/// The format of manifests that is read.
+const SCHEMA_VERSION: u32 = 2;
 
 #[derive(serde::Deserialize)]
 struct Variant {
@@ -84,9 +167,8 @@ impl Package {
     pub fn embedded() -> Self {
         let texts = sglow_shaders::EMBEDDED
             .iter()
-            .map(|variant| (variant.id.to_owned(), variant.text.to_owned()))
-            .collect();
-        Self { origin: "embedded in sglow-shaders".to_owned(), texts }
+            .map(|variant| (variant.id.to_owned(), variant.text.to_owned()));
+        Self::generated("embedded in sglow-shaders", texts)
     }
 
     /// A package that was generated into a folder. Every text is compared with its hash in the manifest.
@@ -100,6 +182,17 @@ impl Package {
             .map_err(|error| {
                 vec![PackageError::Manifest { path: path.clone(), reason: error.to_string() }]
             })?;
+        if manifest.schema_version != SCHEMA_VERSION {
+            let reason = format!(
+                "is of format {}, and this version reads format {SCHEMA_VERSION}",
+                manifest.schema_version
+            );
+            return Err(vec![PackageError::Manifest { path, reason }]);
+        }
+        let made_for = manifest.made_for.map(|made_for| (made_for.assumed, made_for.chosen));
+        let (assumed, chosen) = made_for.unwrap_or_default();
+        let left_out = manifest.left_out;
+        let axes = manifest.passes.into_iter().map(|pass| (pass.name, pass.axes)).collect();
         let mut texts = BTreeMap::new();
         let mut errors = Vec::new();
         for variant in manifest.variants {
@@ -132,7 +225,13 @@ impl Package {
             }
         }
         if errors.is_empty() {
-            Ok(Self { origin: folder.display().to_string(), texts })
+            Ok(Self {
+                assumed,
+                left_out,
+                chosen,
+                axes,
+                ..Self::generated(folder.display().to_string(), texts)
+            })
         } else {
             Err(errors)
         }
@@ -143,7 +242,15 @@ impl Package {
         origin: impl Into<String>,
         texts: impl IntoIterator<Item = (String, String)>,
     ) -> Self {
-        Self { origin: origin.into(), texts: texts.into_iter().collect() }
+        Self {
+            origin: origin.into(),
+            texts: texts.into_iter().collect(),
+            asked: Asked::default(),
+            assumed: Vec::new(),
+            left_out: Vec::new(),
+            chosen: BTreeMap::new(),
+            axes: BTreeMap::new(),
+        }
     }
 
     /// Replaces the text of one variant: how a test runs a shader that is broken on purpose.
@@ -154,6 +261,7 @@ impl Package {
 
     /// The WGSL of a variant. A missing one is an error, never a similar variant.
     pub fn text(&self, id: &str) -> Result<&str, PackageError> {
+        self.asked.set().insert(id.to_owned());
         self.texts.get(id).map(String::as_str).ok_or_else(|| {
             let pass = id.split('-').next().unwrap_or(id);
             PackageError::Missing {
@@ -165,8 +273,42 @@ impl Package {
                     .filter(|known| known.split('-').next() == Some(pass))
                     .cloned()
                     .collect(),
+                left_out: self.reasons(id),
             }
         })
+    }
+
+    /// Why a variant is missing: the rules that left it out, or what was chosen in its place.
+    fn reasons(&self, id: &str) -> Vec<String> {
+        let mut words = id.split('-');
+        let axes = words.next().and_then(|pass| self.axes.get(pass)).map(Vec::as_slice);
+        let values: Vec<_> =
+            axes.unwrap_or_default().iter().map(String::as_str).zip(words).collect();
+        let rules = self.left_out.iter().filter_map(|left| left.explains(id, &values));
+        let rules: Vec<_> = rules.collect();
+        if !rules.is_empty() {
+            return rules;
+        }
+        let chosen = |(axis, value): &(&str, &str)| {
+            let chosen = self.chosen.get(*axis).filter(|chosen| chosen != value)?;
+            Some(format!("the package was made with {axis} {chosen}"))
+        };
+        values.iter().filter_map(chosen).collect()
+    }
+
+    /// What was taken to be so of the scene that it was made for; nothing if it was made for any.
+    pub fn assumed(&self) -> &[Assumption] {
+        &self.assumed
+    }
+
+    /// Where it comes from.
+    pub fn origin(&self) -> &str {
+        &self.origin
+    }
+
+    /// The variants whose texts were asked for, had or not, since it was made or cloned.
+    pub fn asked(&self) -> BTreeSet<String> {
+        self.asked.set().clone()
     }
 
     /// The variants it has, sorted.

@@ -1,10 +1,28 @@
 //! Textures with their mip chains.
 
-use sglow_shaders::{Levels, Texel};
+use sglow_shaders::{Levels as LevelsAxis, Texel};
 
 use crate::package::Package;
 use crate::pipeline::{ComputePass, PipelineError, Step, encode_stage};
 use crate::timing::Timer;
+
+/// Which levels a texture has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Levels {
+    /// All of them, down to one texel.
+    All,
+    /// Level 0.
+    First,
+}
+
+impl Levels {
+    fn count(self, side: u32) -> u32 {
+        match self {
+            Self::All => side.ilog2() + 1,
+            Self::First => 1,
+        }
+    }
+}
 
 /// A texture with its mip chain, and the views that its passes need.
 pub(crate) struct Pyramid {
@@ -20,8 +38,9 @@ impl Pyramid {
         size: u32,
         layers: u32,
         format: wgpu::TextureFormat,
+        levels: Levels,
     ) -> Self {
-        let levels = size.ilog2() + 1;
+        let levels = levels.count(size);
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
             size: wgpu::Extent3d { width: size, height: size, depth_or_array_layers: layers },
@@ -99,11 +118,20 @@ impl MipPasses {
             let id = sglow_shaders::mip::Mip { texel, levels }.id();
             ComputePass::new(device, package, &id, label, &[])
         };
-        Ok(Self {
-            by_levels: [pass(Levels::One)?, pass(Levels::Two)?, pass(Levels::Three)?],
-            label,
-        })
+        let [one, two, three] = LevelsAxis::ALL.map(pass);
+        Ok(Self { by_levels: [one?, two?, three?], label })
     }
+
+    /// The variants of a chain, of whatever size: a picture may change its size.
+    pub(crate) fn variants(texel: Texel) -> Vec<String> {
+        LevelsAxis::ALL.map(|levels| sglow_shaders::mip::Mip { texel, levels }.id()).into()
+    }
+}
+
+/// What the texels of a square with its levels take; `texel` in bytes.
+pub(crate) fn pyramid_bytes(side: u32, layers: u32, texel: u64, levels: Levels) -> u64 {
+    let texels = (0..levels.count(side)).map(|level| u64::from(side >> level).pow(2));
+    texels.sum::<u64>() * u64::from(layers) * texel
 }
 
 /// What a texture's texels take, on all its levels and layers.

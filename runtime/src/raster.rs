@@ -1,7 +1,7 @@
 //! Draws a scene's surfaces: reflective shadow maps, G-buffers, shadow maps, emitters.
 
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_shaders::{Material as MaterialAxis, Opacity, SglowMaterialTextured, SglowView};
 
@@ -10,7 +10,8 @@ use crate::indirect::{SurfaceViews, picture};
 use crate::light::Face;
 use crate::package::Package;
 use crate::pipeline::{PipelineError, compile, guarded, timed, uniform};
-use crate::scene::{self, Filter, Scene, TextureUse, Wrap};
+use crate::pyramid::texture_bytes;
+use crate::scene::{self, Filter, Scene, TextureUse, Traits, Wrap};
 use crate::timing::Timer;
 
 /// The format of depth maps.
@@ -40,11 +41,9 @@ struct Kind {
 }
 
 impl Kind {
-    /// The least that a material needs; or everything, if `complete`.
-    fn of(material: &scene::Material, complete: bool) -> Self {
-        let textured = complete || material.textures().next().is_some();
-        // An untextured material has one opacity; a mask then keeps all of it.
-        let cutout = complete || (textured && material.alpha_cutoff.is_some());
+    /// The least that a material needs.
+    fn of(material: &scene::Material, traits: &Traits) -> Self {
+        let Traits { textured, cutout, .. } = *traits;
         Self { textured, cutout, double_sided: material.double_sided }
     }
 
@@ -56,10 +55,20 @@ impl Kind {
     }
 }
 
+/// What each material asks of the passes that draw it; or everything, if `complete`.
+pub(crate) fn traits(scene: &Scene, complete: bool) -> Vec<Traits> {
+    let mut traits = scene.traits();
+    for one in traits.iter_mut().filter(|_| complete) {
+        *one = Traits { textured: true, cutout: true, ..*one };
+    }
+    traits
+}
+
 struct Pipelines {
     surface: wgpu::RenderPipeline,
     shadow: wgpu::RenderPipeline,
-    emission: wgpu::RenderPipeline,
+    /// Where something of the kind emits.
+    emission: Option<wgpu::RenderPipeline>,
 }
 
 struct Draw {
@@ -89,20 +98,31 @@ pub struct SurfaceTargets {
     pub normal: wgpu::Texture,
     /// Base colour, rgba16float.
     pub base_color: wgpu::Texture,
-    depth: wgpu::TextureView,
+    depth: wgpu::Texture,
+    depth_view: wgpu::TextureView,
     views: [wgpu::TextureView; 3],
 }
 
 impl SurfaceTargets {
+    /// The bytes of a texel of all four.
+    pub(crate) const TEXEL: u64 = 16 + 8 + 8 + 4;
+
     /// Targets of a size in pixels.
     pub fn new(device: &wgpu::Device, label: &str, size: [u32; 2]) -> Self {
         let position = picture(device, label, size, wgpu::TextureFormat::Rgba32Float);
         let normal = picture(device, label, size, wgpu::TextureFormat::Rgba16Float);
         let base_color = picture(device, label, size, wgpu::TextureFormat::Rgba16Float);
-        let depth = picture(device, label, size, DEPTH).create_view(&Default::default());
+        let depth = picture(device, label, size, DEPTH);
+        let depth_view = depth.create_view(&Default::default());
         let views = [&position, &normal, &base_color]
             .map(|texture| texture.create_view(&Default::default()));
-        Self { position, normal, base_color, depth, views }
+        Self { position, normal, base_color, depth, depth_view, views }
+    }
+
+    /// The bytes of all four.
+    pub fn bytes(&self) -> u64 {
+        let textures = [&self.position, &self.normal, &self.base_color, &self.depth];
+        textures.into_iter().map(texture_bytes).sum()
     }
 
     /// The textures as passes read them.
@@ -145,6 +165,7 @@ impl Raster {
         let mut vertices = Vec::new();
         let mut indices = Vec::new();
         let mut draws = Vec::new();
+        let traits = traits(scene, complete);
         for mesh in &scene.meshes {
             let first_vertex = vertices.len() as u32;
             let first_index = indices.len() as u32;
@@ -156,12 +177,12 @@ impl Raster {
                 },
             ));
             indices.extend(mesh.indices.iter().map(|index| first_vertex + index));
-            let material = &scene.materials[mesh.material];
+            let traits = &traits[mesh.material];
             draws.push(Draw {
-                kind: Kind::of(material, complete),
+                kind: Kind::of(&scene.materials[mesh.material], traits),
                 material: mesh.material,
                 indices: first_index..indices.len() as u32,
-                emits: material.emits(),
+                emits: traits.emits,
             });
         }
         draws.sort_by_key(|draw| (draw.kind, draw.material));
@@ -171,7 +192,9 @@ impl Raster {
         for draw in &draws {
             if let Entry::Vacant(entry) = pipelines.entry(draw.kind) {
                 let layouts = [&view_layout, &material_layouts[usize::from(draw.kind.textured)]];
-                entry.insert(Pipelines::new(device, package, draw.kind, layouts)?);
+                let emits = |other: &Draw| other.kind == draw.kind && other.emits;
+                let emits = complete || draws.iter().any(emits);
+                entry.insert(Pipelines::new(device, package, draw.kind, emits, layouts)?);
             }
         }
         let views = (0..Slot::COUNT)
@@ -188,12 +211,12 @@ impl Raster {
                 (buffer, group)
             })
             .collect();
-        let textures = Textures::new(gpu, scene);
+        let textures = Textures::new(gpu, scene, &traits);
         let materials = scene
             .materials
             .iter()
-            .map(|material| {
-                let textured = Kind::of(material, complete).textured;
+            .zip(&traits)
+            .map(|(material, &Traits { textured, .. })| {
                 textures.bind(gpu, &material_layouts[usize::from(textured)], material, textured)
             })
             .collect();
@@ -256,7 +279,13 @@ impl Raster {
                 timestamp_writes: stamps.map(|stamps| stamps.render()),
                 ..Default::default()
             });
-            self.draw(&mut pass, &slots, [size, size], |pipelines| &pipelines.shadow, |_| true);
+            self.draw(
+                &mut pass,
+                &slots,
+                [size, size],
+                |pipelines| Some(&pipelines.shadow),
+                |_| true,
+            );
         });
     }
 
@@ -273,7 +302,7 @@ impl Raster {
                 label: Some("emission"),
                 color_attachments: &[Some(color_attachment(output, wgpu::Color::TRANSPARENT))],
                 depth_stencil_attachment: Some(depth_attachment(
-                    &gbuffer.depth,
+                    &gbuffer.depth_view,
                     wgpu::LoadOp::Load,
                 )),
                 timestamp_writes: stamps.map(|stamps| stamps.render()),
@@ -281,7 +310,13 @@ impl Raster {
             });
             let size = [gbuffer.position.width(), gbuffer.position.height()];
             let slots = [(Slot::Camera, [0.0, 0.0, 1.0, 1.0])];
-            self.draw(&mut pass, &slots, size, |pipelines| &pipelines.emission, |draw| draw.emits);
+            self.draw(
+                &mut pass,
+                &slots,
+                size,
+                |pipelines| pipelines.emission.as_ref(),
+                |draw| draw.emits,
+            );
         });
     }
 
@@ -323,14 +358,14 @@ impl Raster {
                     Some(color_attachment(base_color, wgpu::Color::TRANSPARENT)),
                 ],
                 depth_stencil_attachment: Some(depth_attachment(
-                    &targets.depth,
+                    &targets.depth_view,
                     wgpu::LoadOp::Clear(1.0),
                 )),
                 timestamp_writes: stamps.map(|stamps| stamps.render()),
                 ..Default::default()
             });
             let size = [targets.position.width(), targets.position.height()];
-            self.draw(&mut pass, slots, size, |pipelines| &pipelines.surface, |_| true);
+            self.draw(&mut pass, slots, size, |pipelines| Some(&pipelines.surface), |_| true);
         });
     }
 
@@ -339,7 +374,7 @@ impl Raster {
         pass: &mut wgpu::RenderPass<'_>,
         slots: &[(Slot, [f32; 4])],
         [width, height]: [u32; 2],
-        pipeline: impl Fn(&Pipelines) -> &wgpu::RenderPipeline,
+        pipeline: impl Fn(&Pipelines) -> Option<&wgpu::RenderPipeline>,
         wanted: impl Fn(&Draw) -> bool,
     ) {
         pass.set_vertex_buffer(0, self.vertices.slice(..));
@@ -351,8 +386,10 @@ impl Raster {
             let mut current = None;
             for draw in self.draws.iter().filter(|draw| wanted(draw)) {
                 if current != Some(draw.kind) {
-                    let Some(pipelines) = self.pipelines.get(&draw.kind) else { continue };
-                    pass.set_pipeline(pipeline(pipelines));
+                    let Some(pipeline) = self.pipelines.get(&draw.kind).and_then(&pipeline) else {
+                        continue;
+                    };
+                    pass.set_pipeline(pipeline);
                     current = Some(draw.kind);
                 }
                 pass.set_bind_group(1, &self.materials[draw.material], &[]);
@@ -414,6 +451,11 @@ fn shared_layout(device: &wgpu::Device, textured: &[bool], group: usize) -> wgpu
 /// The variants that draw a kind of material: surface, shadow, emission.
 fn ids(kind: Kind) -> [String; 3] {
     let (material, opacity) = kind.axes();
+    drawing(material, opacity)
+}
+
+/// The variants that draw a material: surface, shadow, emission.
+pub(crate) fn drawing(material: MaterialAxis, opacity: Opacity) -> [String; 3] {
     [
         sglow_shaders::surface::Surface { material, opacity }.id(),
         sglow_shaders::shadow::Shadow { material, opacity }.id(),
@@ -426,6 +468,7 @@ impl Pipelines {
         device: &wgpu::Device,
         package: &Package,
         kind: Kind,
+        emits: bool,
         layouts: [&wgpu::BindGroupLayout; 2],
     ) -> Result<Self, PipelineError> {
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -476,7 +519,7 @@ impl Pipelines {
             surface: make(&surface, &[wgpu::TextureFormat::Rgba32Float, half, half], true, true)?,
             // What has no holes casts its shadow without a fragment stage.
             shadow: make(&shadow, &[], kind.cutout, true)?,
-            emission: make(&emission, &[half], true, false)?,
+            emission: if emits { Some(make(&emission, &[half], true, false)?) } else { None },
         })
     }
 }
@@ -492,14 +535,18 @@ fn filled(gpu: &Gpu, bytes: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
     buffer
 }
 
-/// The images of a scene on the device, and a white one for what has no texture.
+/// The images that a scene's textured materials read, on the device, and a white one for what has no texture.
 struct Textures {
-    images: Vec<wgpu::TextureView>,
-    white: wgpu::TextureView,
+    images: BTreeMap<usize, wgpu::TextureView>,
+    white: Option<wgpu::TextureView>,
 }
 
 impl Textures {
-    fn new(gpu: &Gpu, scene: &Scene) -> Self {
+    fn new(gpu: &Gpu, scene: &Scene, traits: &[Traits]) -> Self {
+        let textured = || scene.materials.iter().zip(traits).filter(|(_, traits)| traits.textured);
+        let read: BTreeSet<usize> = textured()
+            .flat_map(|(material, _)| material.textures().map(|texture| texture.image))
+            .collect();
         let white = scene::Image {
             name: "white".to_owned(),
             width: 1,
@@ -508,8 +555,11 @@ impl Textures {
             srgb: false,
         };
         Self {
-            images: scene.images.iter().map(|image| upload(gpu, image)).collect(),
-            white: upload(gpu, &white),
+            images: read
+                .into_iter()
+                .filter_map(|index| Some((index, upload(gpu, scene.images.get(index)?))))
+                .collect(),
+            white: textured().next().map(|_| upload(gpu, &white)),
         }
     }
 
@@ -551,13 +601,11 @@ impl Textures {
                 (4, &material.emission_texture),
             ];
             for (binding, texture) in textures {
-                let view = texture
-                    .and_then(|texture| self.images.get(texture.image))
-                    .unwrap_or(&self.white);
-                entries.push(wgpu::BindGroupEntry {
+                let image = texture.and_then(|texture| self.images.get(&texture.image));
+                entries.extend(image.or(self.white.as_ref()).map(|view| wgpu::BindGroupEntry {
                     binding,
                     resource: wgpu::BindingResource::TextureView(view),
-                });
+                }));
             }
         }
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {

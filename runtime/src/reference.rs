@@ -213,14 +213,15 @@ fn packed_lobe(lobe: SglowPackedLobe) -> PackedLobe {
 
 /// One mip level of the moments of an [`Indirect`], read back: what its textures hold, in the layers of the oracle.
 ///
-/// In halves, powers are in the unit of `view`, the light of the last frame, and the weight is apart or the density.
+/// None where clusters need none. In halves, powers are in the unit of `view`, the light of the last frame, and the weight is apart or the density.
 pub fn moments<R: Real>(
     gpu: &Gpu,
     indirect: &Indirect,
     view: &LightView,
     level: u32,
 ) -> Result<Vec<rsm::Moments<R>>, DeviceError> {
-    let moments = readback::texture(gpu, indirect.moments(), level)?;
+    let Some(moments) = indirect.moments() else { return Ok(Vec::new()) };
+    let moments = readback::texture(gpu, moments, level)?;
     let weights = indirect.weights().unwrap_or_else(|| indirect.density());
     let weights = readback::texture(gpu, weights, level)?;
     let count = weights.len();

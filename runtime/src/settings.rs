@@ -8,6 +8,8 @@ use sglow_shaders::{
 };
 use thiserror::Error;
 
+use crate::needs::Assumption;
+
 /// A setting that cannot be.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SettingsError {
@@ -100,9 +102,15 @@ pub struct Settings {
     pub visibility: Visibility,
     /// Points that each virtual light sees of the scene, 1 to 1048576, with imperfect visibility.
     pub shadow_points: u32,
+    /// Width and height of a virtual light's map in texels, with any visibility: a power of two, 8 to 256, with imperfect
+    /// visibility at most 64.
+    pub light_tile: u32,
     /// Draws every surface with the variant that can do everything, whether it needs it or not: what the result of
     /// leaving things out is compared with.
     pub complete: bool,
+    /// What was taken to be so of the scene when these were derived from it. A scene of which something else is so by now,
+    /// and that needs more, is refused. Nothing where a person chose.
+    pub assumed: Vec<Assumption>,
 }
 
 impl Default for Settings {
@@ -128,7 +136,9 @@ impl Default for Settings {
             ndf: Ndf::Ggx,
             visibility: Visibility::None,
             shadow_points: 8192,
+            light_tile: 64,
             complete: false,
+            assumed: Vec::new(),
         }
     }
 }
@@ -178,6 +188,26 @@ impl Settings {
             }
         }
         Ok(())
+    }
+
+    /// The name of the value on an axis that `set` knows.
+    pub fn value(&self, axis: &str) -> Option<String> {
+        Some(match axis {
+            "light" => self.light.to_string(),
+            "lobes" => self.lobes.to_string(),
+            "precision" => self.precision.to_string(),
+            "density" => self.density.to_string(),
+            "draw" => self.draw.to_string(),
+            "space" => self.space.to_string(),
+            "visibility" => self.visibility.to_string(),
+            "kernel" => self.kernel.to_string(),
+            "solver" => self.solver.to_string(),
+            "filter" => self.filter.to_string(),
+            "diffuse" => self.diffuse.to_string(),
+            "specular" => self.specular.to_string(),
+            "ndf" => self.ndf.to_string(),
+            _ => return None,
+        })
     }
 
     /// Everything that is wrong with these settings on this device.

@@ -31,6 +31,11 @@ pub(crate) struct SortPasses {
 }
 
 impl SortPasses {
+    pub(crate) fn variants() -> Vec<String> {
+        use sglow_shaders::{sort_count, sort_scan, sort_scatter};
+        vec![sort_count::SortCount.id(), sort_scan::SortScan.id(), sort_scatter::SortScatter.id()]
+    }
+
     pub(crate) fn new(device: &wgpu::Device, package: &Package) -> Result<Self, PipelineError> {
         let pass = |id: String| ComputePass::new(device, package, &id, "sort", &[]);
         Ok(Self {
@@ -73,6 +78,11 @@ impl SortBuffers {
             sorted: ["sglow sorted keys", "sglow sorted keys"].map(words),
             values: ["sglow sorted values", "sglow sorted values"].map(words),
         }
+    }
+
+    /// The bytes of the buffers of `length` keys, without the uniforms.
+    pub(crate) fn bytes_of(length: u32) -> u64 {
+        4 * (16 * u64::from(length.div_ceil(BLOCK)) + 5 * u64::from(length))
     }
 
     pub(crate) fn keys(&self) -> &wgpu::Buffer {

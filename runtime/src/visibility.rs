@@ -151,8 +151,7 @@ impl Config {
                 format!("{bytes} bytes"),
                 format!("at most {binding} on this device: fewer lights or smaller maps would do"),
             );
-            let bytes =
-                u64::from(self.points) * u64::from(SUBSETS) * size_of::<SglowShadowPoint>() as u64;
+            let bytes = self.point_bytes();
             range(
                 bytes <= binding,
                 "the buffer of points",
@@ -194,7 +193,39 @@ impl Config {
         faults
     }
 
-    fn splat_bytes(&self) -> u64 {
+    /// The variants that make the maps.
+    pub(crate) fn variants(&self) -> Vec<String> {
+        let Self { lobes, precision, .. } = *self;
+        match self.visibility {
+            Axis::None => Vec::new(),
+            Axis::ShadowMap => vec![light_shadow::LightShadow { lobes, precision }.id()],
+            Axis::Imperfect => vec![
+                light_points::LightPoints { lobes, precision }.id(),
+                light_fill::LightFill.id(),
+            ],
+        }
+    }
+
+    /// The bytes of the atlas, and of each buffer behind it, among so many positions and indices of triangles.
+    pub(crate) fn bytes(&self, positions: u64, indices: u64) -> (u64, Vec<(&'static str, u64)>) {
+        let [width, height] = self.atlas_size();
+        let buffers = match self.visibility {
+            Axis::None => return (0, Vec::new()),
+            Axis::ShadowMap => {
+                vec![("light occluders", 12 * positions.max(1) + 4 * indices.max(1))]
+            }
+            Axis::Imperfect => {
+                vec![("shadow points", self.point_bytes()), ("light splats", self.splat_bytes())]
+            }
+        };
+        (4 * width * height, buffers)
+    }
+
+    pub(crate) fn point_bytes(&self) -> u64 {
+        u64::from(self.points) * u64::from(SUBSETS) * size_of::<SglowShadowPoint>() as u64
+    }
+
+    pub(crate) fn splat_bytes(&self) -> u64 {
         4 * u64::from(self.count) * u64::from(self.tile) * u64::from(self.tile)
     }
 

@@ -37,6 +37,9 @@ pub struct Library {
     /// What facts require of axes.
     #[serde(default)]
     pub need: Vec<Need>,
+    /// What exists only where something else does.
+    #[serde(default)]
+    pub presence: Vec<Presence>,
     /// The committed selection.
     pub package: PackageSelection,
     #[serde(skip)]
@@ -173,6 +176,26 @@ pub struct Need {
     pub when: BTreeMap<String, bool>,
     /// Per axis the values that remain allowed.
     pub set: BTreeMap<String, Vec<String>>,
+    /// Why.
+    pub reason: String,
+}
+
+/// A named rule that lets variants exist only where choices on other axes are still possible.
+///
+/// A pass may be of use to another one alone, which has an axis that it lacks itself. Such a rule says so.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Presence {
+    /// Name of the rule, given as the reason for what it leaves out.
+    pub name: String,
+    /// The passes it holds for.
+    pub passes: Vec<String>,
+    /// Per axis of these passes the values that it holds for; every value of an axis that is not named.
+    #[serde(default)]
+    pub when: BTreeMap<String, Vec<String>>,
+    /// Alternatives, of which one has to hold: per axis, of these passes or not, the values of which at least one still
+    /// has to be allowed.
+    pub only_with: Vec<BTreeMap<String, Vec<String>>>,
     /// Why.
     pub reason: String,
 }

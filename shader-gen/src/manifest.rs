@@ -9,13 +9,15 @@ use crate::library::Library;
 use crate::validate::Validated;
 
 mod cost;
+mod purpose;
 pub mod reflect;
 
 pub use cost::Cost;
+pub use purpose::{Assumed, LeftOut, MadeFor, Saved, Weight};
 pub use reflect::{Error, Reflection, reflect};
 
 /// The version of what [`Manifest`] says; it grows when a reader of the version before would misread it.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// A package of shaders: what it contains, by what it was made, and of what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -41,6 +43,11 @@ pub struct Manifest {
     pub citations: Vec<Citation>,
     /// What every name at module scope starts with.
     pub prefix: String,
+    /// The input that the package was made for; any, if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made_for: Option<MadeFor>,
+    /// What was left out because that input does not need it, rule by rule.
+    pub left_out: Vec<LeftOut>,
     /// The languages that the variants are written in, sorted.
     pub targets: Vec<String>,
     /// The choices that passes offer, in alphabetical order.

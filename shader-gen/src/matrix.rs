@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use crate::error::{Code, Diagnostic, Report};
-use crate::library::{Exclusion, Library, Pass};
+use crate::library::{Exclusion, Library, Need, Pass, Presence};
 
 /// A pass with a value on each of its axes.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -48,6 +48,9 @@ pub struct Allowed {
     pub because: Vec<Because>,
 }
 
+/// What remains allowed on each axis, by name of the axis.
+pub type AllowedValues = BTreeMap<String, Allowed>;
+
 /// A rule that took values of an axis away.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Because {
@@ -66,6 +69,17 @@ pub struct Excluded {
     pub variant: Variant,
     /// Name of the [`Exclusion`].
     pub exclusion: String,
+    /// Its reason.
+    pub reason: String,
+}
+
+/// A variant that would be of no use, and the rule that says so.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Absent {
+    /// The variant.
+    pub variant: Variant,
+    /// Name of the [`Presence`] rule.
+    pub presence: String,
     /// Its reason.
     pub reason: String,
 }
@@ -148,7 +162,24 @@ impl Library {
     /// # Errors
     ///
     /// A fact that is not known, with those that are.
-    pub fn needed(&self, facts: &Facts) -> Result<BTreeMap<String, Allowed>, Report> {
+    pub fn needed(&self, facts: &Facts) -> Result<AllowedValues, Report> {
+        self.needed_by(facts, |_| true)
+    }
+
+    /// As [`Library::needed`], as if the rule called `left_out` did not exist: what the rule is worth.
+    ///
+    /// # Errors
+    ///
+    /// As [`Library::needed`].
+    pub fn needed_without(&self, facts: &Facts, left_out: &str) -> Result<AllowedValues, Report> {
+        self.needed_by(facts, |rule| rule.name != left_out)
+    }
+
+    fn needed_by(
+        &self,
+        facts: &Facts,
+        counts: impl Fn(&Need) -> bool,
+    ) -> Result<AllowedValues, Report> {
         let known = || self.fact.iter().map(|fact| fact.name.as_str());
         let unknown: Vec<_> = facts
             .keys()
@@ -162,9 +193,9 @@ impl Library {
             values: axis.value.iter().map(|value| value.name.clone()).collect(),
             because: Vec::new(),
         };
-        let mut allowed: BTreeMap<String, Allowed> =
+        let mut allowed: AllowedValues =
             self.axis.iter().map(|(name, axis)| (name.clone(), all(axis))).collect();
-        for need in &self.need {
+        for need in self.need.iter().filter(|need| counts(need)) {
             if need.when.iter().any(|(fact, value)| facts.get(fact) != Some(value)) {
                 continue;
             }
@@ -185,6 +216,46 @@ impl Library {
             }
         }
         Ok(allowed)
+    }
+
+    /// The legal variants whose values `allowed` all has and that are of use where it is all there is; and those that
+    /// are of none. Both in the order of [`Library::variants`].
+    #[must_use]
+    pub fn remaining(&self, allowed: &AllowedValues) -> (Vec<Variant>, Vec<Absent>) {
+        let mut absent = Vec::new();
+        let mut variants = self.variants();
+        variants.retain(|variant| {
+            let fits = variant.values.iter().all(|(axis, value)| {
+                allowed.get(axis).is_none_or(|allowed| allowed.values.contains(value))
+            });
+            let rule = fits.then(|| self.absence_of(variant, allowed)).flatten();
+            absent.extend(rule.map(|rule| Absent {
+                variant: variant.clone(),
+                presence: rule.name.clone(),
+                reason: rule.reason.clone(),
+            }));
+            fits && rule.is_none()
+        });
+        (variants, absent)
+    }
+
+    /// The rule by which a variant is of no use where `allowed` is all there is; an axis that is not in it has all of
+    /// its values.
+    #[must_use]
+    pub fn absence_of(&self, variant: &Variant, allowed: &AllowedValues) -> Option<&Presence> {
+        let possible = |(axis, values): (&String, &Vec<String>)| {
+            allowed
+                .get(axis)
+                .is_none_or(|allowed| values.iter().any(|value| allowed.values.contains(value)))
+        };
+        self.presence.iter().find(|rule| {
+            let holds = |(axis, values): (&String, &Vec<String>)| {
+                variant.value(axis).is_some_and(|value| values.iter().any(|own| own == value))
+            };
+            rule.passes.contains(&variant.pass)
+                && rule.when.iter().all(holds)
+                && !rule.only_with.iter().any(|together| together.iter().all(possible))
+        })
     }
 
     /// The variants that the `[package]` table selects, in the order of [`Library::variants`].

@@ -68,6 +68,15 @@ impl FromStr for Target {
     }
 }
 
+/// What variants were chosen for, and what was left out for that. Nothing here is looked at: it goes into the manifest.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Purpose {
+    /// The input.
+    pub made_for: manifest::MadeFor,
+    /// What was left out.
+    pub left_out: Vec<manifest::LeftOut>,
+}
+
 /// What is written, and where.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -77,6 +86,8 @@ pub struct Options {
     pub targets: BTreeSet<Target>,
     /// The variants; those that the library's `[package]` table selects if absent.
     pub variants: Option<Vec<Variant>>,
+    /// What the variants were chosen for; any input if absent.
+    pub purpose: Option<Purpose>,
     /// Compares the folder with what would be written, and writes nothing.
     pub check: bool,
     /// A folder to remember in that nothing has changed; nothing is remembered if absent.
@@ -90,6 +101,7 @@ impl Options {
             out: out.into(),
             targets: BTreeSet::from([Target::Wgsl, Target::Rust]),
             variants: None,
+            purpose: None,
             check: false,
             cache: None,
         }
@@ -233,6 +245,13 @@ pub fn generate(
     let library = Library::load(library)?;
     let variants = options.variants.clone().unwrap_or_else(|| library.selected());
     let source = source_hash(&library, &variants, changelog.as_deref(), &options.targets);
+    let source = match &options.purpose {
+        None => source,
+        Some(purpose) => {
+            let purpose = serde_json::to_string(purpose)?;
+            hash::of_parts([("source", source.as_str()), ("purpose", purpose.as_str())])
+        }
+    };
     if let Some(unchanged) = remembered(options, &source) {
         progress(Progress::Unchanged);
         return Ok(unchanged);
@@ -249,6 +268,7 @@ pub fn generate(
         libraries: &libraries,
         changelog: changelog.as_deref(),
         source_hash: &source,
+        purpose: options.purpose.as_ref(),
     };
     let files = build(&parts, &options.targets)?;
     progress(Progress::Files(files.len()));
@@ -273,6 +293,8 @@ pub struct Parts<'a> {
     pub changelog: Option<&'a str>,
     /// Stands in the manifest for all of this.
     pub source_hash: &'a str,
+    /// What the variants were chosen for; any input if absent.
+    pub purpose: Option<&'a Purpose>,
 }
 
 /// SHA-256 of all that a package is made of.
@@ -293,6 +315,41 @@ pub fn source_hash(
     parts.push(("targets".to_owned(), &targets));
     parts.push(("changelog".to_owned(), changelog.unwrap_or_default()));
     hash::of_parts(parts.iter().map(|(name, text)| (name.as_str(), *text)))
+}
+
+/// What each of `variants` takes by itself, by its identifier: operations, bindings and its WGSL's bytes; what memory it
+/// works on is not known here.
+///
+/// # Errors
+///
+/// When a variant is wrong or cannot be described; all such variants at once.
+pub fn weigh(
+    library: &Library,
+    variants: &[Variant],
+) -> Result<BTreeMap<String, manifest::Weight>, Error> {
+    let validated = generate::variants(library, variants)?;
+    let mut weights = BTreeMap::new();
+    let mut errors = Vec::new();
+    for one in &validated {
+        match reflect(&one.text, &one.module, &one.info) {
+            Err(error) => {
+                errors.push(VariantError { variant: one.variant.id(), cause: error.into() });
+            }
+            Ok(reflection) => {
+                let operations = reflection.entry_points.iter().map(|of| of.cost);
+                let weight = manifest::Weight {
+                    static_operations: operations
+                        .map(|cost| cost.arithmetic + cost.transcendental)
+                        .sum(),
+                    bindings: reflection.bindings.len() as u64,
+                    shader_bytes: wgsl::variant(library, &one.variant, &one.text).len() as u64,
+                    ..manifest::Weight::default()
+                };
+                weights.insert(one.variant.id(), weight);
+            }
+        }
+    }
+    if errors.is_empty() { Ok(weights) } else { Err(Error::Variants(errors)) }
 }
 
 struct Written {
@@ -439,6 +496,8 @@ fn head(
             })
             .collect(),
         prefix: library.library.prefix.clone(),
+        made_for: parts.purpose.map(|purpose| purpose.made_for.clone()),
+        left_out: parts.purpose.map(|purpose| purpose.left_out.clone()).unwrap_or_default(),
         targets: names,
         axes: library.axis.iter().map(axis).collect(),
         passes: library
@@ -485,6 +544,19 @@ fn readme(manifest: &Manifest) -> String {
         text.push_str(" `rust/lib.rs` has the choices as types, the structs, and the bind-group layouts for wgpu.");
     }
     text.push('\n');
+    if let Some(made_for) = &manifest.made_for {
+        text.push_str(&format!("\n## Made for {}\n\n", made_for.input));
+        for assumed in &made_for.assumed {
+            text.push_str(&format!(
+                "- {}: {} ({}), by which the rule {} leaves things out\n",
+                assumed.fact,
+                if assumed.holds { "yes" } else { "no" },
+                assumed.evidence,
+                assumed.rule
+            ));
+        }
+        text.push_str("\nOf an input of which this is not so the package does not show all; `left_out` in the manifest says what.\n");
+    }
     for pass in &manifest.passes {
         let variants: Vec<_> =
             manifest.variants.iter().filter(|variant| variant.pass == pass.name).collect();

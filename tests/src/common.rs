@@ -23,12 +23,17 @@ pub(crate) fn gpu() -> &'static Gpu {
     })
 }
 
+/// The library.
+pub(crate) fn library() -> Library {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
+    Library::load(folder.as_ref()).unwrap()
+}
+
 /// Every legal variant, committed or not, generated in memory.
 pub(crate) fn whole_space() -> &'static Package {
     static PACKAGE: OnceLock<Package> = OnceLock::new();
     PACKAGE.get_or_init(|| {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
-        let library = Library::load(folder.as_ref()).unwrap();
+        let library = library();
         let variants = sglow_shader_gen::generate::variants(&library, &library.variants()).unwrap();
         let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
         Package::generated("every variant of the library", texts)

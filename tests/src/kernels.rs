@@ -24,7 +24,7 @@ fn density(run: &Run) -> Pyramid<Bounded> {
 }
 
 fn moments(run: &Run) -> Pyramid<Moments<Bounded>> {
-    let texture = run.indirect.moments();
+    let texture = run.indirect.moments().unwrap();
     let levels = (0..texture.mip_level_count())
         .map(|level| reference::moments(gpu(), &run.indirect, &run.light, level).unwrap())
         .collect();
@@ -42,7 +42,8 @@ struct Comparisons {
 
 fn compare(run: &Run) -> Comparisons {
     let settings = run.indirect.settings();
-    let kernels: Vec<SglowKernel> = readback::buffer(gpu(), run.indirect.kernels()).unwrap();
+    let kernels: Vec<SglowKernel> =
+        readback::buffer(gpu(), run.indirect.kernels().unwrap()).unwrap();
     // What f64 holds is the f32 that was read, to the bit.
     let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();
     let (density, moments) = (density(run), moments(run));

@@ -44,6 +44,8 @@ mod package;
 #[cfg(test)]
 mod path;
 #[cfg(test)]
+mod plan;
+#[cfg(test)]
 mod pruning;
 #[cfg(test)]
 mod shade;

@@ -172,7 +172,8 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
     let settings = Settings { draw: Draw::Metropolis, ..small() };
     let centres = |package: &Package| {
         let run = Run::new(&settings, KINDS[0], package, 3);
-        let kernels: Vec<SglowKernel> = readback::buffer(gpu(), run.indirect.kernels()).unwrap();
+        let kernels: Vec<SglowKernel> =
+            readback::buffer(gpu(), run.indirect.kernels().unwrap()).unwrap();
         let chains: Vec<[f32; 2]> =
             readback::buffer(gpu(), run.indirect.metropolis().unwrap().chains()).unwrap();
         let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();

@@ -17,7 +17,7 @@ fn halves() -> Settings {
 /// Compares each level of the moments, of the density and of halves with the mean of the level `finer` below it.
 fn compare(run: &Run, finer: u32) -> [Comparison; 3] {
     let mut comparisons = [(); 3].map(|()| Comparison::default());
-    let textures = [run.indirect.moments(), run.indirect.density()];
+    let textures = [run.indirect.moments().unwrap(), run.indirect.density()];
     let textures = textures.into_iter().chain(run.indirect.half_moments());
     for (texture, comparison) in textures.zip(&mut comparisons) {
         let half = texture.format() == wgpu::TextureFormat::Rgba16Float;
@@ -97,7 +97,7 @@ fn a_broken_shader_is_noticed() {
 fn the_density_is_the_weight() {
     let run = Run::new(&small(), KINDS[0], &Package::embedded(), 2);
     let size = small().rsm_size as usize;
-    let moments = readback::texture(gpu(), run.indirect.moments(), 0).unwrap();
+    let moments = readback::texture(gpu(), run.indirect.moments().unwrap(), 0).unwrap();
     let density = readback::texture(gpu(), run.indirect.density(), 0).unwrap();
     let compare = |channel: usize| {
         let mut comparison = Comparison::default();

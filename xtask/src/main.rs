@@ -6,12 +6,14 @@ use clap::Parser as _;
 
 mod cli;
 mod command;
+mod derivation;
 mod failure;
 mod json;
 mod machine;
 mod page;
 mod picture;
 mod progress;
+mod saving;
 mod say;
 mod selection;
 mod shot;

@@ -1,28 +1,34 @@
 //! Which variants are meant: what is committed, what a scene needs, or a part of the space.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use clap::Args;
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::Scene;
+use sglow_runtime::plan::Plan;
+use sglow_runtime::settings::AXES;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::{Library, Pass};
-use sglow_shader_gen::matrix::{Allowed, Because, Variant};
+use sglow_shader_gen::matrix::{Absent, AllowedValues, Because, Facts, Variant};
+use sglow_shader_gen::package::Purpose;
 
+use crate::derivation::Derivation;
 use crate::failure::{self, Failure, Result};
 use crate::machine::repository;
+use crate::saving;
+use crate::shot::{self, Numbers};
 
 /// Options that choose variants.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct Choice {
-    /// Variants that this scene needs: a built-in scene, or a file (.gltf, .glb, .obj)
+    /// What a frame of this scene runs: a built-in scene, or a file (.gltf, .glb, .obj)
     #[arg(long, value_name = "FILE|NAME")]
     pub(crate) scene: Option<String>,
     /// Variants with these values; an axis may be given more than once
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     pub(crate) set: Vec<String>,
-    /// Every legal variant, not only those that are committed
+    /// Every legal variant, not only those that are committed; with --scene all that its needs leave, not only what a
+    /// frame of it runs
     #[arg(long)]
     pub(crate) all: bool,
 }
@@ -33,11 +39,26 @@ pub(crate) struct Selection {
     /// The variants, in the order of the library.
     pub(crate) variants: Vec<Variant>,
     /// Per axis the values that remain, and what took the others away.
-    pub(crate) allowed: BTreeMap<String, Allowed>,
-    /// What is true of the scene, if there is one.
-    pub(crate) facts: BTreeMap<String, bool>,
+    pub(crate) allowed: AllowedValues,
+    /// Legal variants that are of no use with what remains, and the rules that say so.
+    pub(crate) absent: Vec<Absent>,
+    /// What follows from the scene, if there is one.
+    pub(crate) derived: Option<Derived>,
     /// Passes none of whose legal variants remains.
     pub(crate) left_out: Vec<String>,
+}
+
+/// What follows from a scene.
+#[derive(Debug)]
+pub(crate) struct Derived {
+    /// What it needs.
+    pub(crate) derivation: Derivation,
+    /// What was left out for it.
+    pub(crate) purpose: Purpose,
+    /// What a frame would take if every fact held.
+    pub(crate) everything: Plan,
+    /// What frames run, with each of the values that were asked for.
+    runs: Plan,
 }
 
 /// The folder of the library.
@@ -64,25 +85,90 @@ impl Choice {
         self.scene.is_none() && self.set.is_empty() && !self.all
     }
 
-    /// The variants that are meant: what is committed if nothing is chosen, and otherwise every legal variant that the
-    /// scene's needs and the settings leave. A scene may need several of one pass: one per kind of material, say.
+    /// The variants that are meant: what is committed if nothing is chosen; with a scene what a frame of it runs, each
+    /// axis settled as `render` does; with `all`, or without a scene, every legal variant that needs, settings and rules
+    /// of presence leave.
     ///
     /// # Errors
     ///
     /// When the scene cannot be read, an axis or value is not known, or nothing remains.
     pub(crate) fn select(&self, library: &Library) -> Result<Selection> {
-        let facts: BTreeMap<String, bool> = match &self.scene {
-            None => BTreeMap::new(),
-            Some(name) => {
-                let scene = Scene::load(name)?;
-                for note in &scene.notes {
-                    eprintln!("{}: {note}", scene.name);
+        let set = settings(library, &self.set)?;
+        let derived = match &self.scene {
+            None => None,
+            Some(name) => Some(self.derive(library, name, &set)?),
+        };
+        let mut allowed = match &derived {
+            Some(derived) => derived.derivation.allowed.clone(),
+            None => library.needed(&Facts::new()).map_err(failure::rendered)?,
+        };
+        let runs = derived.as_ref().map(|derived| &derived.runs);
+        let (variants, absent) = match runs.filter(|_| !self.all) {
+            Some(plan) => (saving::variants(library, plan), Vec::new()),
+            None => {
+                self.narrow(&mut allowed, set)?;
+                let (mut variants, absent) = library.remaining(&allowed);
+                if self.is_committed() {
+                    variants = library.selected();
                 }
-                scene.facts().into_iter().map(|(fact, value)| (fact.to_owned(), value)).collect()
+                // The camera's lights take values that nobody asks for.
+                if let Some(plan) = runs {
+                    let ids: BTreeSet<String> = variants.iter().map(Variant::id).collect();
+                    variants = library.variants();
+                    variants
+                        .retain(|one| ids.contains(&one.id()) || plan.variants.contains(&one.id()));
+                }
+                (variants, absent)
             }
         };
-        let mut allowed = library.needed(&facts).map_err(failure::rendered)?;
-        for (axis, values) in settings(library, &self.set)? {
+        let lacks = |pass: &&Pass| !variants.iter().any(|variant| variant.pass == pass.name);
+        let left_out = library.pass.iter().filter(lacks).map(|pass| pass.name.clone()).collect();
+        Ok(Selection { variants, allowed, absent, derived, left_out })
+    }
+
+    /// What follows from a scene, and what frames of it run: one for each combination of the values that are set.
+    fn derive(
+        &self,
+        library: &Library,
+        name: &str,
+        set: &BTreeMap<String, Vec<String>>,
+    ) -> Result<Derived> {
+        let scene = shot::load(name, None)?;
+        let wished = Numbers::default().settings(SIZE);
+        // Axes that no renderer has are for `all` alone.
+        let of_renderer =
+            |(axis, _): &(&String, &Vec<String>)| !self.all || AXES.contains(&axis.as_str());
+        let mut combinations = vec![Vec::new()];
+        for (axis, values) in set.iter().filter(of_renderer) {
+            let with = |value: &String, set: &Vec<String>| {
+                let mut set = set.clone();
+                set.push(format!("{axis}={value}"));
+                set
+            };
+            combinations = values
+                .iter()
+                .flat_map(|value| combinations.iter().map(move |set| with(value, set)))
+                .collect();
+        }
+        let mut derivations = Vec::new();
+        for set in &combinations {
+            derivations.push(Derivation::new(library, &scene, set, &wished)?);
+        }
+        let plans = derivations.iter().map(|one| one.plan.clone());
+        let runs = plans.reduce(Plan::or).unwrap_or_default();
+        let first = derivations.into_iter().next().zip(combinations.first());
+        let (derivation, set) = first.ok_or_else(|| Failure::new("nothing is asked for"))?;
+        let (purpose, everything) = saving::purpose(library, &derivation, &scene.name, set, None)?;
+        Ok(Derived { derivation, purpose, everything, runs })
+    }
+
+    /// Takes away what is not asked for.
+    fn narrow(
+        &self,
+        allowed: &mut AllowedValues,
+        set: BTreeMap<String, Vec<String>>,
+    ) -> Result<()> {
+        for (axis, values) in set {
             let Some(allowed) = allowed.get_mut(&axis) else {
                 continue;
             };
@@ -92,27 +178,20 @@ impl Choice {
             let reason = format!("--set asks for {}", kept_text(&self.set, &axis));
             allowed.because.push(Because { need: "--set".to_owned(), reason, removed });
         }
-        if let Some((axis, allowed)) = allowed.iter().find(|(_, allowed)| allowed.values.is_empty())
-        {
-            let rules = allowed.because.iter().map(|rule| {
-                format!("{} takes away {}: {}", rule.need, rule.removed.join(", "), rule.reason)
-            });
-            let failure = Failure::new(format!("no value remains on axis `{axis}`"));
-            return Err(rules.fold(failure, Failure::help));
-        }
-        let fits = |variant: &Variant| {
-            variant.values.iter().all(|(axis, value)| {
-                allowed.get(axis).is_none_or(|allowed| allowed.values.contains(value))
-            })
+        let Some((axis, empty)) = allowed.iter().find(|(_, allowed)| allowed.values.is_empty())
+        else {
+            return Ok(());
         };
-        let mut variants =
-            if self.is_committed() { library.selected() } else { library.variants() };
-        variants.retain(|variant| fits(variant));
-        let lacks = |pass: &&Pass| !variants.iter().any(|variant| variant.pass == pass.name);
-        let left_out = library.pass.iter().filter(lacks).map(|pass| pass.name.clone()).collect();
-        Ok(Selection { variants, allowed, facts, left_out })
+        let rules = empty.because.iter().map(|rule| {
+            format!("{} takes away {}: {}", rule.need, rule.removed.join(", "), rule.reason)
+        });
+        let failure = Failure::new(format!("no value remains on axis `{axis}`"));
+        Err(rules.fold(failure, Failure::help))
     }
 }
+
+/// The picture that memory is told for.
+pub(crate) const SIZE: [u32; 2] = [640, 360];
 
 /// `axis=value` as values per axis.
 fn settings(library: &Library, set: &[String]) -> Result<BTreeMap<String, Vec<String>>> {

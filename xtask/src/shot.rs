@@ -1,14 +1,13 @@
 //! A scene with settings that suit it: what `render` and `report` start from.
 
-use std::collections::BTreeMap;
-
 use clap::Args;
 use sglow_runtime::device::Gpu;
+use sglow_runtime::needs::Decision;
 use sglow_runtime::scene::{Light, LightKind, Scene};
-use sglow_runtime::settings::{AXES, Settings};
-use sglow_shaders::{Ndf, Specular};
+use sglow_runtime::settings::Settings;
 
-use crate::failure::{self, Failure, Result};
+use crate::derivation::Derivation;
+use crate::failure::{Failure, Result};
 use crate::selection::library;
 
 /// Numbers that `render` and `report` share.
@@ -34,6 +33,33 @@ pub(crate) struct Numbers {
     pub(crate) adapter: Option<String>,
 }
 
+impl Default for Numbers {
+    fn default() -> Self {
+        Self {
+            lights: 1024,
+            rsm: None,
+            iterations: 12,
+            size_factor: 1.0,
+            light: None,
+            adapter: None,
+        }
+    }
+}
+
+impl Numbers {
+    /// The default settings with these numbers.
+    pub(crate) fn settings(&self, size: [u32; 2]) -> Settings {
+        Settings {
+            size,
+            rsm_size: self.rsm.unwrap_or(256),
+            count: self.lights,
+            size_factor: self.size_factor,
+            iterations: self.iterations,
+            ..Settings::default()
+        }
+    }
+}
+
 /// A scene and the settings it is rendered with.
 pub(crate) struct Shot {
     /// The scene; its one light is number 0.
@@ -54,53 +80,29 @@ impl Shot {
         size: [u32; 2],
         numbers: &Numbers,
     ) -> Result<Self> {
-        let mut scene = Scene::load(name)?;
-        for note in &scene.notes {
-            eprintln!("{}: {note}", scene.name);
+        let scene = load(name, numbers.light)?;
+        let derivation = Derivation::new(&library()?, &scene, set, &numbers.settings(size))?;
+        for decision in derivation.needs.decisions.iter().filter(|decision| decision.changed) {
+            let Decision { name, value, reason, .. } = decision;
+            eprintln!("{}: {name}: {value} ({reason})", scene.name);
         }
-        keep_one_light(&mut scene, numbers.light)?;
-        let mut settings = Settings {
-            size,
-            rsm_size: numbers.rsm.unwrap_or(256),
-            count: numbers.lights,
-            size_factor: numbers.size_factor,
-            iterations: numbers.iterations,
-            ..Settings::default()
-        };
-        let facts: BTreeMap<String, bool> =
-            scene.facts().into_iter().map(|(fact, holds)| (fact.to_owned(), holds)).collect();
-        let needed = library()?.needed(&facts).map_err(failure::rendered)?;
-        for axis in AXES {
-            if let [only] = needed[axis].values.as_slice() {
-                settings.set(axis, only)?;
-            }
-        }
-        let mut wrong = Vec::new();
-        let mut asked = Vec::new();
-        for setting in set {
-            match setting.split_once('=') {
-                None => wrong.push(format!("`{setting}` is not AXIS=VALUE")),
-                Some((axis, value)) => {
-                    asked.push(axis);
-                    if let Err(error) = settings.set(axis, value) {
-                        wrong.push(error.to_string());
-                    }
-                }
-            }
-        }
-        if !wrong.is_empty() {
-            return Err(Failure::new(wrong.join("\n")));
-        }
-        // A distribution goes with specular reflection; who asks for one of them need not ask for the other.
-        if !asked.contains(&"ndf") {
-            if settings.specular == Specular::None {
-                settings.ndf = Ndf::None;
-            } else if settings.ndf == Ndf::None {
-                settings.ndf = Ndf::Ggx;
-            }
-        }
+        let settings = derivation.settings;
         Ok(Self { scene, settings })
     }
+}
+
+/// Loads a scene with the light that is used, and tells what there is to tell of it.
+///
+/// # Errors
+///
+/// When the scene cannot be read or has no such light.
+pub(crate) fn load(name: &str, light: Option<usize>) -> Result<Scene> {
+    let mut scene = Scene::load(name)?;
+    for note in &scene.notes {
+        eprintln!("{}: {note}", scene.name);
+    }
+    keep_one_light(&mut scene, light)?;
+    Ok(scene)
 }
 
 /// Opens the GPU that is asked for.
@@ -164,6 +166,9 @@ pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+    use sglow_shaders::{Ndf, Specular};
+
     use super::*;
 
     fn numbers() -> Numbers {
@@ -175,6 +180,34 @@ mod tests {
             light: None,
             adapter: None,
         }
+    }
+
+    #[test]
+    fn numbers_that_nobody_gives_are_those_of_the_command_line() {
+        #[derive(Parser)]
+        struct Line {
+            #[command(flatten)]
+            numbers: Numbers,
+        }
+        let line = Line::parse_from(["render"]).numbers.settings([8, 8]);
+        assert_eq!(line, Numbers::default().settings([8, 8]));
+        assert_ne!(line, numbers().settings([8, 8]));
+    }
+
+    #[test]
+    fn settings_remember_what_was_taken_for_granted() {
+        let set = |set: &[&str]| {
+            let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
+            let shot = Shot::new("cornell", &set, [8, 8], &numbers()).unwrap();
+            shot.settings.assumed.into_iter().map(|one| one.fact).collect::<Vec<_>>()
+        };
+        let assumed = set(&[]);
+        for fact in ["specular", "directional_light", "point_light"] {
+            assert!(assumed.iter().any(|known| known == fact), "{fact}: {assumed:?}");
+        }
+        // Every axis of the rule is decided by hand: nothing is taken for granted.
+        let by_hand = set(&["specular=none", "lobes=diffuse", "ndf=none", "light=spot"]);
+        assert_eq!(by_hand, Vec::<String>::new());
     }
 
     #[test]

@@ -112,7 +112,8 @@ pub fn survey(
                 Overlap::of_clusters(&inside, &assigned, settings.count as usize)
             }
             None => {
-                let kernels: Vec<SglowKernel> = readback::buffer(gpu, indirect.kernels())?;
+                let kernels = indirect.kernels().map(|kernels| readback::buffer(gpu, kernels));
+                let kernels: Vec<SglowKernel> = kernels.transpose()?.unwrap_or_default();
                 let overlap = Overlap::of_kernels(&density, side, &kernels);
                 match method {
                     Method::Previous if drawn[0].is_empty() => drawn[0] = kernels,

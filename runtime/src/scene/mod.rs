@@ -5,19 +5,20 @@
 //! colours are linear Rec. 709. What a file has and we ignore, what we assumed, and what we derived
 //! stands in [`Scene::notes`], to be shown to the user.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 pub mod bounds;
 pub mod builtin;
 pub mod camera;
 pub mod error;
+pub mod facts;
 mod gltf;
 pub mod light;
 pub mod material;
 pub mod mesh;
 pub mod note;
 mod obj;
+pub mod occlusion;
 mod sidecar;
 #[cfg(test)]
 mod tests;
@@ -25,6 +26,7 @@ mod tests;
 pub use bounds::Bounds;
 pub use camera::Camera;
 pub use error::SceneError;
+pub use facts::{Fact, Facts, Traits};
 pub use light::{Light, LightKind};
 pub use material::{Filter, Image, Material, TextureUse, UvTransform, Wrap};
 pub use mesh::Mesh;
@@ -117,25 +119,6 @@ impl Scene {
         sidecar::apply(path, &mut draft)?;
         let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         draft.finish(path, stem)
-    }
-
-    /// What the scene holds, for the rules that turn facts into needs. The keys are always the same:
-    /// `cutout`, `directional_light`, `emissive`, `point_light`, `specular`, `spot_light`,
-    /// `textured`.
-    pub fn facts(&self) -> BTreeMap<&'static str, bool> {
-        let material = |test: fn(&Material) -> bool| {
-            self.meshes.iter().any(|mesh| self.materials.get(mesh.material).is_some_and(test))
-        };
-        let light = |test: fn(&LightKind) -> bool| self.lights.iter().any(|l| test(&l.kind));
-        BTreeMap::from([
-            ("cutout", material(|m| m.alpha_cutoff.is_some())),
-            ("directional_light", light(|k| matches!(k, LightKind::Directional))),
-            ("emissive", material(Material::emits)),
-            ("point_light", light(|k| matches!(k, LightKind::Point))),
-            ("specular", material(|m| m.dielectric > 0.0 || m.metallic > 0.0)),
-            ("spot_light", light(|k| matches!(k, LightKind::Spot { .. }))),
-            ("textured", material(|m| m.textures().next().is_some())),
-        ])
     }
 
     /// All triangles, mesh by mesh.

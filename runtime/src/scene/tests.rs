@@ -352,7 +352,13 @@ fn materials_keep_their_values() {
         ..Material::diffuse("lamp shade", [0.0; 3])
     };
     assert_eq!(scene.materials, [expected]);
-    assert!(scene.facts()["emissive"] && scene.facts()["cutout"] && !scene.facts()["specular"]);
+    let facts =
+        |scene: &Scene, names: [&str; 3]| names.map(|name| scene.facts().holds(name).unwrap());
+    // Its opacity of 0.4 is not below the cutoff.
+    assert_eq!(facts(&scene, ["emissive", "cutout", "specular"]), [true, false, false]);
+    let mut fainter = scene;
+    fainter.materials[0].base_color[3] = 0.2;
+    assert_eq!(facts(&fainter, ["emissive", "cutout", "specular"]), [true, true, false]);
 }
 
 #[test]
@@ -425,7 +431,7 @@ fn textures_and_their_transforms_are_read() {
     assert_eq!((image.width, image.height, image.srgb), (1, 1, true));
     assert_eq!(image.rgba8, [10, 20, 30, 40]);
     assert_eq!(scene.meshes[0].uvs, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
-    assert!(scene.facts()["textured"]);
+    assert_eq!(scene.facts().holds("textured"), Some(true));
 }
 
 #[test]
@@ -540,7 +546,7 @@ fn obj_files_bring_their_materials() {
     let bare = folder.load("scene.obj", OBJ).unwrap();
     assert_eq!(bare.materials[0].base_color, [0.5, 0.5, 0.5, 1.0]);
     assert!(bare.notes.iter().any(|note| note.subjects == ["scene.mtl"]), "{:?}", bare.notes);
-    assert!(!bare.facts()["specular"]);
+    assert_eq!(bare.facts().holds("specular"), Some(false));
 
     folder.write("scene.mtl", MTL);
     folder.write("texel.png", png([255; 4]));
@@ -555,7 +561,9 @@ fn obj_files_bring_their_materials() {
     assert!((material.dielectric - 0.2).abs() < 1e-6);
     // alpha = sqrt(2 / 32) = 1/4
     assert!((material.roughness - 0.5).abs() < 1e-6);
-    assert!(scene.facts()["specular"] && scene.facts()["textured"]);
+    for fact in ["specular", "textured"] {
+        assert_eq!(scene.facts().holds(fact), Some(true), "{fact}");
+    }
 
     let fault = folder.load("broken.obj", "v 0 0\nf 1 2 3\n").unwrap_err().to_string();
     assert!(fault.contains("broken.obj: "), "{fault}");

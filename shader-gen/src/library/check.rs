@@ -64,6 +64,13 @@ impl Library {
         );
         list("a need", &["need"], names(&self.need, |rule| &rule.name), is_kebab, kebab);
         list(
+            "a presence rule",
+            &["presence"],
+            names(&self.presence, |rule| &rule.name),
+            is_kebab,
+            kebab,
+        );
+        list(
             "a function library",
             &["package", "lib"],
             names(&self.package.lib, |lib| &lib.name),
@@ -82,6 +89,7 @@ impl Library {
         self.check_axes(places, errors);
         self.check_passes(places, errors);
         self.check_rules(places, errors);
+        self.check_presence(places, errors);
         for (index, select) in self.package.select.iter().enumerate() {
             let number = index.to_string();
             let path = ["package", "select", &number];
@@ -193,6 +201,46 @@ impl Library {
                 }
             }
             self.check_values(&rule.set, None, &["need", &index, "set"], places, errors);
+        }
+    }
+
+    fn check_presence(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
+        for (index, rule) in self.presence.iter().enumerate() {
+            let index = index.to_string();
+            let path = ["presence", &index];
+            let empty = |what: &str| {
+                Diagnostic::new(Code::Declaration, format!("rule `{}` {what}", rule.name))
+            };
+            if rule.passes.is_empty() {
+                let path = [&path[..], &["passes"]].concat();
+                errors.push(places.mark(empty("holds for no pass"), &path, "name at least one"));
+            }
+            for (number, pass) in rule.passes.iter().enumerate() {
+                let number = number.to_string();
+                let path = [&path[..], &["passes", &number]].concat();
+                let known = self.check_pass(pass, &path, places, errors).is_some();
+                if known {
+                    let axes = self.find_pass(pass).map(|pass| pass.axes.as_slice());
+                    self.check_values(
+                        &rule.when,
+                        axes,
+                        &["presence", &index, "when"],
+                        places,
+                        errors,
+                    );
+                }
+            }
+            if rule.only_with.is_empty() || rule.only_with.iter().any(BTreeMap::is_empty) {
+                let path = [&path[..], &["only_with"]].concat();
+                let error = empty("leaves nothing out")
+                    .help("each of its alternatives names an axis and values of it");
+                errors.push(places.mark(error, &path, "here"));
+            }
+            for (number, values) in rule.only_with.iter().enumerate() {
+                let number = number.to_string();
+                let path = [&path[..], &["only_with", &number]].concat();
+                self.check_values(values, None, &path, places, errors);
+            }
         }
     }
 

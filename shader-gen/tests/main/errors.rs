@@ -75,6 +75,14 @@ errors! {
     an_override_that_is_not_declared: (TOML, "name = \"tally_gain\"", "name = \"tally_loss\"");
     a_function_library_with_bindings: (TOML, "[\"image/bin.wesl\"]", "[\"sum/scan.wesl\"]");
     a_field_that_is_not_known: (TOML, "default = \"mean\"", "defualt = \"mean\"");
+    a_presence_that_leaves_nothing_out:
+        (TOML, "only_with = [{ channel = [\"mean\"], counter = [\"workgroup\"] }, { channel = [\"largest\"] }]", "only_with = [{}]"),
+        (TOML, "passes = [\"scan\"]", "passes = []");
+    a_presence_of_what_is_not_known:
+        (TOML, "passes = [\"scan\"]", "passes = [\"scan\", \"sort\", \"count\"]"),
+        (TOML, "when = { order = [\"exclusive\"] }", "when = { order = [\"both\"] }"),
+        (TOML, "{ channel = [\"largest\"] }", "{ colour = [\"largest\"] }"),
+        (TOML, "counter = [\"workgroup\"] }, {", "counter = [\"group\"] }, {");
     many_at_once:
         (TOML, "axes = [\"channel\", \"counter\"]", "axes = [\"channel\", \"place\"]"),
         (TOML, "default = \"inclusive\"", "default = \"both\""),

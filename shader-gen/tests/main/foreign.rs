@@ -107,6 +107,41 @@ fn facts_narrow_axes_and_say_why() {
 }
 
 #[test]
+fn what_is_of_no_use_is_left_out_and_says_why() {
+    let library = foreign_library();
+    let left = |facts: &[(&str, bool)], keep: &[(&str, &str)]| {
+        let facts = facts.iter().map(|&(fact, holds)| (fact.to_owned(), holds)).collect();
+        let mut allowed = library.needed(&facts).unwrap();
+        for &(axis, value) in keep {
+            allowed.get_mut(axis).unwrap().values.retain(|known| known == value);
+        }
+        let (variants, absent) = library.remaining(&allowed);
+        (ids(&variants), absent)
+    };
+    // Nothing is known: everything is of use.
+    assert_eq!(left(&[], &[]), (ids(&library.variants()), Vec::new()));
+    // One alternative is enough, and all parts of it are needed.
+    for (counter, present) in [("workgroup", true), ("direct", false)] {
+        let (variants, absent) = left(&[], &[("channel", "mean"), ("counter", counter)]);
+        assert_eq!(variants.contains(&"scan-exclusive".to_owned()), present, "{counter}");
+        assert_eq!(absent.is_empty(), present);
+        // The rule holds for one value alone.
+        assert!(variants.contains(&"scan-inclusive".to_owned()));
+    }
+    let (variants, absent) = left(&[("coloured", false)], &[]);
+    assert_eq!(variants, ["count-red-direct", "scan-inclusive"]);
+    assert_eq!(absent.len(), 1);
+    assert_eq!(absent[0].variant.id(), "scan-exclusive");
+    assert_eq!(absent[0].presence, "nothing-to-run");
+    assert!(absent[0].reason.contains("red channel"));
+    // What the rules would allow without one of them.
+    let facts = Facts::from([("coloured".to_owned(), false), ("small".to_owned(), true)]);
+    let without = library.needed_without(&facts, "one-channel").unwrap();
+    assert_eq!(without["channel"].values.len(), 3);
+    assert_eq!(without["counter"].because[0].need, "few-pixels");
+}
+
+#[test]
 fn every_variant_is_generated_as_it_was_before() {
     for validated in generate_all() {
         insta::assert_snapshot!(validated.variant.id(), validated.text);

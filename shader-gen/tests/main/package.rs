@@ -6,9 +6,10 @@ use std::path::Path;
 
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::Library;
+use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Manifest, Saved};
 use sglow_shader_gen::matrix::Variant;
 use sglow_shader_gen::package::{
-    self, Change, Difference, Error, Options, Outcome, Parts, Progress, Target,
+    self, Change, Difference, Error, Options, Outcome, Parts, Progress, Purpose, Target,
 };
 
 use crate::{foreign_library, foreign_root};
@@ -23,6 +24,7 @@ fn build(library: &Library, variants: &[Variant], targets: &[Target]) -> BTreeMa
         libraries: &libraries,
         changelog: None,
         source_hash: "the hash of the sources",
+        purpose: None,
     };
     let targets = targets.iter().copied().collect();
     package::build(&parts, &targets).unwrap_or_else(|error| panic!("{error}"))
@@ -104,8 +106,7 @@ fn the_manifest_has_the_form_of_its_schema() {
 fn the_manifest_can_be_read_back() {
     let library = foreign_library();
     let files = build(&library, &library.variants(), &[Target::Spirv]);
-    let manifest: sglow_shader_gen::manifest::Manifest =
-        serde_json::from_slice(&files["manifest.json"]).unwrap();
+    let manifest: Manifest = serde_json::from_slice(&files["manifest.json"]).unwrap();
     let mut again = serde_json::to_vec_pretty(&manifest).unwrap();
     again.push(b'\n');
     assert!(again == files["manifest.json"]);
@@ -130,6 +131,80 @@ fn a_package_is_the_same_to_the_byte_in_whatever_order_it_is_made() {
     // Negative control: another selection is another package.
     variants.pop();
     assert!(files != build(&library, &variants, &Target::ALL));
+}
+
+#[test]
+fn the_manifest_says_what_it_was_made_for_and_what_that_left_out() {
+    let library = foreign_library();
+    let validated = generate::variants(&library, &library.selected()).unwrap();
+    let saved =
+        Saved { bindings: 2, texture_bytes: -16, milliseconds: Some(0.5), ..Saved::default() };
+    let purpose = Purpose {
+        made_for: MadeFor {
+            input: "a grey image".to_owned(),
+            assumed: vec![Assumed {
+                fact: "coloured".to_owned(),
+                holds: false,
+                evidence: "it has one channel".to_owned(),
+                rule: "one-channel".to_owned(),
+            }],
+            chosen: BTreeMap::from([("order".to_owned(), "inclusive".to_owned())]),
+            saved,
+        },
+        left_out: vec![LeftOut {
+            rule: "one-channel".to_owned(),
+            reason: "the image has one channel only".to_owned(),
+            values: BTreeMap::from([("channel".to_owned(), vec!["mean".to_owned()])]),
+            variants: Vec::new(),
+            against: "channel=mean".to_owned(),
+            saved,
+        }],
+    };
+    let files = |purpose| {
+        let parts = Parts {
+            library: &library,
+            variants: &validated,
+            libraries: &[],
+            changelog: None,
+            source_hash: "",
+            purpose,
+        };
+        package::build(&parts, &BTreeSet::new()).unwrap()
+    };
+    let made = files(Some(&purpose));
+    let read = |bytes: &[u8]| -> serde_json::Value { serde_json::from_slice(bytes).unwrap() };
+    let manifest: Manifest = serde_json::from_slice(&made["manifest.json"]).unwrap();
+    assert_eq!(manifest.made_for, Some(purpose.made_for.clone()));
+    assert_eq!(manifest.left_out, purpose.left_out);
+    let schema = jsonschema::validator_for(&read(&made["manifest.schema.json"])).unwrap();
+    assert!(schema.is_valid(&read(&made["manifest.json"])));
+    let readme = text(&made, "README.md");
+    assert!(readme.contains("Made for a grey image") && readme.contains("it has one channel"));
+    // Negative controls: a package for any input says nothing of the kind, and a rule needs its reason.
+    let any = files(None);
+    let manifest: Manifest = serde_json::from_slice(&any["manifest.json"]).unwrap();
+    assert_eq!((manifest.made_for, manifest.left_out), (None, Vec::new()));
+    assert!(!text(&any, "README.md").contains("Made for"));
+    let mut broken = read(&made["manifest.json"]);
+    drop(broken["left_out"][0].as_object_mut().unwrap().remove("reason"));
+    assert!(!schema.is_valid(&broken));
+}
+
+#[test]
+fn what_a_variant_weighs_is_what_the_package_says_of_it() {
+    let library = foreign_library();
+    let files = build(&library, &library.selected(), &[]);
+    let manifest: Manifest = serde_json::from_slice(&files["manifest.json"]).unwrap();
+    let weights = package::weigh(&library, &library.selected()).unwrap();
+    assert_eq!(weights.len(), manifest.variants.len());
+    for variant in &manifest.variants {
+        let weight = weights[&variant.id];
+        assert_eq!(weight.bindings, variant.bindings.len() as u64);
+        assert_eq!(weight.shader_bytes, files[&variant.files[0].path].len() as u64);
+        let costs = variant.entry_points.iter().map(|of| of.cost);
+        let operations: u64 = costs.map(|cost| cost.arithmetic + cost.transcendental).sum();
+        assert!(operations > 0 && weight.static_operations == operations, "{}", variant.id);
+    }
 }
 
 #[test]
@@ -332,6 +407,7 @@ fn names_that_collide_in_rust_are_refused() {
             libraries: &[],
             changelog: None,
             source_hash: "",
+            purpose: None,
         };
         let built = package::build(&parts, &BTreeSet::from([Target::Rust]));
         built.err().map(|error| error.to_string())

@@ -20,11 +20,14 @@ Examples:
   cargo xtask gen-shaders
   cargo xtask gen-shaders --check
   cargo xtask gen-shaders --scene cornell --target wgsl,spirv --out out/cornell
+  cargo xtask gen-shaders --scene cornell --all --out out/cornell-all
   cargo xtask gen-shaders --set kernel=previous,lobes=both --out out/previous
   cargo xtask gen-shaders --all --target wgsl --out out/everything
 
-Without --scene, --set or --all this writes the selection in shaders/library.toml, which is committed; with them every
-legal variant that the scene's needs and the settings leave.";
+Without --scene, --set or --all this writes the selection in shaders/library.toml, which is committed. With --scene it
+writes what a frame of the scene runs, each axis by --set, by the scene's needs or by its default: what `render --scene
+--package` takes, no more and no less. With --all, or --set alone, it writes every legal variant that needs and settings
+leave. The manifest says what was left out, by which rule, and what that saves.";
 
 /// Options of `gen-shaders`.
 #[derive(Debug, Args)]
@@ -69,10 +72,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     }
     if !arguments.choice.is_committed() {
         let selection = arguments.choice.select(&library()?)?;
-        for pass in &selection.left_out {
-            eprintln!("pass {pass}: no legal variant remains; left out");
+        if selection.derived.is_none() {
+            for pass in &selection.left_out {
+                eprintln!("pass {pass}: no legal variant remains; left out");
+            }
         }
         options.variants = Some(selection.variants);
+        options.purpose = selection.derived.map(|derived| derived.purpose);
     }
 
     let spinner = progress::spinner("reading the library");

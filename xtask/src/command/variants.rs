@@ -1,17 +1,23 @@
 //! `variants`: which variants there are, and why each is in or out.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
+use sglow_runtime::needs::Decision;
+use sglow_runtime::plan::{Part, Storage};
+use sglow_runtime::scene::Fact;
 use sglow_shader_gen::library::Library;
+use sglow_shader_gen::manifest::Saved;
 use sglow_shader_gen::matrix::{Excluded, Variant};
+use sglow_shader_gen::package::Purpose;
 
+use crate::derivation::Derivation;
 use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
 use crate::say;
-use crate::selection::{Choice, Selection, library};
+use crate::selection::{Choice, Derived, Selection, library};
 use crate::table;
 
 /// What `--help` shows below the options.
@@ -21,8 +27,10 @@ Examples:
   cargo xtask variants --scene cornell --explain
   cargo xtask variants --all --json out/variants.json
 
-Without --scene, --set or --all this shows what is committed; with them every legal variant that the scene's needs and
-the settings leave.";
+Without --scene, --set or --all this shows what is committed; with --scene what a frame of it runs, with --all or --set
+alone every legal variant that needs and settings leave. With --scene, --explain shows what is true of the scene and by
+what, which numbers follow, and what was left out, why, and what that saves: in the texts and the memory of a frame of
+640x360.";
 
 /// Options of `variants`.
 #[derive(Debug, Args)]
@@ -54,17 +62,23 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     for pass in &selection.left_out {
         let why = if arguments.choice.is_committed() {
             "none is committed; `--all` lists them"
+        } else if selection.derived.is_some() && !arguments.choice.all {
+            "a frame of the scene runs none; `--all` lists what its needs leave"
         } else {
             "no legal variant remains"
         };
         say::line(format!("pass {pass}: {why}"));
     }
     if arguments.explain {
-        if !selection.facts.is_empty() {
-            say::line("\nFacts of the scene");
-            for (fact, holds) in &selection.facts {
-                say::line(format!("  {fact}: {}", if *holds { "yes" } else { "no" }));
+        if let Some(derived) = &selection.derived {
+            let Derived { derivation, purpose, .. } = derived;
+            say::line(format!("\n{}", facts(derivation)));
+            say::line(format!("\n{}", decisions(derivation)));
+            say::line(format!("\n{}\n", left_out(purpose)));
+            for left in &purpose.left_out {
+                say::line(format!("{}: {}", left.rule, left.reason));
             }
+            say::line(format!("\n{}", memory(derived)));
         }
         say::line(format!("\n{}", axes(&library, &selection)));
         say::line(format!("\n{}", exclusions(&library, &excluded)));
@@ -82,7 +96,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         report.detail("chosen", ids(&selection.variants))?;
         report.detail("committed", ids(&committed))?;
         report.detail("space", json!({"legal": space.len(), "excluded": excluded.len()}))?;
-        report.detail("facts", &selection.facts)?;
+        report.detail("absent", absent(&selection))?;
+        if let Some(derived) = &selection.derived {
+            let Derived { derivation, purpose, .. } = derived;
+            report.detail("memory", memory_as_json(derived))?;
+            report.detail("facts", facts_as_json(derivation))?;
+            report.detail("decisions", decisions_as_json(derivation))?;
+            report.detail("made_for", &purpose.made_for)?;
+            report.detail("omitted", &purpose.left_out)?;
+        }
         report.detail("axes", explained(&selection))?;
         report.detail("exclusions", excluded_by_rule(&library, &excluded))?;
         report.detail("left_out", &selection.left_out)?;
@@ -116,6 +138,140 @@ fn passes(
     }
     row("all", String::new(), &|_| true);
     table
+}
+
+fn facts(derivation: &Derivation) -> comfy_table::Table {
+    let mut table = table::new(["fact", "", "what shows it"]);
+    for fact in derivation.needs.facts.iter() {
+        table.add_row([fact.name, if fact.holds { "yes" } else { "no" }, &fact.evidence]);
+    }
+    table
+}
+
+fn facts_as_json(derivation: &Derivation) -> Value {
+    let fact = |fact: &Fact| {
+        let value = json!({"holds": fact.holds, "evidence": fact.evidence});
+        (fact.name.to_owned(), value)
+    };
+    Value::Object(derivation.needs.facts.iter().map(fact).collect())
+}
+
+fn decisions(derivation: &Derivation) -> comfy_table::Table {
+    let mut table = table::new(["decision", "value", "why"]);
+    for decision in &derivation.needs.decisions {
+        table.add_row([decision.name, &decision.value, &decision.reason]);
+    }
+    table
+}
+
+fn decisions_as_json(derivation: &Derivation) -> Vec<Value> {
+    let decision = |of: &Decision| json!({"name": of.name, "value": of.value, "reason": of.reason, "changed": of.changed});
+    derivation.needs.decisions.iter().map(decision).collect()
+}
+
+/// What was left out, and what that saves.
+fn left_out(purpose: &Purpose) -> comfy_table::Table {
+    let mut table = table::new([
+        "left out",
+        "by",
+        "against",
+        "operations",
+        "bindings",
+        "textures",
+        "buffers",
+        "texts",
+        "ms",
+    ]);
+    let mut row = |what: String, rule: &str, against: &str, saved: &Saved| {
+        table.add_row([
+            what,
+            rule.to_owned(),
+            against.to_owned(),
+            saved.static_operations.to_string(),
+            saved.bindings.to_string(),
+            bytes(saved.texture_bytes),
+            bytes(saved.buffer_bytes),
+            bytes(saved.shader_bytes),
+            saved.milliseconds.map_or_else(|| "-".to_owned(), |time| format!("{time:.2}")),
+        ]);
+    };
+    for left in &purpose.left_out {
+        let values =
+            left.values.iter().map(|(axis, values)| format!("{axis} {}", values.join(", ")));
+        let variants = match left.variants.as_slice() {
+            [] => None,
+            [only] => Some(only.clone()),
+            [first, rest @ ..] => Some(format!("{first} and {} more", rest.len())),
+        };
+        let what = values.chain(variants).collect::<Vec<_>>().join("; ");
+        row(what, &left.rule, &left.against, &left.saved);
+    }
+    let all = "all that a scene may need of which every fact holds";
+    row("all of it".to_owned(), "", all, &purpose.made_for.saved);
+    table
+}
+
+/// The memory of a frame: what is kept, and what would be if every fact held.
+fn memory(derived: &Derived) -> comfy_table::Table {
+    let mut table =
+        table::new(["a frame keeps", "as", "for this scene", "if every fact held", "less"]);
+    for (part, storage, [own, all]) in memory_by_part(derived) {
+        let less = 100.0 * (1.0 - own as f64 / all as f64);
+        table.add_row([
+            part.to_owned(),
+            storage.to_owned(),
+            bytes(own as i64),
+            bytes(all as i64),
+            format!("{less:.0} %"),
+        ]);
+    }
+    table
+}
+
+fn memory_as_json(derived: &Derived) -> Vec<Value> {
+    let row = |(part, storage, [own, all]): (&str, &str, [u64; 2])| json!({"part": part, "storage": storage, "bytes": own, "bytes_if_every_fact_held": all});
+    memory_by_part(derived).into_iter().map(row).collect()
+}
+
+/// Bytes by part and by kind of memory, of this scene and of everything; what neither has is left out.
+fn memory_by_part(derived: &Derived) -> Vec<(&'static str, &'static str, [u64; 2])> {
+    let parts = [
+        ("surfaces", Part::Surfaces),
+        ("indirect light", Part::Indirect),
+        ("visibility", Part::Visibility),
+        ("picture", Part::Picture),
+    ];
+    let mut rows = Vec::new();
+    for (name, part) in parts {
+        for (kind, storage) in [("textures", Storage::Texture), ("buffers", Storage::Buffer)] {
+            let sizes = [&derived.derivation.plan, &derived.everything]
+                .map(|plan| plan.bytes(storage, Some(part)));
+            if sizes != [0; 2] {
+                rows.push((name, kind, sizes));
+            }
+        }
+    }
+    rows
+}
+
+/// Bytes in a unit that a person reads.
+fn bytes(bytes: i64) -> String {
+    let size = bytes.unsigned_abs();
+    let sign = if bytes < 0 { "-" } else { "" };
+    match size {
+        0..1_000 => format!("{bytes} B"),
+        1_000..1_000_000 => format!("{sign}{:.1} kB", size as f64 / 1e3),
+        _ => format!("{sign}{:.2} MB", size as f64 / 1e6),
+    }
+}
+
+/// Variants that are of no use, by rule.
+fn absent(selection: &Selection) -> Value {
+    let mut rules: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for absent in &selection.absent {
+        rules.entry(&absent.presence).or_default().push(absent.variant.id());
+    }
+    json!(rules)
 }
 
 fn axes(library: &Library, selection: &Selection) -> comfy_table::Table {

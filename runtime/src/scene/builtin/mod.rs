@@ -100,13 +100,16 @@ mod tests {
     fn facts_are_those_of_the_scenes() {
         let facts = |name: &str| {
             let facts = Scene::builtin(name).unwrap().facts();
-            facts.into_iter().filter(|(_, holds)| *holds).map(|(fact, _)| fact).collect::<Vec<_>>()
+            facts.iter().filter(|fact| fact.holds).map(|fact| fact.name).collect::<Vec<_>>()
         };
-        assert_eq!(facts("cornell"), ["spot_light"]);
-        assert_eq!(facts("cornell-glossy"), ["specular", "spot_light"]);
-        assert_eq!(facts("caustic"), ["specular", "spot_light"]);
-        assert_eq!(facts("columns"), ["spot_light"]);
-        assert_eq!(facts("atrium"), ["cutout", "directional_light", "specular", "textured"]);
+        assert_eq!(facts("cornell"), ["occluders", "spot_light"]);
+        assert_eq!(facts("cornell-glossy"), ["glossy", "occluders", "specular", "spot_light"]);
+        assert_eq!(facts("caustic"), ["glossy", "occluders", "specular", "spot_light"]);
+        assert_eq!(facts("columns"), ["occluders", "spot_light"]);
+        assert_eq!(
+            facts("atrium"),
+            ["cutout", "directional_light", "glossy", "occluders", "specular", "textured"]
+        );
     }
 
     #[test]

@@ -1,0 +1,152 @@
+//! What a scene needs, derived: facts, values on axes, numbers, and what a frame then takes.
+
+use std::collections::BTreeSet;
+
+use sglow_runtime::frame;
+use sglow_runtime::needs::{Assumption, Needs, least_limits, needs};
+use sglow_runtime::plan::{Plan, Surfaces};
+use sglow_runtime::scene::Scene;
+use sglow_runtime::settings::{AXES, Settings};
+use sglow_shader_gen::library::Library;
+use sglow_shader_gen::matrix::{Allowed, AllowedValues};
+use sglow_shaders::{Ndf, Specular};
+
+use crate::failure::{self, Failure, Result};
+
+/// What follows from a scene, and from what was asked for beside it.
+#[derive(Debug)]
+pub(crate) struct Derivation {
+    /// What is true of the scene, and its numbers.
+    pub(crate) needs: Needs,
+    /// What its facts leave of each axis.
+    pub(crate) allowed: AllowedValues,
+    /// A value on each axis and every number, with what was taken for granted.
+    pub(crate) settings: Settings,
+    /// What the surfaces are drawn with.
+    pub(crate) surfaces: Surfaces,
+    /// What a frame takes.
+    pub(crate) plan: Plan,
+}
+
+impl Derivation {
+    /// Settles every axis of a scene with one light: by `set` (`axis=value`, the last one counts), else by what the scene
+    /// needs, else by the default.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong with `set`.
+    pub(crate) fn new(
+        library: &Library,
+        scene: &Scene,
+        set: &[String],
+        wished: &Settings,
+    ) -> Result<Self> {
+        let facts = scene.facts();
+        let allowed = library.needed(&facts.known()).map_err(failure::rendered)?;
+        let mut settings = settle(library, &allowed, set, wished)?;
+        if let Some(light) = scene.lights.first() {
+            settings.light = frame::kind(light);
+        }
+        let needs = needs(scene, 0, &settings, &least_limits());
+        let mut settings = needs.settings.clone();
+        settings.assumed = assumptions(library, &allowed, &AXES, set);
+        let surfaces = Surfaces::of(scene, settings.complete);
+        let plan = Plan::new(&settings, &surfaces);
+        Ok(Self { needs, allowed, settings, surfaces, plan })
+    }
+}
+
+/// Whether `set` has something to say on an axis.
+pub(crate) fn asks(set: &[String], axis: &str) -> bool {
+    set.iter().any(|setting| setting.split('=').next() == Some(axis))
+}
+
+/// What the rules that narrowed these axes took to be so, but for axes that `set` decides.
+pub(crate) fn assumptions(
+    library: &Library,
+    allowed: &AllowedValues,
+    axes: &[&str],
+    set: &[String],
+) -> Vec<Assumption> {
+    let narrowed =
+        axes.iter().filter(|axis| !asks(set, axis)).filter_map(|axis| allowed.get(*axis));
+    let rules: BTreeSet<&str> =
+        narrowed.flat_map(|allowed| &allowed.because).map(|rule| rule.need.as_str()).collect();
+    let of_rule = |rule: &sglow_shader_gen::library::Need| {
+        let name = rule.name.clone();
+        rule.when
+            .iter()
+            .map(|(fact, &holds)| Assumption { rule: name.clone(), fact: fact.clone(), holds })
+            .collect::<Vec<_>>()
+    };
+    library
+        .need
+        .iter()
+        .filter(|rule| rules.contains(rule.name.as_str()))
+        .flat_map(of_rule)
+        .collect()
+}
+
+/// A value on every axis.
+///
+/// # Errors
+///
+/// Everything that is wrong with `set`.
+pub(crate) fn settle(
+    library: &Library,
+    allowed: &AllowedValues,
+    set: &[String],
+    wished: &Settings,
+) -> Result<Settings> {
+    let mut settings = wished.clone();
+    for axis in AXES {
+        let (Some(allowed), Some(value)) = (allowed.get(axis), settings.value(axis)) else {
+            continue;
+        };
+        if let Some(value) = nearest(library, axis, allowed, &value) {
+            settings.set(axis, value)?;
+        }
+    }
+    let mut wrong = Vec::new();
+    for setting in set {
+        match setting.split_once('=') {
+            None => wrong.push(format!("`{setting}` is not AXIS=VALUE")),
+            Some((axis, value)) => {
+                if let Err(error) = settings.set(axis, value) {
+                    wrong.push(error.to_string());
+                }
+            }
+        }
+    }
+    if !wrong.is_empty() {
+        return Err(Failure::new(wrong.join("\n")));
+    }
+    if !asks(set, "ndf") {
+        match_distribution(&mut settings);
+    }
+    Ok(settings)
+}
+
+/// A distribution goes with specular reflection; who asks for one of them need not ask for the other.
+pub(crate) fn match_distribution(settings: &mut Settings) {
+    if settings.specular == Specular::None {
+        settings.ndf = Ndf::None;
+    } else if settings.ndf == Ndf::None {
+        settings.ndf = Ndf::Ggx;
+    }
+}
+
+/// The wished value, if it remains; else the last one before it, or the first one behind it.
+fn nearest<'a>(
+    library: &Library,
+    axis: &str,
+    allowed: &'a Allowed,
+    wished: &str,
+) -> Option<&'a str> {
+    let values = &library.axis.get(axis)?.value;
+    let place = |name: &str| values.iter().position(|value| value.name == name);
+    let wished = place(wished)?;
+    let remaining = || allowed.values.iter().map(String::as_str);
+    let before = remaining().rfind(|value| place(value).is_some_and(|place| place <= wished));
+    before.or_else(|| remaining().next())
+}
