@@ -137,11 +137,16 @@ fn shadow_bias(view: &LightView, rsm_size: u32) -> ShadowBias {
 }
 
 /// Whether a package and settings leave in what a scene needs.
-fn suits(package: &Package, settings: &Settings, scene: &Scene) -> Result<(), FrameError> {
+fn suits(
+    package: &Package,
+    settings: &Settings,
+    scene: &Scene,
+    light: usize,
+) -> Result<(), FrameError> {
     if package.assumed().is_empty() && settings.assumed.is_empty() {
         return Ok(());
     }
-    let facts = scene.facts();
+    let facts = scene.facts_lit_by(light);
     let found = needs::missing(&facts, package.assumed());
     if !found.is_empty() {
         let origin = format!("the package {}", package.origin());
@@ -235,7 +240,7 @@ impl<'a> Renderer<'a> {
         let Some(light) = scene.lights.get(light_index) else {
             return Err(FrameError::NoSuchLight { index: light_index, count: scene.lights.len() });
         };
-        suits(package, settings, scene)?;
+        suits(package, settings, scene, light_index)?;
         let mut settings = settings.clone();
         settings.light = kind(light);
         let device = &gpu.device;

@@ -101,7 +101,8 @@ pub fn least_limits() -> wgpu::Limits {
 /// What a scene needs, lit by its light number `light` (the first if there is no such light), of the numbers of the
 /// settings that are wished for. What a device with these limits could not do is brought within them.
 pub fn needs(scene: &Scene, light: usize, wished: &Settings, limits: &wgpu::Limits) -> Needs {
-    let mut needs = Needs { facts: scene.facts(), decisions: Vec::new(), settings: wished.clone() };
+    let mut needs =
+        Needs { facts: scene.facts_lit_by(light), decisions: Vec::new(), settings: wished.clone() };
     let light = scene.lights.get(light).or(scene.lights.first());
     if let Some(light) = light {
         needs.settings.light = kind(light);

@@ -48,12 +48,14 @@ fn many() -> Vec<Settings> {
         }
         all.push(Settings { precision, draw: Draw::Metropolis, ..base.clone() });
     }
-    for space in [Space::Image, Space::World] {
+    for space in Space::ALL {
         for density in Density::ALL {
             for draw in Draw::ALL {
                 all.push(Settings { space, density, draw, ..base.clone() });
             }
         }
+    }
+    for space in [Space::Image, Space::World] {
         for count in [1, 1100] {
             all.push(Settings { space, count, lobes: Lobes::Diffuse, ..plain() });
         }

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use super::occlusion::occlusion;
-use super::{Image, LightKind, Material, Scene, TextureUse};
+use super::{Image, Light, LightKind, Material, Scene, TextureUse};
 
 /// Roughness alphas between which an anisotropic lobe comes closer to a reflection than a spherical one.
 ///
@@ -151,6 +151,15 @@ impl Scene {
     ///
     /// A fact that could be either way holds: what follows is that nothing is left out for it.
     pub fn facts(&self) -> Facts {
+        self.facts_with(&self.lights)
+    }
+
+    /// The facts of the scene as if its light number `light` were the only one; of all where there is no such light.
+    pub fn facts_lit_by(&self, light: usize) -> Facts {
+        self.facts_with(self.lights.get(light..=light).unwrap_or(&self.lights))
+    }
+
+    fn facts_with(&self, lights: &[Light]) -> Facts {
         let texels = Texels::new(&self.images);
         let mut used: Vec<_> = self.meshes.iter().map(|mesh| mesh.material).collect();
         used.sort_unstable();
@@ -172,10 +181,10 @@ impl Scene {
             Fact { name, holds: found.is_some(), evidence }
         };
         let light = |name, kind: &str, test: fn(&LightKind) -> bool| {
-            let found = self.lights.iter().find(|light| test(&light.kind));
+            let found = lights.iter().find(|light| test(&light.kind));
             let evidence = match found {
                 Some(light) => format!("light `{}` is {kind}", light.name),
-                None => format!("none of {} is {kind}", count(self.lights.len(), "light")),
+                None => format!("none of {} is {kind}", count(lights.len(), "light")),
             };
             Fact { name, holds: found.is_some(), evidence }
         };
@@ -344,6 +353,18 @@ mod tests {
         assert!(!holds(&unused, "specular"));
         unused.meshes[0].material = 1;
         assert!(holds(&unused, "specular"));
+    }
+
+    #[test]
+    fn a_light_that_is_not_used_does_not_count() {
+        let mut scene = scene(Material::diffuse("grey", [0.5; 3]), &[]);
+        scene.lights.push(Light { kind: LightKind::Point, ..scene.lights[0].clone() });
+        let lights = |facts: &Facts| {
+            ["spot_light", "point_light"].map(|fact| facts.holds(fact).unwrap_or_default())
+        };
+        assert_eq!(lights(&scene.facts()), [true, true]);
+        assert_eq!(lights(&scene.facts_lit_by(0)), [true, false]);
+        assert_eq!(lights(&scene.facts_lit_by(1)), [false, true]);
     }
 
     #[test]

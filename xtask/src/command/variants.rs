@@ -276,7 +276,9 @@ fn absent(selection: &Selection) -> Value {
 
 fn axes(library: &Library, selection: &Selection) -> comfy_table::Table {
     let mut table = table::new(["axis", "value", "", "why"]);
-    for (name, axis) in &library.axis {
+    // What none of the chosen variants has a value of says nothing of them.
+    let has = |name: &str| selection.variants.iter().any(|variant| variant.value(name).is_some());
+    for (name, axis) in library.axis.iter().filter(|(name, _)| has(name)) {
         let Some(allowed) = selection.allowed.get(name) else {
             continue;
         };
