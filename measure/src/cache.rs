@@ -120,7 +120,7 @@ impl Cache {
             return Ok(kept);
         }
         let result = make()?;
-        self.keep(key, &result)?;
+        self.put(key, &result)?;
         self.made.set(self.made.get() + 1);
         Ok(result)
     }
@@ -153,7 +153,12 @@ impl Cache {
         kept
     }
 
-    fn keep<T: Serialize>(&self, key: &Key, result: &T) -> Result<(), CacheError> {
+    /// Keeps a result.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be written.
+    pub fn put<T: Serialize>(&self, key: &Key, result: &T) -> Result<(), CacheError> {
         let path = self.folder.join(key.file());
         let payload = postcard::to_stdvec(result)
             .map_err(|source| CacheError::Form { path: path.clone(), source })?;

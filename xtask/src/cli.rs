@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::command::{
-    doctor, gen_shaders, kernels, render, report, reproduce, stability, test, variants, verify,
+    choose, doctor, gen_shaders, kernels, render, report, reproduce, stability, test, variants,
+    verify,
 };
 use crate::failure::Result;
 
@@ -36,6 +37,9 @@ pub(crate) enum Command {
     /// Measure error against run time
     #[command(after_help = report::EXAMPLES)]
     Report(report::Arguments),
+    /// Find the way that a budget of error or time buys, and write the package of just that
+    #[command(after_help = choose::EXAMPLES)]
+    Choose(choose::Arguments),
     /// Show the papers' tables and figures, ours beside theirs
     #[command(after_help = reproduce::EXAMPLES)]
     Reproduce(reproduce::Arguments),
@@ -66,6 +70,7 @@ impl Command {
             Self::Render(arguments) => render::run(&arguments),
             Self::Kernels(arguments) => kernels::run(&arguments),
             Self::Report(arguments) => report::run(&arguments),
+            Self::Choose(arguments) => choose::run(&arguments),
             Self::Reproduce(arguments) => reproduce::run(&arguments),
             Self::Stability(arguments) => stability::run(&arguments),
             Self::Verify(arguments) => verify::run(&arguments),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::SystemTime;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -12,7 +13,7 @@ use crate::table;
 use crate::write;
 
 /// How a value has to lie to its bound.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Relation {
     /// The value must not exceed the bound.
@@ -44,11 +45,12 @@ impl Relation {
 }
 
 /// A number that was measured, and what was promised of it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Check {
     /// What was measured.
     pub(crate) name: String,
     /// The number; null in the file if it is not finite.
+    #[schemars(with = "Option<f64>")]
     pub(crate) value: f64,
     /// Its unit; a count names what is counted.
     pub(crate) unit: String,
@@ -93,7 +95,7 @@ impl Check {
 }
 
 /// The file that a command writes beside what it shows.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct Report {
     /// Every number that the command can hold against a promise.
     pub(crate) checks: Vec<Check>,

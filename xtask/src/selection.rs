@@ -15,6 +15,7 @@ use sglow_shader_gen::package::Purpose;
 use crate::derivation::Derivation;
 use crate::failure::{self, Failure, Result};
 use crate::machine::repository;
+use crate::measured::{self, Measured};
 use crate::saving;
 use crate::shot::{self, Numbers};
 
@@ -57,6 +58,8 @@ pub(crate) struct Derived {
     pub(crate) purpose: Purpose,
     /// What a frame would take if every fact held.
     pub(crate) everything: Plan,
+    /// What `report` has measured of it.
+    pub(crate) measured: Option<Measured>,
     /// What frames run, with each of the values that were asked for.
     runs: Plan,
 }
@@ -158,8 +161,10 @@ impl Choice {
         let runs = plans.reduce(Plan::or).unwrap_or_default();
         let first = derivations.into_iter().next().zip(combinations.first());
         let (derivation, set) = first.ok_or_else(|| Failure::new("nothing is asked for"))?;
-        let (purpose, everything) = saving::purpose(library, &derivation, &scene.name, set, None)?;
-        Ok(Derived { derivation, purpose, everything, runs })
+        let measured = measured::find(&scene);
+        let rules = measured.as_ref().map(|measured| &measured.rules);
+        let (purpose, everything) = saving::purpose(library, &derivation, &scene.name, set, rules)?;
+        Ok(Derived { derivation, purpose, everything, measured, runs })
     }
 
     /// Takes away what is not asked for.

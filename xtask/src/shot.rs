@@ -29,7 +29,7 @@ pub(crate) struct Numbers {
     #[arg(long, value_name = "NUMBER")]
     pub(crate) light: Option<usize>,
     /// The GPU whose name contains this [default: the most capable one]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, visible_alias = "device", value_name = "NAME")]
     pub(crate) adapter: Option<String>,
 }
 

@@ -26,7 +26,7 @@ pub(super) struct Runs {
 
 impl Runs {
     /// Adds a run: passes of the same name count as one.
-    fn add(&mut self, times: Vec<(&'static str, Duration)>) {
+    pub(super) fn add(&mut self, times: Vec<(&'static str, Duration)>) {
         let mut sums: Vec<(&'static str, Duration)> = Vec::new();
         for (name, time) in times {
             match sums.iter_mut().find(|sum| sum.0 == name) {

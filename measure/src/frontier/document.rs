@@ -223,8 +223,10 @@ pub struct Side {
     pub buffer_bytes: u64,
     /// The shading pass.
     pub shade_time: Time,
-    /// All passes of indirect light.
+    /// The whole frame: surfaces, direct and indirect light, the picture.
     pub time: Time,
+    /// Each of its passes.
+    pub passes: Vec<Pass>,
 }
 
 /// What leaving out saves, measured in turns.

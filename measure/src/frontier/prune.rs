@@ -1,80 +1,101 @@
 //! What leaving out saves: a frame with everything against a frame with what the scene needs.
 
 use sglow_runtime::frame::Renderer;
+use sglow_runtime::plan::{Part, Plan, Storage, Surfaces};
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Ndf, Specular};
 
-use super::document::{Pruned, Side, Time};
-use super::scene::{Progress, RUNS, one_frame};
+use super::bench::Runs;
+use super::document::{Pruned, Side};
+use super::scene::{Progress, RUNS, Timed};
 use super::subject::{FrontierError, Subject};
 use crate::cache::Cache;
+
+/// The least picture that it is measured on: what is saved of maps does not grow with the picture, what is saved of
+/// pictures does.
+const SIZE: [u32; 2] = [320, 180];
 
 /// The settings that offer everything.
 fn everything(base: &Settings) -> Settings {
     let Settings { specular, ndf, .. } = Settings::default();
     let specular = if base.specular == Specular::None { specular } else { base.specular };
     let ndf = if base.ndf == Ndf::None { ndf } else { base.ndf };
-    Settings { complete: true, lobes: Lobes::Both, specular, ndf, ..base.clone() }
+    let assumed = Vec::new();
+    Settings { complete: true, lobes: Lobes::Both, specular, ndf, assumed, ..base.clone() }
 }
 
-/// Measures both in turns; nothing where the scene needs everything.
+/// Measures both in turns; nothing where the scene needs every lobe there is.
 pub(super) fn pruned(
     subject: &Subject<'_>,
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<Option<Pruned>, FrontierError> {
-    let base = &subject.base;
-    let full = everything(base);
-    if full.lobes == base.lobes && full.shade() == base.shade() {
+    let area = |[width, height]: [u32; 2]| width * height;
+    let size = if area(subject.base.size) < area(SIZE) { SIZE } else { subject.base.size };
+    let needed = Settings { size, ..subject.base.clone() };
+    let full = everything(&needed);
+    if full.lobes == needed.lobes && full.shade() == needed.shade() {
         return Ok(None);
     }
     progress.start(&format!("{}: with everything, and without", subject.scene.name), 0);
     let key = subject
         .scene_key("pruned")
         .on("full", format!("{:?}", subject.key("full", "everything", &full)?))
-        .on("needed", format!("{:?}", subject.key("needed", "default", base)?));
-    cache.get(&key, || in_turns(subject, &full).map(Some))
+        .on("needed", format!("{:?}", subject.key("needed", "default", &needed)?));
+    cache.get(&key, || in_turns(subject, [&full, &needed]).map(Some))
 }
 
-fn in_turns(subject: &Subject<'_>, full: &Settings) -> Result<Pruned, FrontierError> {
-    let made = [full, &subject.base]
-        .map(|settings| Renderer::new(subject.gpu, subject.package, subject.scene, settings, 0));
-    let [full, needed] = made;
-    let made = [full?, needed?];
-    let mut times: [[Vec<_>; 2]; 2] = Default::default();
-    for renderer in &made {
-        renderer.render()?;
-    }
+fn in_turns(subject: &Subject<'_>, both: [&Settings; 2]) -> Result<Pruned, FrontierError> {
+    let renderer =
+        |settings| Renderer::new(subject.gpu, subject.package, subject.scene, settings, 0);
+    let made = [renderer(both[0])?, renderer(both[1])?];
+    let mut runs = [Runs::default(), Runs::default()];
     for run in 0..=RUNS {
-        for (renderer, [all, shade]) in made.iter().zip(&mut times) {
-            let inputs = renderer.inputs();
-            let passes = one_frame(renderer, renderer.indirect(), inputs.visibility, subject.gpu)?;
+        for (renderer, runs) in made.iter().zip(&mut runs) {
+            let times = renderer.render()?;
+            runs.clock = Some(times.clock);
             if run > 0 {
-                all.push(passes.iter().map(|pass| pass.1).sum());
-                shade.push(passes.iter().filter(|pass| pass.0 == "shade").map(|pass| pass.1).sum());
+                runs.add(times.passes);
             }
         }
     }
     let [full, needed] = [made[0].read()?.radiance, made[1].read()?.radiance];
     let numbers = full.iter().flatten().zip(needed.iter().flatten());
     let differing = numbers.filter(|(one, other)| one.to_bits() != other.to_bits()).count();
-    let mut sides = made.iter().zip(times).map(|(renderer, [all, shade])| {
-        let indirect = renderer.indirect();
-        let buffer = |name: &str| ["vsgls", "kernels"].contains(&name);
-        let bytes = indirect.bytes();
-        let sum = |buffers: bool| {
-            bytes.iter().filter(|(name, _)| buffer(name) == buffers).map(|one| one.1).sum()
-        };
+    let side = |at: usize| {
+        let settings = both[at];
+        let plan = Plan::new(settings, &Surfaces::of(subject.scene, settings.complete));
+        let bytes = |storage| plan.bytes(storage, Some(Part::Indirect));
+        let passes = Timed::of(&runs[at]).passes;
+        let shade = passes.iter().find(|pass| pass.name == "shade");
         Side {
-            shade: indirect.settings().shade().id().to_string(),
-            texture_bytes: sum(false),
-            buffer_bytes: sum(true),
-            shade_time: Time::of(shade),
-            time: Time::of(all),
+            shade: settings.shade().id().to_string(),
+            texture_bytes: bytes(Storage::Texture),
+            buffer_bytes: bytes(Storage::Buffer),
+            shade_time: shade.map(|pass| pass.time).unwrap_or_default(),
+            time: runs[at].whole(),
+            passes,
         }
-    });
-    let (Some(full), Some(needed)) = (sides.next(), sides.next()) else {
-        return Err(FrontierError::NoSurface { scene: subject.scene.name.clone() });
     };
-    Ok(Pruned { full, needed, size: subject.base.size, differing })
+    Ok(Pruned { full: side(0), needed: side(1), size: both[0].size, differing })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everything_is_more_than_a_diffuse_scene_needs() {
+        let diffuse = Settings {
+            lobes: Lobes::Diffuse,
+            specular: Specular::None,
+            ndf: Ndf::None,
+            ..Settings::default()
+        };
+        let full = everything(&diffuse);
+        assert!(full.shade().excluded().is_none() && full.complete);
+        assert_ne!(full.shade(), diffuse.shade());
+        let glossy = Settings { specular: Specular::Sg, ..Settings::default() };
+        assert_eq!(everything(&glossy).shade(), glossy.shade());
+    }
 }

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use sglow_runtime::frame::{Renderer, kind, light_maps};
 use sglow_runtime::indirect::{Indirect, Inputs};
+use sglow_runtime::plan::Part;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::shading::Shading;
 use sglow_runtime::timing::{Clock, Timer};
@@ -295,7 +296,7 @@ fn every_way(
                 .flat_map(|timed| &timed.passes)
                 .fold(Time::default(), |sum, pass| sum.then(pass.time)),
             whole: None,
-            bytes: BTreeMap::new(),
+            bytes: bytes(subject, settings),
             picture: verdict.picture,
             model_rms_over_mean: verdict.model_rms_over_mean,
             rounding: verdict.rounding,
@@ -306,6 +307,13 @@ fn every_way(
         progress.done(index + 1);
     }
     Ok((found, not_finite))
+}
+
+/// What a way keeps beside the surfaces that it reads.
+fn bytes(subject: &Subject<'_>, settings: &Settings) -> BTreeMap<String, u64> {
+    let resources = subject.plan(settings).resources;
+    let own = resources.iter().filter(|one| [Part::Indirect, Part::Visibility].contains(&one.part));
+    own.map(|one| (one.name.to_owned(), one.bytes)).collect()
 }
 
 /// What a cell holds, made if it holds nothing.

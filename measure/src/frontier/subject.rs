@@ -1,12 +1,14 @@
 //! What is measured: a scene on a device, and the keys that its results are kept by.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
+use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_runtime::device::{DeviceError, Gpu};
 use sglow_runtime::frame::{Frame, FrameError, Renderer, Surfaces};
 use sglow_runtime::indirect::IndirectError;
 use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::pipeline::PipelineError;
+use sglow_runtime::plan::{self, Plan};
 use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::visibility::VisibilityError;
@@ -14,7 +16,7 @@ use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 
 use super::document::Worst;
-use crate::cache::{CacheError, Key};
+use crate::cache::{CacheError, Key, sha256};
 use crate::rivals::flicker::FlickerError;
 
 /// Why nothing could be measured.
@@ -86,7 +88,9 @@ pub struct Subject<'a> {
     pub scene: &'a Scene,
     /// What the scene gets if nobody chooses.
     pub base: Settings,
+    surfaces: plan::Surfaces,
     hash: String,
+    texts: RefCell<BTreeMap<String, String>>,
     drawn: OnceCell<Drawn<'a>>,
 }
 
@@ -94,7 +98,22 @@ impl<'a> Subject<'a> {
     /// A scene to be measured. Nothing is drawn before it is needed.
     #[must_use]
     pub fn new(gpu: &'a Gpu, package: &'a Package, scene: &'a Scene, base: Settings) -> Self {
-        Self { gpu, package, scene, base, hash: scene_hash(scene), drawn: OnceCell::new() }
+        Self {
+            surfaces: plan::Surfaces::of(scene, false),
+            hash: scene_hash(scene),
+            texts: RefCell::default(),
+            drawn: OnceCell::new(),
+            gpu,
+            package,
+            scene,
+            base,
+        }
+    }
+
+    /// What a frame with these settings runs and keeps.
+    #[must_use]
+    pub fn plan(&self, settings: &Settings) -> Plan {
+        Plan::new(settings, &self.surfaces)
     }
 
     /// The maps and a frame, drawn at the first call.
@@ -118,7 +137,7 @@ impl<'a> Subject<'a> {
     ///
     /// When the package lacks one of the shaders.
     pub fn key(&self, what: &str, name: &str, settings: &Settings) -> Result<Key, FrontierError> {
-        self.key_on(what, name, settings, &super::way::variants(settings))
+        self.key_on(what, name, settings, |_| true)
     }
 
     /// The key of a result that hangs on no reflection.
@@ -132,7 +151,8 @@ impl<'a> Subject<'a> {
         name: &str,
         settings: &Settings,
     ) -> Result<Key, FrontierError> {
-        self.key_on(what, name, settings, &super::way::makers_of(settings))
+        let reflects = ["shade", "direct", "compose", "light_shadow", "light_points", "light_fill"];
+        self.key_on(what, name, settings, |pass| !reflects.contains(&pass))
     }
 
     fn key_on(
@@ -140,8 +160,10 @@ impl<'a> Subject<'a> {
         what: &str,
         name: &str,
         settings: &Settings,
-        variants: &[String],
+        counts: impl Fn(&str) -> bool,
     ) -> Result<Key, FrontierError> {
+        let mut variants = self.plan(settings).variants;
+        variants.retain(|id| counts(id.split('-').next().unwrap_or_default()));
         let [width, height] = settings.size;
         let size = format!("{width}x{height}");
         let key = Key::new(&[
@@ -155,7 +177,7 @@ impl<'a> Subject<'a> {
         Ok(key
             .on("scene", &self.hash)
             .on("settings", format!("{settings:?}"))
-            .on("shaders", self.shaders(variants)?)
+            .on("shaders", self.shaders(&variants)?)
             .on("adapter", &self.gpu.adapter.name)
             .on("driver", &self.gpu.adapter.driver))
     }
@@ -174,27 +196,24 @@ impl<'a> Subject<'a> {
             .on("driver", &self.gpu.adapter.driver)
     }
 
-    /// The hash of these shaders and of those that all ways share.
-    fn shaders(&self, own: &[String]) -> Result<String, FrontierError> {
-        let shared = |id: &&str| {
-            let pass = id.split('-').next().unwrap_or_default();
-            let lights = ["sample", "shade", "direct", "compose", "function"];
-            !lights.contains(&pass)
-        };
-        let ids = self.package.variants().filter(shared).chain(own.iter().map(String::as_str));
-        let mut hash = Sha256::new();
-        for id in ids {
-            hash.update(id);
-            // A shared pass that the settings do not run may be missing; one they run is missed by who runs it.
-            let text = self.package.text(id)?;
-            hash.update(crate::cache::sha256(text.as_bytes()));
+    /// The hash of shaders.
+    fn shaders(&self, variants: &BTreeSet<String>) -> Result<String, FrontierError> {
+        let mut all = String::new();
+        let mut texts = self.texts.borrow_mut();
+        for id in variants {
+            if !texts.contains_key(id) {
+                texts.insert(id.clone(), sha256(self.package.text(id)?.as_bytes()));
+            }
+            all.push_str(id);
+            all.push_str(&texts[id]);
         }
-        Ok(hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+        Ok(sha256(all.as_bytes()))
     }
 }
 
 /// The hash of all that a scene is made of.
-fn scene_hash(scene: &Scene) -> String {
+#[must_use]
+pub fn scene_hash(scene: &Scene) -> String {
     fn floats<const N: usize>(hash: &mut Sha256, values: &[[f32; N]]) {
         hash.update((values.len() as u64).to_le_bytes());
         for value in values.iter().flatten() {

@@ -99,14 +99,6 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
 /// The variants that tell a way from others: what draws or sums its lights, and what reflects and hides them.
 #[must_use]
 pub fn variants(settings: &Settings) -> Vec<String> {
-    let mut ids = makers_of(settings);
-    ids.extend(reflectors_of(settings));
-    ids
-}
-
-/// What draws or sums lights.
-#[must_use]
-pub fn makers_of(settings: &Settings) -> Vec<String> {
     let Settings { density, lobes, precision, draw, space, .. } = *settings;
     let mut ids = Vec::new();
     if precision == Precision::F32 || density != Density::Power {
@@ -116,14 +108,7 @@ pub fn makers_of(settings: &Settings) -> Vec<String> {
         Space::None => settings.sample().id().to_string(),
         Space::Image | Space::World => centres::Centres { draw, space }.id().to_string(),
     });
-    ids
-}
-
-/// What reflects and hides them.
-#[must_use]
-pub fn reflectors_of(settings: &Settings) -> Vec<String> {
-    let Settings { lobes, precision, .. } = *settings;
-    let mut ids = vec![settings.shade().id().to_string()];
+    ids.push(settings.shade().id().to_string());
     match settings.visibility {
         Visibility::None => {}
         Visibility::ShadowMap => {

@@ -33,19 +33,19 @@ leave. The manifest says what was left out, by which rule, and what that saves."
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]
-    choice: Choice,
+    pub(crate) choice: Choice,
     /// The folder of the package [default: shaders/packages/NAME]
     #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub(crate) out: Option<PathBuf>,
     /// Languages beside WGSL: spirv, rust
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
-    target: Vec<Target>,
+    pub(crate) target: Vec<Target>,
     /// Write nothing; fail if the folder is not what would be written
     #[arg(long)]
-    check: bool,
+    pub(crate) check: bool,
     /// Also write what was done as JSON
     #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    pub(crate) json: Option<PathBuf>,
 }
 
 /// Generates, or checks.

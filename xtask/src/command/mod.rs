@@ -1,5 +1,6 @@
 //! One file per command.
 
+pub(crate) mod choose;
 pub(crate) mod doctor;
 pub(crate) mod gen_shaders;
 pub(crate) mod kernels;

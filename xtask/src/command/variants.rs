@@ -16,6 +16,7 @@ use sglow_shader_gen::package::Purpose;
 use crate::derivation::Derivation;
 use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
+use crate::measured::Measured;
 use crate::say;
 use crate::selection::{Choice, Derived, Selection, library};
 use crate::table;
@@ -78,6 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             for left in &purpose.left_out {
                 say::line(format!("{}: {}", left.rule, left.reason));
             }
+            say::line(format!("\n{}", milliseconds(derived)));
             say::line(format!("\n{}", memory(derived)));
         }
         say::line(format!("\n{}", axes(&library, &selection)));
@@ -104,6 +106,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             report.detail("decisions", decisions_as_json(derivation))?;
             report.detail("made_for", &purpose.made_for)?;
             report.detail("omitted", &purpose.left_out)?;
+            report.detail("milliseconds_measured", &derived.measured)?;
         }
         report.detail("axes", explained(&selection))?;
         report.detail("exclusions", excluded_by_rule(&library, &excluded))?;
@@ -209,6 +212,21 @@ fn left_out(purpose: &Purpose) -> comfy_table::Table {
     let all = "all that a scene may need of which every fact holds";
     row("all of it".to_owned(), "", all, &purpose.made_for.saved);
     table
+}
+
+/// Where the milliseconds come from.
+fn milliseconds(derived: &Derived) -> String {
+    match &derived.measured {
+        Some(Measured { adapter, driver, size: [width, height], .. }) => {
+            format!("Milliseconds are those of {width} x {height} pixels on {adapter}, {driver}.")
+        }
+        None => {
+            let name = &derived.purpose.made_for.input;
+            format!(
+                "Milliseconds are known once `cargo xtask report --scene {name}` has measured them."
+            )
+        }
+    }
 }
 
 /// The memory of a frame: what is kept, and what would be if every fact held.

@@ -3,7 +3,12 @@
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
+use schemars::JsonSchema;
+use serde::Serialize;
 use sglow_measure::frontier::document::{Pictures, SceneReport};
+use sglow_runtime::{needs, scene};
+use sglow_shader_gen::manifest;
+use sglow_shader_gen::package::Purpose;
 
 use super::frame::{Extras, Section, page_with};
 use super::number::{count, figure};
@@ -45,8 +50,63 @@ pub(crate) struct Decision {
     pub(crate) reason: String,
 }
 
+impl From<&scene::Fact> for Fact {
+    fn from(fact: &scene::Fact) -> Self {
+        let (name, evidence) = (fact.name.to_owned(), fact.evidence.clone());
+        Self { name, holds: fact.holds, evidence }
+    }
+}
+
+impl From<&needs::Decision> for Decision {
+    fn from(decision: &needs::Decision) -> Self {
+        let (what, reason) = (decision.name.to_owned(), decision.reason.clone());
+        Self { what, value: decision.value.clone(), reason }
+    }
+}
+
+/// What a package was made without.
+pub(crate) fn left_out_by(purpose: &Purpose) -> Vec<LeftOut> {
+    let one = |left: &manifest::LeftOut| {
+        let values =
+            left.values.iter().map(|(axis, values)| format!("{axis} {}", values.join(", ")));
+        let variants = match left.variants.as_slice() {
+            [] => None,
+            [only] => Some(only.clone()),
+            [first, rest @ ..] => Some(format!("{first} and {} more", rest.len())),
+        };
+        LeftOut {
+            what: values.chain(variants).collect::<Vec<_>>().join("; "),
+            rule: left.rule.clone(),
+            reason: left.reason.clone(),
+            saved: numbers(&left.saved),
+        }
+    };
+    let mut all: Vec<LeftOut> = purpose.left_out.iter().map(one).collect();
+    all.push(LeftOut {
+        what: "all of it".to_owned(),
+        rule: String::new(),
+        reason: "against all that a scene may need of which every fact holds".to_owned(),
+        saved: numbers(&purpose.made_for.saved),
+    });
+    all
+}
+
+fn numbers(saved: &manifest::Saved) -> BTreeMap<String, f64> {
+    let mut numbers: BTreeMap<String, f64> = [
+        ("static_operations", saved.static_operations),
+        ("bindings", saved.bindings),
+        ("texture_bytes", saved.texture_bytes),
+        ("buffer_bytes", saved.buffer_bytes),
+        ("shader_bytes", saved.shader_bytes),
+    ]
+    .map(|(name, number)| (name.to_owned(), number as f64))
+    .into();
+    numbers.extend(saved.milliseconds.map(|time| ("milliseconds".to_owned(), time)));
+    numbers
+}
+
 /// Something that a scene's package has not.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, JsonSchema)]
 pub(crate) struct LeftOut {
     /// What it is.
     pub(crate) what: String,

@@ -8,22 +8,26 @@ use clap::Args;
 use sglow_measure::cache::Cache;
 use sglow_measure::frontier::document::{Pictures, SceneReport};
 use sglow_measure::frontier::subject::Subject;
+use sglow_measure::frontier::way::Allowed;
 use sglow_measure::frontier::{judge, scene};
 use sglow_runtime::device::Gpu;
 use sglow_runtime::package::Package;
+use sglow_runtime::scene::Scene;
 
-use crate::failure::{Failure, Result};
+use crate::derivation::Derivation;
+use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
-use crate::machine::target_folder;
 use crate::page::report as page;
 use crate::progress::Bars;
-use crate::say;
-use crate::shot::{self, Numbers, Shot};
-use crate::table;
-use crate::write;
+use crate::selection::library;
+use crate::shot::{self, Numbers};
+use crate::{measured, saving, say, table, write};
 
 mod densities;
-mod ways;
+mod document;
+pub(crate) mod ways;
+
+use document::Document;
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -52,6 +56,9 @@ pub(crate) struct Arguments {
     /// The folder that receives index.html and report.json
     #[arg(long, value_name = "DIR", default_value = "out/report")]
     out: PathBuf,
+    /// Print the JSON schema of report.json, and measure nothing
+    #[arg(long)]
+    schema: bool,
     #[command(flatten)]
     choice: Choice,
     #[command(flatten)]
@@ -63,10 +70,10 @@ pub(crate) struct Arguments {
 pub(crate) struct Choice {
     /// Measure only ways with these values; an axis may be given more than once
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
-    only: Vec<String>,
+    pub(crate) only: Vec<String>,
     /// Every legal variant, not only those that are committed; best narrowed by --only
     #[arg(long)]
-    all: bool,
+    pub(crate) all: bool,
     /// Measure everything again
     #[arg(long)]
     fresh: bool,
@@ -78,8 +85,7 @@ pub(crate) struct Choice {
 impl Choice {
     /// What was measured before.
     pub(crate) fn cache(&self) -> Cache {
-        let folder = self.cache.clone().unwrap_or_else(|| target_folder().join("measured"));
-        Cache::new(&folder, self.fresh)
+        Cache::new(&self.cache.clone().unwrap_or_else(measured::folder), self.fresh)
     }
 }
 
@@ -92,12 +98,47 @@ const DOES_NOT_SHOW: &[&str] = &[
     "One light, one bounce, one camera; pictures are small, and times of passes over pixels grow with them.",
 ];
 
+/// A scene that is to be measured.
+pub(crate) struct Case {
+    /// The scene, with one light.
+    pub(crate) scene: Scene,
+    /// What it needs.
+    pub(crate) derivation: Derivation,
+}
+
+impl Case {
+    /// Loads a scene and derives what it needs.
+    ///
+    /// # Errors
+    ///
+    /// When the scene cannot be read.
+    pub(crate) fn new(name: &str, size: [u32; 2], numbers: &Numbers) -> Result<Self> {
+        let scene = shot::load(name, numbers.light)?;
+        let derivation = Derivation::new(&library()?, &scene, &[], &numbers.settings(size))?;
+        Ok(Self { scene, derivation })
+    }
+}
+
+/// What was measured of a scene, with all that belongs to it.
+struct Found {
+    measured: SceneReport,
+    pictures: Pictures,
+    flip: BTreeMap<String, Vec<f32>>,
+    facts: Vec<page::Fact>,
+    decisions: Vec<page::Decision>,
+    left_out: Vec<page::LeftOut>,
+}
+
 /// Measures.
 ///
 /// # Errors
 ///
 /// When a scene, a variant or the device does not allow it, or a promise is not kept.
 pub(crate) fn run(arguments: &Arguments) -> Result {
+    if arguments.schema {
+        say::line(document::schema()?);
+        return Ok(());
+    }
     let start = Instant::now();
     let only = ways::only(&arguments.choice.only)?;
     let names = if arguments.scene.is_empty() {
@@ -105,9 +146,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     } else {
         arguments.scene.clone()
     };
-    let shots = names
+    let cases = names
         .iter()
-        .map(|scene| Shot::new(scene, &[], arguments.size, &arguments.numbers))
+        .map(|name| Case::new(name, arguments.size, &arguments.numbers))
         .collect::<Result<Vec<_>>>()?;
     let package = ways::package(arguments.choice.all)?;
     let gpu = shot::gpu(&arguments.numbers)?;
@@ -115,18 +156,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let mut report = Report::new();
     report.adapter.clone_from(&gpu.adapter.name);
     report.driver.clone_from(&gpu.adapter.driver);
-    let mut scenes = Vec::new();
-    for shot in &shots {
-        scenes.push(measure(&gpu, &package, shot, &only, &cache)?);
+    let mut found = Vec::new();
+    for case in &cases {
+        found.push(measure(&gpu, &package, case, &only, &cache)?);
     }
-    for (scene, _) in &scenes {
-        show(scene);
-        check(scene, &mut report);
+    for scene in &found {
+        show(&scene.measured);
+        check(&scene.measured, &mut report);
     }
     let densities = densities::stress(&gpu, &package, &arguments.numbers, &cache, &mut report)?;
-    report.detail("densities", densities)?;
-    report.detail("scenes", scenes.iter().map(|one| &one.0).collect::<Vec<_>>())?;
-    report.detail("does_not_show", DOES_NOT_SHOW)?;
     say::line(format!("\n{}", report.table()));
     say::line(format!(
         "{}, {}; medians of {}. {}",
@@ -135,9 +173,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         scene::RUNS,
         DOES_NOT_SHOW.join(" ")
     ));
-    let [found, made, outdated] = cache.counts();
-    say::line(format!("{made} results measured, {found} as before, {outdated} of them outdated"));
-    write(arguments, &report, &scenes, start.elapsed())?;
+    let [kept, made, outdated] = cache.counts();
+    say::line(format!(
+        "{made} results measured, {outdated} of them since something had changed; {kept} as before"
+    ));
+    write(arguments, &report, &found, densities, start.elapsed())?;
     report.verdict()
 }
 
@@ -145,24 +185,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 fn write(
     arguments: &Arguments,
     report: &Report,
-    scenes: &[(SceneReport, Pictures)],
+    found: &[Found],
+    densities: Vec<densities::OnDensity>,
     took: Duration,
 ) -> Result {
-    let flip = |(scene, pictures): &(SceneReport, Pictures)| -> BTreeMap<String, Vec<f32>> {
-        let map = |picture| judge::flip_map(&pictures.reference, picture, scene.size);
-        pictures.ways.iter().map(|(name, picture)| (name.clone(), map(picture))).collect()
-    };
-    let flips: Vec<_> = scenes.iter().map(flip).collect();
-    let shown: Vec<_> = scenes
+    let shown: Vec<_> = found
         .iter()
-        .zip(&flips)
-        .map(|((measured, pictures), flip)| page::Scene {
-            measured,
-            pictures,
-            flip,
-            facts: &[],
-            decisions: &[],
-            left_out: &[],
+        .map(|one| page::Scene {
+            measured: &one.measured,
+            pictures: &one.pictures,
+            flip: &one.flip,
+            facts: &one.facts,
+            decisions: &one.decisions,
+            left_out: &one.left_out,
         })
         .collect();
     let page = page::page(&page::Input {
@@ -172,27 +207,58 @@ fn write(
         minutes: took.as_secs_f64() / 60.0,
         does_not_show: DOES_NOT_SHOW,
     });
-    let [index, json] = ["index.html", "report.json"].map(|name| arguments.out.join(name));
-    let numbers = serde_json::to_string_pretty(report)? + "\n";
-    write::texts(&[(&index, &page), (&json, &numbers)])?;
+    let numbers = Document {
+        schema_version: document::VERSION,
+        report,
+        scenes: found.iter().map(|one| one.measured.clone()).collect(),
+        left_out: found
+            .iter()
+            .map(|one| (one.measured.scene.clone(), one.left_out.clone()))
+            .collect(),
+        densities,
+        does_not_show: DOES_NOT_SHOW.iter().map(|&line| line.to_owned()).collect(),
+    };
+    let [index, json, schema] =
+        ["index.html", "report.json", "report.schema.json"].map(|name| arguments.out.join(name));
+    write::texts(&[
+        (&index, &page),
+        (&json, &(serde_json::to_string_pretty(&numbers)? + "\n")),
+        (&schema, &(document::schema()? + "\n")),
+    ])?;
     say::line(format!("{}\n{}", index.display(), json.display()));
     Ok(())
 }
 
 /// Measures one scene.
-pub(crate) fn measure(
+fn measure(
     gpu: &Gpu,
     package: &Package,
-    shot: &Shot,
-    only: &sglow_measure::frontier::way::Allowed,
+    case: &Case,
+    only: &Allowed,
     cache: &Cache,
-) -> Result<(SceneReport, Pictures)> {
-    let ways = ways::of(gpu, package, shot, only)?;
-    let subject = Subject::new(gpu, package, &shot.scene, shot.settings.clone());
+) -> Result<Found> {
+    let Case { scene, derivation } = case;
+    let ways = ways::of(gpu, package, &scene.name, derivation, only)?;
+    let subject = Subject::new(gpu, package, scene, derivation.settings.clone());
     let bars = Bars::default();
     let measured = scene::scene(&subject, &ways, cache, &bars);
     bars.clear();
-    measured.map_err(Failure::from)
+    let (measured, pictures) = measured?;
+    let rules = measured.pruned.as_ref().map(measured::saved);
+    if let Some(pruned) = &measured.pruned {
+        measured::keep(cache, scene, pruned, &gpu.adapter)?;
+    }
+    let (purpose, _) = saving::purpose(&library()?, derivation, &scene.name, &[], rules.as_ref())?;
+    let map = |picture| judge::flip_map(&pictures.reference, picture, measured.size);
+    let flip = pictures.ways.iter().map(|(name, picture)| (name.clone(), map(picture))).collect();
+    Ok(Found {
+        flip,
+        facts: derivation.needs.facts.iter().map(page::Fact::from).collect(),
+        decisions: derivation.needs.decisions.iter().map(page::Decision::from).collect(),
+        left_out: page::left_out_by(&purpose),
+        measured,
+        pictures,
+    })
 }
 
 /// The frontier as a table.
@@ -247,6 +313,37 @@ fn check(scene: &SceneReport, report: &mut Report) {
     report.check(Check::new(
         format!("{name}: numbers that are not finite, in all variants"),
         scene.not_finite as f64,
+        "numbers",
+        Relation::Equal,
+        0.0,
+    ));
+    let Some(pruned) = &scene.pruned else { return };
+    let [width, height] = pruned.size;
+    let note = format!("{width} x {height}, map of {} squared, in turns", scene.rsm_size);
+    let (full, needed) = (&pruned.full, &pruned.needed);
+    report.check(
+        Check::new(
+            format!("{name}: bytes of indirect light's textures that leaving out saves"),
+            1.0 - needed.texture_bytes as f64 / full.texture_bytes as f64,
+            "of all",
+            Relation::AtLeast,
+            0.4,
+        )
+        .note(note.as_str()),
+    );
+    report.check(
+        Check::new(
+            format!("{name}: shading pass with everything over what the scene needs"),
+            full.shade_time.median / needed.shade_time.median,
+            "times",
+            Relation::AtLeast,
+            1.8,
+        )
+        .note(note),
+    );
+    report.check(Check::new(
+        format!("{name}: numbers of the picture that leaving out changes"),
+        pruned.differing as f64,
         "numbers",
         Relation::Equal,
         0.0,

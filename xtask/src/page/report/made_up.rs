@@ -430,6 +430,7 @@ fn plain(mut scene: MadeUp) -> MadeUp {
         buffer_bytes: 98_304,
         shade_time: around(ms),
         time: around(ms + 1.4),
+        passes: Vec::new(),
     };
     scene.measured.pruned = Some(Pruned {
         full: side("shade-both", 7_420_000, 4.1),

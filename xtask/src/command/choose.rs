@@ -1,0 +1,291 @@
+//! `choose`: the way to a scene's indirect light that a budget buys, and the package of just that.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde_json::Value;
+use sglow_measure::frontier::choose::{self, Budget};
+use sglow_measure::frontier::document::Way;
+use sglow_measure::frontier::scene::{self, Purchase, RUNS};
+use sglow_measure::frontier::subject::Subject;
+use sglow_shader_gen::package::Target;
+
+use crate::command::gen_shaders;
+use crate::command::report::{Case, Choice, ways};
+use crate::failure::{Failure, Result};
+use crate::json::{Check, Relation, Report};
+use crate::progress::Bars;
+use crate::shot::{self, Numbers};
+use crate::{say, selection, table};
+
+/// What `--help` shows below the options.
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  cargo xtask choose --scene cornell --max-ms 100 --out out/cornell
+  cargo xtask choose --scene cornell --max-error 30% --size 320x180 --out out/cornell
+  cargo xtask choose --scene columns --max-error 0.05 --metric flip --only visibility=none --target wgsl,spirv --out out/columns
+
+Every way that the committed variants allow is measured, as `report` does, or taken from what was measured before. With
+--max-error the cheapest way wins that is at most so wrong, with --max-ms the most accurate one that takes at most so
+long; those that come close are measured again as whole frames, in turns. A budget of time is one of all passes of
+indirect light at the size of the picture that is given.";
+
+/// What error is counted in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Metric {
+    /// Root mean square difference from the reference over its mean
+    Rmse,
+    /// Mean of the FLIP map of whole pictures as they are shown, 0 to 1
+    Flip,
+}
+
+/// Options of `choose`.
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// A built-in scene, or a file: .gltf, .glb, .obj
+    #[arg(long, value_name = "FILE|NAME")]
+    scene: String,
+    /// The greatest error: a number, or a percentage
+    #[arg(long, value_name = "E", value_parser = share, required_unless_present = "max_ms", conflicts_with = "max_ms")]
+    max_error: Option<f64>,
+    /// The longest time of indirect light in a frame, in milliseconds
+    #[arg(long, value_name = "T", value_parser = milliseconds)]
+    max_ms: Option<f64>,
+    /// What the error is counted in
+    #[arg(long, value_enum, value_name = "METRIC", default_value = "rmse")]
+    metric: Metric,
+    /// Pixels of the picture
+    #[arg(long, value_name = "WxH", default_value = "160x90", value_parser = shot::size)]
+    size: [u32; 2],
+    /// The folder that receives the package
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Languages beside WGSL: spirv, rust
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    target: Vec<Target>,
+    /// Also write what was found as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    choice: Choice,
+    #[command(flatten)]
+    numbers: Numbers,
+}
+
+/// A share, as a number or a percentage.
+fn share(text: &str) -> Result<f64, String> {
+    let wrong = || format!("'{text}' is not a share such as 0.3 or 30%");
+    let (number, unit) = match text.strip_suffix('%') {
+        Some(number) => (number, 100.0),
+        None => (text, 1.0),
+    };
+    let share = number.trim().parse::<f64>().map_err(|_| wrong())? / unit;
+    if share >= 0.0 && share.is_finite() { Ok(share) } else { Err(wrong()) }
+}
+
+/// A time above 0.
+fn milliseconds(text: &str) -> Result<f64, String> {
+    let wrong = || format!("'{text}' is not a number of milliseconds above 0");
+    let time = text.parse::<f64>().map_err(|_| wrong())?;
+    if time > 0.0 && time.is_finite() { Ok(time) } else { Err(wrong()) }
+}
+
+/// Chooses, and writes the package.
+///
+/// # Errors
+///
+/// When nothing meets the budget, a variant or the device does not allow it, or the package cannot be written.
+pub(crate) fn run(arguments: &Arguments) -> Result {
+    let budget = match (arguments.max_error, arguments.max_ms) {
+        (Some(error), _) => Budget::Error(error),
+        (None, Some(time)) => Budget::Milliseconds(time),
+        (None, None) => return Err(Failure::new("give --max-error or --max-ms")),
+    };
+    let metric = match arguments.metric {
+        Metric::Rmse => choose::Metric::Rmse,
+        Metric::Flip => choose::Metric::Flip,
+    };
+    let only = ways::only(&arguments.choice.only)?;
+    let case = Case::new(&arguments.scene, arguments.size, &arguments.numbers)?;
+    let package = ways::package(arguments.choice.all)?;
+    let gpu = shot::gpu(&arguments.numbers)?;
+    let ways = ways::of(&gpu, &package, &case.scene.name, &case.derivation, &only)?;
+    let subject = Subject::new(&gpu, &package, &case.scene, case.derivation.settings.clone());
+    let bars = Bars::default();
+    let cache = arguments.choice.cache();
+    let bought = scene::buy(&subject, &ways, metric, budget, &cache, &bars);
+    bars.clear();
+    let purchase = bought?;
+    let order: Vec<&Way> = purchase
+        .order
+        .iter()
+        .filter_map(|name| purchase.ways.iter().find(|way| way.name == *name))
+        .collect();
+    let Some((winner, others)) = order.split_first() else {
+        return Err(nothing(&purchase, metric, budget));
+    };
+    show(&order, metric, &purchase);
+    let lost = others.first().map(|runner_up| margin(winner, runner_up, metric, budget));
+    say::line(lost.as_deref().unwrap_or("There is no runner-up: nothing else meets the budget."));
+
+    let set = if winner.default { Vec::new() } else { vec![winner.name.clone()] };
+    let set: Vec<String> = set.iter().flat_map(|name| name.split(',')).map(str::to_owned).collect();
+    gen_shaders::run(&gen_shaders::Arguments {
+        choice: selection::Choice {
+            scene: Some(arguments.scene.clone()),
+            set: set.clone(),
+            all: false,
+        },
+        out: Some(arguments.out.clone()),
+        target: arguments.target.clone(),
+        check: false,
+        json: None,
+    })?;
+    let again = if set.is_empty() { String::new() } else { format!(" --set {}", set.join(",")) };
+    say::line(format!(
+        "cargo xtask render --scene {}{again} --package {} --out out/chosen.png shows it",
+        arguments.scene,
+        arguments.out.display()
+    ));
+    let Some(path) = &arguments.json else { return Ok(()) };
+    let mut report = Report::new();
+    report.adapter.clone_from(&gpu.adapter.name);
+    report.driver.clone_from(&gpu.adapter.driver);
+    report.check(kept(winner, metric, budget));
+    report.detail("scene", &case.scene.name)?;
+    report.detail("chosen", winner)?;
+    report.detail("came_next", others)?;
+    report.detail("reference", &purchase.reference)?;
+    report.detail("clock", &purchase.clock)?;
+    report.detail("set", set)?;
+    report.detail("variants", package_variants(&arguments.out)?)?;
+    report.write(path)
+}
+
+/// The budget as something that holds.
+fn kept(winner: &Way, metric: choose::Metric, budget: Budget) -> Check {
+    let relation = Relation::AtMost;
+    match budget {
+        Budget::Error(most) => {
+            let unit = match metric {
+                choose::Metric::Rmse => "RMSE over mean",
+                choose::Metric::Flip => "FLIP",
+            };
+            Check::new("error of the way that was chosen", metric.of(winner), unit, relation, most)
+        }
+        Budget::Milliseconds(most) => {
+            let time = choose::time(winner).median;
+            Check::new("time of the way that was chosen", time, "ms", relation, most)
+        }
+    }
+}
+
+/// The variants of a package, by its manifest.
+fn package_variants(folder: &std::path::Path) -> Result<BTreeSet<String>> {
+    let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json"))?)?;
+    let id = |variant: &Value| variant["id"].as_str().map(str::to_owned);
+    Ok(manifest["variants"].as_array().into_iter().flatten().filter_map(id).collect())
+}
+
+/// What comes first and next.
+fn show(order: &[&Way], metric: choose::Metric, purchase: &Purchase) {
+    let mut table = table::new(["", "way", "ms of a frame", "RMSE", "FLIP"]);
+    for (place, way) in order.iter().enumerate() {
+        let time = choose::time(way);
+        table.add_row([
+            if place == 0 { "chosen".to_owned() } else { format!("{}", place + 1) },
+            way.name.clone(),
+            format!("{:.2} ({:.2}-{:.2})", time.median, time.least, time.most),
+            percent(way.picture.rmse_over_mean),
+            format!("{:.4}", way.picture.flip),
+        ]);
+    }
+    say::line(format!("{table}"));
+    let floor = purchase.reference.floor_over_mean;
+    let below =
+        metric == choose::Metric::Rmse && order.first().is_some_and(|way| metric.of(way) < floor);
+    say::line(format!(
+        "{} ways measured; medians of {RUNS} whole frames in turns, {}; the reference is itself off by {}{}",
+        purchase.ways.len(),
+        purchase.clock,
+        percent(floor),
+        if below { ", and less is not told apart" } else { "" },
+    ));
+}
+
+/// By how much the runner-up lost.
+fn margin(winner: &Way, runner_up: &Way, metric: choose::Metric, budget: Budget) -> String {
+    let (ours, theirs) = (choose::time(winner), choose::time(runner_up));
+    let (right, wrong) = (metric.of(winner), metric.of(runner_up));
+    let slower = theirs.median - ours.median;
+    let worse = wrong - right;
+    let name = &runner_up.name;
+    match budget {
+        Budget::Error(_) => {
+            let within =
+                if theirs.least <= ours.most { ", which is within the spread" } else { "" };
+            format!(
+                "Runner-up: {name}, slower by {slower:.2} ms ({:.1} %{within}), with an error of {} against {}.",
+                100.0 * slower / ours.median,
+                percent(wrong),
+                percent(right)
+            )
+        }
+        Budget::Milliseconds(_) => format!(
+            "Runner-up: {name}, more wrong by {} ({:.2} times the error), in {:.2} ms against {:.2}.",
+            percent(worse),
+            wrong / right,
+            theirs.median,
+            ours.median
+        ),
+    }
+}
+
+/// Why nothing was chosen.
+fn nothing(purchase: &Purchase, metric: choose::Metric, budget: Budget) -> Failure {
+    let Some(choose::Bought::Nothing { nearest, by }) =
+        choose::choose(&purchase.ways, metric, budget)
+    else {
+        return Failure::new("nothing was measured");
+    };
+    match budget {
+        Budget::Error(most) => Failure::new(format!(
+            "no way has an error of at most {}; {} comes nearest, with {}: {} too much, in {:.2} ms",
+            percent(most),
+            nearest.name,
+            percent(metric.of(nearest)),
+            percent(by),
+            choose::time(nearest).median
+        )),
+        Budget::Milliseconds(most) => Failure::new(format!(
+            "no way takes at most {most} ms; {} comes nearest, with {:.2} ms: {by:.2} ms too long, with an error of {}",
+            nearest.name,
+            choose::time(nearest).median,
+            percent(metric.of(nearest))
+        )),
+    }
+    .help("fewer lights (--lights), a smaller map (--rsm) or a smaller picture (--size) take less time; --all tries every legal variant")
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.2} %", 100.0 * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn budgets_are_read() {
+        assert_eq!(share("30%"), Ok(0.3));
+        assert_eq!(share("0.25"), Ok(0.25));
+        for wrong in ["", "-1", "x", "%", "inf", "NaN", "1 %%"] {
+            assert!(share(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(milliseconds("1.5"), Ok(1.5));
+        for wrong in ["0", "-1", "fast", "inf", "NaN"] {
+            assert!(milliseconds(wrong).unwrap_err().contains(wrong), "{wrong}");
+        }
+    }
+}

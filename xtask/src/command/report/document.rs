@@ -1,0 +1,80 @@
+//! `report.json` as a whole, and its schema.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use sglow_measure::frontier::document::SceneReport;
+
+use super::densities::OnDensity;
+use crate::failure::Result;
+use crate::json::Report;
+use crate::page::report::LeftOut;
+
+/// The form of the file; it grows when a reader of the form before would misread it.
+pub(super) const VERSION: u32 = 1;
+
+/// What `report` found: error against run time of every way to each scene's indirect light.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct Document<'a> {
+    /// The form of this file.
+    pub(super) schema_version: u32,
+    /// What every command tells.
+    #[serde(flatten)]
+    pub(super) report: &'a Report,
+    /// Each scene.
+    pub(super) scenes: Vec<SceneReport>,
+    /// What the package of each scene has not, and what that saves.
+    pub(super) left_out: BTreeMap<String, Vec<LeftOut>>,
+    /// Densities that stress the sampling pass.
+    pub(super) densities: Vec<OnDensity>,
+    /// What must not be concluded.
+    pub(super) does_not_show: Vec<String>,
+}
+
+/// The JSON schema of [`Document`].
+pub(super) fn schema() -> Result<String> {
+    Ok(serde_json::to_string_pretty(&schemars::schema_for!(Document<'_>))?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::page::report::made_up;
+
+    #[test]
+    fn the_published_schema_is_that_of_the_file() {
+        let published = include_str!("../../../../docs/report.schema.json");
+        let hint = "cargo xtask report --schema > docs/report.schema.json";
+        assert_eq!(published.trim_end(), schema().unwrap(), "{hint}");
+    }
+
+    #[test]
+    fn a_report_has_the_form_that_its_schema_says() {
+        let mut report = Report::new();
+        report.check(crate::json::Check::new(
+            "odd",
+            f64::NAN,
+            "ULP",
+            crate::json::Relation::AtMost,
+            1.0,
+        ));
+        let document = Document {
+            schema_version: VERSION,
+            report: &report,
+            scenes: made_up::scenes().into_iter().map(|scene| scene.measured).collect(),
+            left_out: BTreeMap::new(),
+            densities: Vec::new(),
+            does_not_show: Vec::new(),
+        };
+        let value = serde_json::to_value(&document).unwrap();
+        let schema = serde_json::from_str(&schema().unwrap()).unwrap();
+        let validator = jsonschema::validator_for(&schema).unwrap();
+        let errors: Vec<String> =
+            validator.iter_errors(&value).map(|error| error.to_string()).collect();
+        assert!(errors.is_empty(), "{errors:#?}");
+        let mut wrong = value;
+        wrong["scenes"][0]["ways"][0]["time"]["median"] = "fast".into();
+        assert!(!validator.is_valid(&wrong));
+    }
+}
