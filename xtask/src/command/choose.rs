@@ -56,7 +56,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, value_name = "METRIC", default_value = "rmse")]
     metric: Metric,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "160x90", value_parser = shot::size)]
+    #[arg(long, value_name = "WxH", default_value = "128x72", value_parser = shot::size)]
     size: [u32; 2],
     /// The folder that receives the package
     #[arg(long, value_name = "DIR")]

@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE|NAME")]
     scene: Vec<String>,
     /// Pixels of the pictures that are compared
-    #[arg(long, value_name = "WxH", default_value = "160x90", value_parser = shot::size)]
+    #[arg(long, value_name = "WxH", default_value = "128x72", value_parser = shot::size)]
     size: [u32; 2],
     /// The folder that receives index.html and report.json
     #[arg(long, value_name = "DIR", default_value = "out/report")]
