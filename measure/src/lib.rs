@@ -20,3 +20,4 @@ pub mod input;
 pub mod mirror;
 pub mod rivals;
 pub mod stability;
+pub mod time;

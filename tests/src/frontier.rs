@@ -4,9 +4,11 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use sglow_measure::cache::Cache;
+use sglow_measure::frontier::buy;
 use sglow_measure::frontier::choose::{Budget, Metric};
 use sglow_measure::frontier::document::{SceneReport, Way};
-use sglow_measure::frontier::scene::{self, Progress};
+use sglow_measure::frontier::progress::Progress;
+use sglow_measure::frontier::scene;
 use sglow_measure::frontier::subject::{FrontierError, Subject};
 use sglow_measure::frontier::way::{Allowed, allowed, every, fits};
 use sglow_runtime::package::Package;
@@ -156,8 +158,7 @@ fn a_budget_buys_a_way_that_keeps_it_or_nothing() {
     let (scene, package) = (Scene::builtin("cornell").unwrap(), Package::embedded());
     let subject = Subject::new(gpu(), &package, &scene, base());
     let cache = Cache::new(folder.path(), false);
-    let buy =
-        |budget| scene::buy(&subject, &ways(), Metric::Rmse, budget, &cache, &Silent).unwrap();
+    let buy = |budget| buy::buy(&subject, &ways(), Metric::Rmse, budget, &cache, &Silent).unwrap();
     let all = buy(Budget::Error(f64::MAX));
     let errors: Vec<f64> = all.ways.iter().map(|way| way.picture.rmse_over_mean).collect();
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);

@@ -79,7 +79,8 @@ pub(crate) fn find(scene: &Scene) -> Option<Measured> {
 
 #[cfg(test)]
 mod tests {
-    use sglow_measure::frontier::document::{Pass, Time};
+    use sglow_measure::frontier::document::Pass;
+    use sglow_measure::time::Time;
 
     use super::*;
 

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_runtime::frame::light_maps;
 use sglow_runtime::indirect::Indirect;
@@ -14,8 +15,12 @@ use sglow_shaders::{
     Draw, Filter, Kernel, Precision, Solver, Space, Specular, Visibility as VisibilityAxis,
 };
 
-use super::document::{Pass, Radiance, Time};
+use super::document::{Pass, Radiance};
 use super::subject::{FrontierError, Subject};
+use crate::time::Time;
+
+/// Timed runs of each pass, after one that compiles.
+pub const RUNS: usize = 5;
 
 /// Passes by name with the times of each run.
 #[derive(Clone, Debug, Default)]
@@ -56,6 +61,20 @@ impl Runs {
         let runs = self.passes.iter().map(|pass| pass.1.len()).max().unwrap_or(0);
         let sum = |run: usize| self.passes.iter().filter_map(|pass| pass.1.get(run)).sum();
         Time::of((0..runs).map(sum).collect())
+    }
+}
+
+/// Passes that were timed, as they are kept.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Timed {
+    pub(super) passes: Vec<Pass>,
+    /// How times were taken.
+    pub(super) clock: String,
+}
+
+impl Timed {
+    pub(super) fn of(runs: &Runs) -> Self {
+        Self { passes: runs.passes(), clock: runs.clock.unwrap_or(Clock::Wall).to_string() }
     }
 }
 

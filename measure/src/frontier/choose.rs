@@ -1,6 +1,7 @@
 //! The way that a budget buys.
 
-use super::document::{Time, Way};
+use super::document::Way;
+use crate::time::Time;
 
 /// What error is counted in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

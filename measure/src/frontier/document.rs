@@ -1,41 +1,11 @@
 //! What was measured of a scene, as it stands in `report.json`.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A median and its spread, in milliseconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Time {
-    /// The median.
-    pub median: f64,
-    /// The least.
-    pub least: f64,
-    /// The most.
-    pub most: f64,
-}
-
-impl Time {
-    /// Of some runs; all 0 of none.
-    #[must_use]
-    pub fn of(mut runs: Vec<Duration>) -> Self {
-        runs.sort();
-        let at = |index: usize| runs.get(index).map_or(0.0, |time| time.as_secs_f64() * 1e3);
-        Self { median: at(runs.len() / 2), least: at(0), most: at(runs.len().saturating_sub(1)) }
-    }
-
-    /// One after the other.
-    #[must_use]
-    pub fn then(self, next: Self) -> Self {
-        Self {
-            median: self.median + next.median,
-            least: self.least + next.least,
-            most: self.most + next.most,
-        }
-    }
-}
+use crate::time::Time;
 
 /// One pass of a frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

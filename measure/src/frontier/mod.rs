@@ -2,13 +2,21 @@
 //! stops paying.
 
 mod bench;
+pub mod buy;
 pub mod choose;
 pub mod document;
 pub mod judge;
+pub mod progress;
 mod prune;
 pub mod rank;
 pub mod scene;
+mod shadings;
 pub mod subject;
 mod sweep;
+mod together;
+mod trial;
 pub mod truth;
 pub mod way;
+mod workshop;
+
+pub use bench::RUNS;

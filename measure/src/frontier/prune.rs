@@ -5,9 +5,9 @@ use sglow_runtime::plan::{Part, Plan, Storage, Surfaces};
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Ndf, Specular};
 
-use super::bench::Runs;
+use super::bench::{RUNS, Runs};
 use super::document::{Pruned, Side};
-use super::scene::{Progress, RUNS, Timed};
+use super::progress::Progress;
 use super::subject::{FrontierError, Subject};
 use crate::cache::Cache;
 
@@ -66,7 +66,7 @@ fn in_turns(subject: &Subject<'_>, both: [&Settings; 2]) -> Result<Pruned, Front
         let settings = both[at];
         let plan = Plan::new(settings, &Surfaces::of(subject.scene, settings.complete));
         let bytes = |storage| plan.bytes(storage, Some(Part::Indirect));
-        let passes = Timed::of(&runs[at]).passes;
+        let passes = runs[at].passes();
         let shade = passes.iter().find(|pass| pass.name == "shade");
         Side {
             shade: settings.shade().id().to_string(),

@@ -1,6 +1,7 @@
 //! Which ways no other beats in error and in time.
 
-use super::document::{Dominated, Time, Way};
+use super::document::{Dominated, Way};
+use crate::time::Time;
 
 /// A way as ranking sees it.
 #[derive(Clone, Copy, Debug)]

@@ -10,9 +10,10 @@ use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
 use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
 
-use super::document::{Radiance, Series, Sweep, SweepOver, SweepPoint, Time};
+use super::bench::{RUNS, Timed};
+use super::document::{Radiance, Series, Sweep, SweepOver, SweepPoint};
 use super::judge::{Judge, apart, over_mean};
-use super::scene::{Progress, RUNS, Timed};
+use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
 use super::truth::Truth;
 use crate::cache::Cache;
@@ -214,7 +215,7 @@ fn point(at: f64, found: &At, pass: &str, limit: Option<&Vec<[f64; 3]>>) -> Swee
     let passes = found.timed.passes.iter().filter(|pass| counts(&pass.name));
     SweepPoint {
         at,
-        time: Some(passes.fold(Time::default(), |sum, pass| sum.then(pass.time))),
+        time: Some(passes.map(|pass| pass.time).sum()),
         picture_rmse_over_mean: Some(found.rmse_over_mean),
         own_rms_over_mean: limit.map(|limit| over_mean(apart(&found.indirect, limit).0, limit)),
     }

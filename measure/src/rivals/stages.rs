@@ -17,25 +17,7 @@ use sglow_shaders::{
 };
 
 use super::method::Method;
-
-/// A median and its spread, in milliseconds.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Time {
-    /// The median.
-    pub median: f64,
-    /// The least.
-    pub least: f64,
-    /// The most.
-    pub most: f64,
-}
-
-impl Time {
-    fn of(mut times: Vec<Duration>) -> Self {
-        times.sort();
-        let at = |index: usize| times.get(index).map_or(0.0, |time| time.as_secs_f64() * 1e3);
-        Self { median: at(times.len() / 2), least: at(0), most: at(times.len().saturating_sub(1)) }
-    }
-}
+use crate::time::Time;
 
 /// One stage.
 #[derive(Clone, Debug, Serialize)]

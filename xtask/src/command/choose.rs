@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use serde_json::Value;
+use sglow_measure::frontier::RUNS;
+use sglow_measure::frontier::buy::{Purchase, buy};
 use sglow_measure::frontier::choose::{self, Budget};
 use sglow_measure::frontier::document::Way;
-use sglow_measure::frontier::scene::{self, Purchase, RUNS};
 use sglow_measure::frontier::subject::Subject;
 use sglow_shader_gen::package::Target;
 
@@ -114,7 +115,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let subject = Subject::new(&gpu, &package, &case.scene, case.derivation.settings.clone());
     let bars = Bars::default();
     let cache = arguments.choice.cache();
-    let bought = scene::buy(&subject, &ways, metric, budget, &cache, &bars);
+    let bought = buy(&subject, &ways, metric, budget, &cache, &bars);
     bars.clear();
     let purchase = bought?;
     let order: Vec<&Way> = purchase

@@ -9,7 +9,7 @@ use sglow_measure::cache::Cache;
 use sglow_measure::frontier::document::{Pictures, SceneReport};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::way::Allowed;
-use sglow_measure::frontier::{judge, scene};
+use sglow_measure::frontier::{RUNS, judge, scene};
 use sglow_runtime::device::Gpu;
 use sglow_runtime::package::Package;
 use sglow_runtime::scene::Scene;
@@ -170,7 +170,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         "{}, {}; medians of {}. {}",
         gpu.adapter.name,
         gpu.adapter.driver,
-        scene::RUNS,
+        RUNS,
         DOES_NOT_SHOW.join(" ")
     ));
     let [kept, made, outdated] = cache.counts();

@@ -1,0 +1,70 @@
+//! What a budget buys of a scene's ways, measured.
+
+use std::collections::BTreeMap;
+
+use sglow_runtime::settings::Settings;
+
+use super::choose::{Bought, Budget, Metric, choose};
+use super::document::{Reference, Way};
+use super::progress::Progress;
+use super::subject::{FrontierError, Subject};
+use super::together::whole_frames;
+use super::truth::truth;
+use super::{rank, trial, way};
+use crate::cache::Cache;
+
+/// What a budget buys.
+#[derive(Clone, Debug)]
+pub struct Purchase {
+    /// Every way; those that were compared closely have times of whole frames.
+    pub ways: Vec<Way>,
+    /// The names of those that win and come next, best first; nothing if the budget buys nothing.
+    pub order: Vec<String>,
+    /// What errors are against.
+    pub reference: Reference,
+    /// How times were taken.
+    pub clock: String,
+}
+
+/// Finds what a budget buys among `ways`. Whatever comes first has been measured again as whole frames, in turns with
+/// what comes close to it.
+///
+/// # Errors
+///
+/// When the scene does not render, a variant is missing or a result cannot be kept.
+pub fn buy(
+    subject: &Subject<'_>,
+    ways: &[Settings],
+    metric: Metric,
+    budget: Budget,
+    cache: &Cache,
+    progress: &dyn Progress,
+) -> Result<Purchase, FrontierError> {
+    progress.start(&format!("{}: reference", subject.scene.name), 0);
+    let truth = truth(subject, cache, &|_, _| {})?;
+    let mut tried = trial::every(subject, ways, &truth, cache, progress)?;
+    rank::mark(&mut tried.ways, truth.reference.floor_over_mean);
+    let settings: BTreeMap<String, &Settings> =
+        ways.iter().map(|settings| (way::name(settings, &subject.base), settings)).collect();
+    loop {
+        let order: Vec<String> = match choose(&tried.ways, metric, budget) {
+            Some(Bought::Ways(ways)) => ways.iter().map(|way| way.name.clone()).collect(),
+            Some(Bought::Nothing { .. }) | None => Vec::new(),
+        };
+        let first = tried.ways.iter().find(|way| order.first() == Some(&way.name));
+        if first.is_none_or(|way| way.whole.is_some()) {
+            let (reference, clock) = (truth.reference, tried.clock);
+            return Ok(Purchase { ways: tried.ways, order, reference, clock });
+        }
+        // Each round gives at least one more way a time of whole frames, so there is a last one.
+        let company: Vec<(String, &Settings)> =
+            order.iter().filter_map(|name| Some((name.clone(), *settings.get(name)?))).collect();
+        progress.start(&format!("{}: {} ways in turns", subject.scene.name, company.len()), 0);
+        let times = whole_frames(subject, &company, cache)?;
+        for ((name, _), time) in company.iter().zip(times) {
+            if let Some(way) = tried.ways.iter_mut().find(|way| way.name == *name) {
+                way.whole = Some(time);
+            }
+        }
+    }
+}

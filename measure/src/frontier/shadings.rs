@@ -1,0 +1,101 @@
+//! Times of what reflects lights, in turns, so that what disturbs the one disturbs the others too.
+
+use std::collections::BTreeMap;
+
+use sglow_runtime::indirect::Indirect;
+use sglow_runtime::settings::Settings;
+
+use super::bench::{RUNS, Runs, Timed, held_alike, of_shading};
+use super::progress::Progress;
+use super::subject::{FrontierError, Subject};
+use super::way;
+use super::workshop::Workshop;
+use crate::cache::{Cache, Key};
+
+/// A shading variant that is to be timed.
+struct Lacking {
+    settings: Settings,
+    key: Key,
+    runs: Runs,
+}
+
+/// Times of hiding and reflecting the lights that are made by default, by the shading variant: of all that were not
+/// measured before, in turns.
+pub(super) fn time_shadings(
+    workshop: &Workshop<'_, '_>,
+    ways: &[Settings],
+    cache: &Cache,
+    progress: &dyn Progress,
+) -> Result<BTreeMap<String, Timed>, FrontierError> {
+    let subject = workshop.subject;
+    let mut found = BTreeMap::new();
+    let mut lacking: BTreeMap<String, Lacking> = BTreeMap::new();
+    for settings in ways.iter().map(of_shading) {
+        let id = settings.shade().id().to_string();
+        if found.contains_key(&id) || lacking.contains_key(&id) {
+            continue;
+        }
+        let key = subject.key("shading", &way::name(&settings, &subject.base), &settings)?;
+        match cache.find::<Timed>(&key) {
+            Some(timed) => drop(found.insert(id, timed)),
+            None => drop(lacking.insert(id, Lacking { settings, key, runs: Runs::default() })),
+        }
+    }
+    in_turns(workshop, &mut lacking, progress)?;
+    for (id, Lacking { key, runs, .. }) in lacking {
+        found.insert(id, cache.get(&key, || Ok::<_, FrontierError>(Timed::of(&runs)))?);
+    }
+    Ok(found)
+}
+
+fn in_turns(
+    workshop: &Workshop<'_, '_>,
+    lacking: &mut BTreeMap<String, Lacking>,
+    progress: &dyn Progress,
+) -> Result<(), FrontierError> {
+    let subject = workshop.subject;
+    if lacking.is_empty() {
+        return Ok(());
+    }
+    let what = format!("{}: {} shading variants in turns", subject.scene.name, lacking.len());
+    progress.start(&what, lacking.len() * (RUNS + 1));
+    let mut lights = DefaultLights::default();
+    let mut done = 0;
+    for run in 0..=RUNS {
+        for Lacking { settings, runs, .. } in lacking.values_mut() {
+            let hiding = workshop.hiding(settings)?;
+            let shading = workshop.shading(settings)?;
+            // The first run compiles.
+            let mut discarded = Runs::default();
+            let runs = if run == 0 { &mut discarded } else { runs };
+            let lights = lights.held(subject, settings)?;
+            subject.time_shading(lights, hiding.as_deref(), &shading, runs)?;
+            done += 1;
+            progress.done(done);
+        }
+    }
+    Ok(())
+}
+
+/// Lights that are made by default, once for each way of holding them.
+#[derive(Default)]
+struct DefaultLights(Vec<(Settings, Indirect)>);
+
+impl DefaultLights {
+    fn held(
+        &mut self,
+        subject: &Subject<'_>,
+        settings: &Settings,
+    ) -> Result<&Indirect, FrontierError> {
+        let at = match self.0.iter().position(|(made, _)| held_alike(settings, made)) {
+            Some(at) => at,
+            None => {
+                let (maps, _) = subject.maps(settings, 0)?;
+                let (lights, _) = subject.lights(settings, &maps, 0)?;
+                self.0.push((settings.clone(), lights));
+                self.0.len() - 1
+            }
+        };
+        Ok(&self.0[at].1)
+    }
+}

@@ -1,0 +1,101 @@
+//! What is measured of a few ways together: whole frames in turns, and flicker. In other company all is measured again.
+
+use sglow_runtime::device::Gpu;
+use sglow_runtime::frame::{Renderer, light_maps};
+use sglow_runtime::indirect::{Indirect, Inputs};
+use sglow_runtime::settings::Settings;
+use sglow_runtime::timing::Timer;
+use sglow_runtime::visibility::Visibility;
+
+use super::bench::RUNS;
+use super::subject::{Drawn, FrontierError, Subject};
+use crate::cache::{Cache, Key};
+use crate::rivals::flicker::{self, Contender, Walk};
+use crate::time::Time;
+
+/// How the light moves while flicker is followed.
+const WALK: Walk = Walk { frames: 5, pixels: 400, samples: 128, step: 0.002 };
+
+/// Ways by their names.
+pub(super) type Company<'a> = [(String, &'a Settings)];
+
+/// Times of whole frames of indirect light of each way, in turns.
+pub(super) fn whole_frames(
+    subject: &Subject<'_>,
+    company: &Company<'_>,
+    cache: &Cache,
+) -> Result<Vec<Time>, FrontierError> {
+    cache.get(&key(subject, "frontier in turns", company)?, || in_turns(subject, company))
+}
+
+/// How much each way flickers while the light moves.
+pub(super) fn flicker(
+    subject: &Subject<'_>,
+    company: &Company<'_>,
+    cache: &Cache,
+) -> Result<Vec<f64>, FrontierError> {
+    let key = key(subject, "flicker", company)?.on("walk", format!("{WALK:?}"));
+    cache.get(&key, || {
+        let contender = |(name, settings): &(String, &Settings)| Contender {
+            name: name.clone(),
+            settings: (*settings).clone(),
+        };
+        let contenders: Vec<Contender> = company.iter().map(contender).collect();
+        let Subject { gpu, package, scene, .. } = *subject;
+        let found = flicker::flicker(gpu, package, scene, &contenders, WALK, |_| {})?;
+        Ok(found.contenders.into_iter().map(|one| one.flicker).collect())
+    })
+}
+
+fn key(subject: &Subject<'_>, what: &str, company: &Company<'_>) -> Result<Key, FrontierError> {
+    let names: Vec<&str> = company.iter().map(|one| one.0.as_str()).collect();
+    let mut key = subject.scene_key(&format!("{what} of {}", names.join(" ")));
+    for (name, settings) in company {
+        key = key.on(name, format!("{:?}", subject.key(what, name, settings)?));
+    }
+    Ok(key)
+}
+
+fn in_turns(subject: &Subject<'_>, company: &Company<'_>) -> Result<Vec<Time>, FrontierError> {
+    let Drawn { renderer, .. } = subject.drawn()?;
+    let gpu = subject.gpu;
+    let made = company
+        .iter()
+        .map(|(_, settings)| {
+            let light = renderer.indirect().settings().light;
+            let settings = Settings { light, ..(*settings).clone() };
+            let indirect =
+                Indirect::with_package(&gpu.device, &gpu.queue, &settings, subject.package)?;
+            let hiding = light_maps(gpu, subject.package, subject.scene, &settings)?;
+            Ok((indirect, hiding))
+        })
+        .collect::<Result<Vec<_>, FrontierError>>()?;
+    let mut runs = vec![Vec::new(); company.len()];
+    for run in 0..=RUNS {
+        for ((indirect, hiding), runs) in made.iter().zip(&mut runs) {
+            let time = one_frame(renderer, indirect, hiding.as_ref(), gpu)?;
+            // The first run compiles.
+            if run > 0 {
+                runs.push(time);
+            }
+        }
+    }
+    Ok(runs.into_iter().map(Time::of).collect())
+}
+
+/// The time of one frame of indirect light.
+fn one_frame(
+    renderer: &Renderer<'_>,
+    indirect: &Indirect,
+    hiding: Option<&Visibility>,
+    gpu: &Gpu,
+) -> Result<std::time::Duration, FrontierError> {
+    let inputs = Inputs { visibility: hiding, ..renderer.inputs() };
+    let mut timer = Timer::new(gpu);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    indirect.encode(&mut encoder, &inputs, Some(&mut timer));
+    gpu.queue.submit([encoder.finish()]);
+    let passes = timer.finish()?;
+    gpu.finish()?;
+    Ok(passes.iter().map(|pass| pass.1).sum())
+}

@@ -1,0 +1,160 @@
+//! Every way on trial: the times of its passes, and the verdict on its picture.
+//!
+//! Ways have most of what they do in common: maps, lights and what reflects them are timed once each.
+
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+
+use sglow_runtime::plan::Part;
+use sglow_runtime::settings::Settings;
+use sglow_shaders::{Diffuse, Lobes, Specular};
+
+use super::bench::{Timed, of_lights, of_maps};
+use super::document::Way;
+use super::judge::{Judge, Verdict};
+use super::progress::Progress;
+use super::shadings::time_shadings;
+use super::subject::{Drawn, FrontierError, Subject};
+use super::truth::Truth;
+use super::way;
+use super::workshop::{Lights, Step, Workshop};
+use crate::cache::Cache;
+
+/// What was found of every way.
+#[derive(Default)]
+pub(super) struct Tried {
+    pub(super) ways: Vec<Way>,
+    /// How times were taken.
+    pub(super) clock: String,
+    /// Numbers that are not finite, in all pictures.
+    pub(super) not_finite: usize,
+}
+
+/// Times and errors of every way, in the order of `ways`.
+pub(super) fn every(
+    subject: &Subject<'_>,
+    ways: &[Settings],
+    truth: &Truth,
+    cache: &Cache,
+    progress: &dyn Progress,
+) -> Result<Tried, FrontierError> {
+    let court =
+        Court { workshop: Workshop::new(subject), subject, truth, cache, judge: OnceCell::new() };
+    let shadings = time_shadings(&court.workshop, ways, cache, progress)?;
+    progress.start(&format!("{}: {} ways", subject.scene.name, ways.len()), ways.len());
+    let mut tried = Tried::default();
+    // Ways that share a step follow each other.
+    for ways in ways.chunk_by(|one, next| of_maps(one) == of_maps(next)) {
+        let Some(first) = ways.first() else { continue };
+        let maps = Step::maps(subject, first, cache)?;
+        tried.clock.clone_from(&maps.timed.clock);
+        for ways in ways.chunk_by(|one, next| of_lights(one) == of_lights(next)) {
+            let Some(first) = ways.first() else { continue };
+            let lights = Lights::new(subject, first, &maps, cache)?;
+            for settings in ways {
+                let verdict = court.verdict(settings, &lights)?;
+                tried.not_finite += verdict.not_finite;
+                let reflected = &shadings[&settings.shade().id().to_string()];
+                let parts = [&maps.timed, &lights.step.timed, reflected];
+                tried.ways.push(way_of(subject, settings, parts, verdict));
+                progress.done(tried.ways.len());
+            }
+        }
+    }
+    Ok(tried)
+}
+
+/// Where ways are judged.
+struct Court<'a, 's> {
+    workshop: Workshop<'a, 's>,
+    subject: &'a Subject<'s>,
+    truth: &'a Truth,
+    cache: &'a Cache,
+    judge: OnceCell<Judge<'a>>,
+}
+
+impl<'a> Court<'a, '_> {
+    /// What is found of a way's picture.
+    fn verdict(&self, settings: &Settings, lights: &Lights<'_>) -> Result<Verdict, FrontierError> {
+        let Self { workshop, subject, .. } = self;
+        let key = subject.key("verdict", &way::name(settings, &subject.base), settings)?;
+        self.cache.get(&key, || {
+            let hiding = workshop.hiding(settings)?;
+            let lights = lights.hidden(subject, hiding.as_deref(), settings.visibility)?;
+            let shading = workshop.shading(settings)?;
+            let indirect = subject.reflect(lights, hiding.as_deref(), &shading)?;
+            let oracle = subject.read_lights(lights)?;
+            Ok(self.judge()?.verdict(settings, &indirect, &oracle))
+        })
+    }
+
+    /// The judge, who is asked only if something was not judged before.
+    fn judge(&self) -> Result<&Judge<'a>, FrontierError> {
+        if let Some(judge) = self.judge.get() {
+            return Ok(judge);
+        }
+        let Drawn { renderer, frame, .. } = self.subject.drawn()?;
+        let judge = Judge::new(self.subject, self.truth, frame, renderer.eye());
+        Ok(self.judge.get_or_init(|| judge))
+    }
+}
+
+/// A way of which these parts were timed and the picture was judged.
+fn way_of(subject: &Subject<'_>, settings: &Settings, parts: [&Timed; 3], verdict: Verdict) -> Way {
+    let base = &subject.base;
+    let name = way::name(settings, base);
+    let axes = way::axes(settings).into_iter();
+    let passes = || parts.iter().flat_map(|timed| &timed.passes);
+    Way {
+        axes: axes.map(|(axis, value)| (axis.to_owned(), value.to_owned())).collect(),
+        variants: way::variants(settings),
+        default: name == "default",
+        name,
+        complete: complete(settings, base),
+        passes: passes().cloned().collect(),
+        time: passes().map(|pass| pass.time).sum(),
+        whole: None,
+        bytes: bytes(subject, settings),
+        picture: verdict.picture,
+        model_rms_over_mean: verdict.model_rms_over_mean,
+        rounding: verdict.rounding,
+        flicker: None,
+        frontier: false,
+        dominated: None,
+    }
+}
+
+/// What a way keeps beside the surfaces that it reads.
+fn bytes(subject: &Subject<'_>, settings: &Settings) -> BTreeMap<String, u64> {
+    let resources = subject.plan(settings).resources;
+    let own = resources.iter().filter(|one| [Part::Indirect, Part::Visibility].contains(&one.part));
+    own.map(|one| (one.name.to_owned(), one.bytes)).collect()
+}
+
+/// Whether settings have all that the scene needs, which `base` has.
+fn complete(settings: &Settings, base: &Settings) -> bool {
+    let specular = settings.specular != Specular::None && settings.lobes == Lobes::Both;
+    settings.diffuse != Diffuse::None && (base.specular == Specular::None || specular)
+}
+
+#[cfg(test)]
+mod tests {
+    use sglow_shaders::Ndf;
+
+    use super::*;
+
+    #[test]
+    fn a_way_without_what_the_scene_reflects_is_not_complete() {
+        let glossy = Settings::default();
+        let diffuse = Settings {
+            lobes: Lobes::Diffuse,
+            specular: Specular::None,
+            ndf: Ndf::None,
+            ..glossy.clone()
+        };
+        assert!(complete(&glossy, &glossy) && complete(&diffuse, &diffuse));
+        assert!(!complete(&diffuse, &glossy));
+        let specular = Settings { diffuse: Diffuse::None, ..glossy.clone() };
+        assert!(!complete(&specular, &glossy));
+    }
+}

@@ -1,0 +1,143 @@
+//! What ways have in common on the device, made once and when something asks for it.
+
+use std::cell::{Cell, OnceCell, RefCell};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use sglow_runtime::indirect::Indirect;
+use sglow_runtime::settings::Settings;
+use sglow_runtime::shading::Shading;
+use sglow_runtime::visibility::Visibility;
+use sglow_shaders::Visibility as VisibilityAxis;
+
+use super::bench::{RUNS, Runs, Timed, of_lights, of_maps};
+use super::subject::{FrontierError, Subject};
+use super::way;
+use crate::cache::{Cache, Key};
+
+/// What hides and what reflects lights.
+pub(super) struct Workshop<'a, 's> {
+    pub(super) subject: &'a Subject<'s>,
+    shadings: RefCell<BTreeMap<String, Rc<Shading>>>,
+    hidings: RefCell<BTreeMap<String, Rc<Visibility>>>,
+}
+
+impl<'a, 's> Workshop<'a, 's> {
+    pub(super) fn new(subject: &'a Subject<'s>) -> Self {
+        Self { subject, shadings: RefCell::default(), hidings: RefCell::default() }
+    }
+
+    pub(super) fn shading(&self, settings: &Settings) -> Result<Rc<Shading>, FrontierError> {
+        let id = settings.shade().id().to_string();
+        if let Some(made) = self.shadings.borrow().get(&id) {
+            return Ok(made.clone());
+        }
+        let made = Rc::new(self.subject.shading(settings)?);
+        self.shadings.borrow_mut().insert(id, made.clone());
+        Ok(made)
+    }
+
+    pub(super) fn hiding(
+        &self,
+        settings: &Settings,
+    ) -> Result<Option<Rc<Visibility>>, FrontierError> {
+        let Settings { visibility, lobes, precision, .. } = settings;
+        let id = format!("{visibility} {lobes} {precision}");
+        if let Some(made) = self.hidings.borrow().get(&id) {
+            return Ok(Some(made.clone()));
+        }
+        let made = self.subject.hiding(settings)?.map(Rc::new);
+        if let Some(made) = &made {
+            self.hidings.borrow_mut().insert(id, made.clone());
+        }
+        Ok(made)
+    }
+}
+
+/// Makes something and times it in so many runs.
+type Make<'a> = dyn Fn(usize) -> Result<(Indirect, Runs), FrontierError> + 'a;
+
+/// A step on the way to lights. Its time is known at once; itself is made only when something asks for it.
+pub(super) struct Step<'a> {
+    pub(super) timed: Timed,
+    made: OnceCell<Indirect>,
+    make: Box<Make<'a>>,
+}
+
+impl<'a> Step<'a> {
+    /// A step that `make` makes and times; nothing is made if its time is kept.
+    fn new(
+        cache: &Cache,
+        key: &Key,
+        make: impl Fn(usize) -> Result<(Indirect, Runs), FrontierError> + 'a,
+    ) -> Result<Self, FrontierError> {
+        let made = OnceCell::new();
+        let timed = cache.get(key, || {
+            let (indirect, runs) = make(RUNS)?;
+            let _ = made.set(indirect);
+            Ok::<_, FrontierError>(Timed::of(&runs))
+        })?;
+        Ok(Self { timed, made, make: Box::new(make) })
+    }
+
+    fn get(&self) -> Result<&Indirect, FrontierError> {
+        if let Some(made) = self.made.get() {
+            return Ok(made);
+        }
+        let (made, _) = (self.make)(0)?;
+        Ok(self.made.get_or_init(|| made))
+    }
+
+    /// Level 0 of moments and density, as a way has them.
+    pub(super) fn maps(
+        subject: &'a Subject<'_>,
+        way: &Settings,
+        cache: &Cache,
+    ) -> Result<Self, FrontierError> {
+        let settings = of_maps(way);
+        let key = key(subject, "maps", &settings)?;
+        Self::new(cache, &key, move |runs| subject.maps(&settings, runs))
+    }
+}
+
+/// Lights, and by what they are hidden.
+pub(super) struct Lights<'a> {
+    pub(super) step: Step<'a>,
+    hidden: Cell<Option<VisibilityAxis>>,
+}
+
+impl<'a> Lights<'a> {
+    /// The lights that a way makes of maps.
+    pub(super) fn new(
+        subject: &'a Subject<'_>,
+        way: &Settings,
+        maps: &'a Step<'_>,
+        cache: &Cache,
+    ) -> Result<Self, FrontierError> {
+        let settings = of_lights(way);
+        let key = key(subject, "lights", &settings)?;
+        let make = move |runs| subject.lights(&settings, maps.get()?, runs);
+        Ok(Self { step: Step::new(cache, &key, make)?, hidden: Cell::new(None) })
+    }
+
+    /// The lights, hidden as `hiding` does for `by`.
+    pub(super) fn hidden(
+        &self,
+        subject: &Subject<'_>,
+        hiding: Option<&Visibility>,
+        by: VisibilityAxis,
+    ) -> Result<&Indirect, FrontierError> {
+        let lights = self.step.get()?;
+        if let Some(hiding) = hiding
+            && self.hidden.get() != Some(by)
+        {
+            subject.hide(hiding, lights)?;
+            self.hidden.set(Some(by));
+        }
+        Ok(lights)
+    }
+}
+
+fn key(subject: &Subject<'_>, what: &str, settings: &Settings) -> Result<Key, FrontierError> {
+    subject.key_of_lights(what, &way::name(settings, &subject.base), settings)
+}
