@@ -1,4 +1,4 @@
-//! What was measured of a scene, as it stands in `report.json`.
+//! What was measured of a scene, as it stands in `report.json`, where an error that is not finite is null.
 
 use std::collections::BTreeMap;
 
@@ -33,6 +33,7 @@ pub struct Worst {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Rounding {
     /// Root of the mean squared difference over the mean.
+    #[schemars(with = "Option<f64>")]
     pub rms_over_mean: f64,
     /// The pixel that is furthest off.
     pub worst: Worst,
@@ -42,12 +43,16 @@ pub struct Rounding {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PictureError {
     /// Root of the mean squared difference over the mean of the reference.
+    #[schemars(with = "Option<f64>")]
     pub rmse_over_mean: f64,
     /// Mean of the squared difference over the squared reference plus 1e-2 times its mean square.
+    #[schemars(with = "Option<f64>")]
     pub relative_mse: f64,
     /// Mean of the picture over that of the reference, minus 1.
+    #[schemars(with = "Option<f64>")]
     pub bias: f64,
     /// Mean of the FLIP map of both whole pictures as they are shown, direct light and all; 0 to 1.
+    #[schemars(with = "Option<f64>")]
     pub flip: f64,
     /// The pixel that is furthest off.
     pub worst: Worst,
@@ -61,6 +66,7 @@ pub struct Dominated {
     /// Its time over that of the way that beats it.
     pub time_ratio: f64,
     /// Its error over that of the way that beats it.
+    #[schemars(with = "Option<f64>")]
     pub error_ratio: f64,
     /// Whether the spreads of both times are apart; if they are not, the times may be the same.
     pub clear: bool,

@@ -5,7 +5,7 @@ use sglow_runtime::plan::{Part, Plan, Storage, Surfaces};
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Ndf, Specular};
 
-use super::bench::{RUNS, Runs};
+use super::bench::Runs;
 use super::document::{Pruned, Side};
 use super::progress::Progress;
 use super::subject::{FrontierError, Subject};
@@ -14,6 +14,9 @@ use crate::cache::Cache;
 /// The least picture that it is measured on: what is saved of maps does not grow with the picture, what is saved of
 /// pictures does.
 const SIZE: [u32; 2] = [320, 180];
+
+/// Frames of each: more than of a way, for a promise is made of their ratio.
+const FRAMES: usize = 9;
 
 /// The settings that offer everything.
 fn everything(base: &Settings) -> Settings {
@@ -50,7 +53,7 @@ fn in_turns(subject: &Subject<'_>, both: [&Settings; 2]) -> Result<Pruned, Front
         |settings| Renderer::new(subject.gpu, subject.package, subject.scene, settings, 0);
     let made = [renderer(both[0])?, renderer(both[1])?];
     let mut runs = [Runs::default(), Runs::default()];
-    for run in 0..=RUNS {
+    for run in 0..=FRAMES {
         for (renderer, runs) in made.iter().zip(&mut runs) {
             let times = renderer.render()?;
             runs.clock = Some(times.clock);
