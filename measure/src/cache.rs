@@ -3,7 +3,8 @@
 //!
 //! An entry is there whole or not at all: a run that is interrupted loses the result that it was at, and no more.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ pub const CODE: &str = env!("SGLOW_CODE");
 #[derive(Debug, Error)]
 pub enum CacheError {
     /// The file cannot be written: no room, no permission.
-    #[error("{}: a result cannot be kept: {source}; free some room, or name another folder with --cache", path.display())]
+    #[error("{}: a result cannot be kept: {source}; {}", path.display(), remedy(source.kind()))]
     Write {
         /// The file.
         path: PathBuf,
@@ -38,6 +39,15 @@ pub enum CacheError {
         /// Why.
         source: postcard::Error,
     },
+}
+
+fn remedy(kind: io::ErrorKind) -> &'static str {
+    match kind {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "free some room, or name another folder with --cache"
+        }
+        _ => "name another folder with --cache",
+    }
 }
 
 /// SHA-256 in hexadecimal.
@@ -95,6 +105,8 @@ pub struct Cache {
     found: Cell<usize>,
     made: Cell<usize>,
     outdated: Cell<usize>,
+    /// Files that were there and are not trusted.
+    distrusted: RefCell<BTreeSet<String>>,
 }
 
 impl Cache {
@@ -102,7 +114,8 @@ impl Cache {
     #[must_use]
     pub fn new(folder: &Path, fresh: bool) -> Self {
         let [found, made, outdated] = [0; 3].map(Cell::new);
-        Self { folder: folder.to_owned(), fresh, found, made, outdated }
+        let distrusted = RefCell::default();
+        Self { folder: folder.to_owned(), fresh, found, made, outdated, distrusted }
     }
 
     /// The result of a key: a kept one if all it depends on is the same, else what `make` makes, which is then kept.
@@ -121,7 +134,6 @@ impl Cache {
         }
         let result = make()?;
         self.put(key, &result)?;
-        self.made.set(self.made.get() + 1);
         Ok(result)
     }
 
@@ -135,7 +147,8 @@ impl Cache {
         found
     }
 
-    /// How many results were found, were made, and were there but depended on something else.
+    /// How many results were found, and were made; and how many of those took the place of one that was broken or
+    /// depended on something else.
     #[must_use]
     pub fn counts(&self) -> [usize; 3] {
         [&self.found, &self.made, &self.outdated].map(Cell::get)
@@ -148,7 +161,7 @@ impl Cache {
         let bytes = fs::read(self.folder.join(key.file())).ok()?;
         let kept = trusted(&bytes, key);
         if kept.is_none() {
-            self.outdated.set(self.outdated.get() + 1);
+            self.distrusted.borrow_mut().insert(key.file());
         }
         kept
     }
@@ -172,7 +185,12 @@ impl Cache {
             file.persist(&path).map_err(|error| error.error)?;
             Ok(())
         };
-        write().map_err(|source| CacheError::Write { path: path.clone(), source })
+        write().map_err(|source| CacheError::Write { path: path.clone(), source })?;
+        self.made.set(self.made.get() + 1);
+        if self.distrusted.borrow_mut().remove(&key.file()) {
+            self.outdated.set(self.outdated.get() + 1);
+        }
+        Ok(())
     }
 }
 
@@ -246,6 +264,28 @@ mod tests {
             assert_eq!(cache.counts()[2], 1, "{index}");
             fs::remove_file(&path).unwrap();
         }
+    }
+
+    #[test]
+    fn a_result_that_is_looked_for_twice_is_outdated_once() {
+        let folder = tempfile::tempdir().unwrap();
+        Cache::new(folder.path(), false).put(&key("a"), &1.0).unwrap();
+        let cache = Cache::new(folder.path(), false);
+        assert_eq!(cache.find::<f64>(&key("b")), None);
+        assert_eq!(cache.counts(), [0, 0, 0]);
+        assert_eq!(get(&cache, &key("b"), 2.0), 2.0);
+        assert_eq!(cache.counts(), [0, 1, 1]);
+    }
+
+    #[test]
+    fn what_would_help_depends_on_what_is_wrong() {
+        let text = |kind: io::ErrorKind| {
+            let path = PathBuf::from("folder/file");
+            CacheError::Write { path, source: kind.into() }.to_string()
+        };
+        assert!(text(io::ErrorKind::StorageFull).contains("free some room"));
+        let denied = text(io::ErrorKind::PermissionDenied);
+        assert!(denied.contains("--cache") && !denied.contains("room"), "{denied}");
     }
 
     #[test]

@@ -27,6 +27,29 @@ impl Failure {
     }
 }
 
+/// What both gave, or all that went wrong.
+pub(crate) fn both<A, B>(one: Result<A>, other: Result<B>) -> Result<(A, B)> {
+    match (one, other) {
+        (Ok(one), Ok(other)) => Ok((one, other)),
+        (Err(mut all), Err(next)) => {
+            all.message = format!("{}\n{}", all.message.trim_end(), next.message);
+            all.help.extend(next.help);
+            Err(all)
+        }
+        (Err(wrong), _) | (_, Err(wrong)) => Err(wrong),
+    }
+}
+
+/// What each gave, or all that went wrong.
+pub(crate) fn all<T>(results: Vec<Result<T>>) -> Result<Vec<T>> {
+    results.into_iter().fold(Ok(Vec::new()), |all, next| {
+        both(all, next).map(|(mut all, next)| {
+            all.push(next);
+            all
+        })
+    })
+}
+
 /// The report of a library, which shows the author's own lines.
 pub(crate) fn rendered(report: sglow_shader_gen::error::Report) -> Failure {
     let coloured = std::io::IsTerminal::is_terminal(&std::io::stderr());
@@ -76,6 +99,14 @@ impl<T, E: Into<Failure>> Context<T> for Result<T, E> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn all_that_went_wrong_is_told() {
+        assert_eq!(all(vec![Ok(1), Ok(2)]).unwrap(), [1, 2]);
+        let wrong = |text: &str| Err(Failure::new(text).help(format!("mend {text}")));
+        let text = all(vec![wrong("one"), Ok(1), wrong("two")]).unwrap_err().to_string();
+        assert_eq!(text, "error: one\ntwo\nhelp: mend one\nhelp: mend two");
+    }
 
     #[test]
     fn a_failure_names_what_was_done_and_what_would_do() {

@@ -69,7 +69,11 @@ pub(crate) fn keep(
         size: pruned.size,
         rules: saved(pruned),
     };
-    cache.put(&key(scene), &measured)
+    let key = key(scene);
+    if cache.find::<Measured>(&key).as_ref() == Some(&measured) {
+        return Ok(());
+    }
+    cache.put(&key, &measured)
 }
 
 /// What was measured of a scene, if it was and nothing has changed since.

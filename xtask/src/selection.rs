@@ -32,6 +32,9 @@ pub(crate) struct Choice {
     /// frame of it runs
     #[arg(long)]
     pub(crate) all: bool,
+    /// The scene's light that is used, counted from 0 [default: the one with the most power]
+    #[arg(long, value_name = "NUMBER", requires = "scene")]
+    pub(crate) light: Option<usize>,
 }
 
 /// The variants that a [`Choice`] means, and why.
@@ -136,7 +139,7 @@ impl Choice {
         name: &str,
         set: &BTreeMap<String, Vec<String>>,
     ) -> Result<Derived> {
-        let scene = shot::load(name, None)?;
+        let scene = shot::load(name, self.light)?;
         let wished = Numbers::default().settings(SIZE);
         // Axes that no renderer has are for `all` alone.
         let of_renderer =
@@ -236,7 +239,8 @@ mod tests {
     use super::*;
 
     fn choice(set: &[&str], all: bool) -> Choice {
-        Choice { scene: None, set: set.iter().map(|&word| word.to_owned()).collect(), all }
+        let set = set.iter().map(|&word| word.to_owned()).collect();
+        Choice { scene: None, set, all, light: None }
     }
 
     #[test]

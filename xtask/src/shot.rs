@@ -1,6 +1,6 @@
 //! A scene with settings that suit it: what `render` and `report` start from.
 
-use clap::Args;
+use clap::{Args, value_parser};
 use sglow_runtime::device::Gpu;
 use sglow_runtime::needs::Decision;
 use sglow_runtime::scene::{Light, LightKind, Scene};
@@ -14,16 +14,19 @@ use crate::selection::library;
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Numbers {
     /// Number of virtual lights, 1 to 65536
-    #[arg(long, value_name = "N", default_value_t = 1024)]
+    #[arg(long, value_name = "N", default_value_t = 1024, allow_negative_numbers = true,
+        value_parser = value_parser!(u32).range(1..=65536))]
     pub(crate) lights: u32,
     /// Width and height of the reflective shadow map, best a power of two [default: 256, or the paper's 512 to reproduce]
-    #[arg(long, value_name = "TEXELS")]
+    #[arg(long, value_name = "TEXELS", allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..))]
     pub(crate) rsm: Option<u32>,
     /// Bisection steps of Algorithm 1, 1 to 24
-    #[arg(long, value_name = "STEPS", default_value_t = 12)]
+    #[arg(long, value_name = "STEPS", default_value_t = 12, allow_negative_numbers = true,
+        value_parser = value_parser!(u32).range(1..=24))]
     pub(crate) iterations: u32,
     /// K, the size of kernels relative to their share of the density
-    #[arg(long, value_name = "K", default_value_t = 1.0)]
+    #[arg(long, value_name = "K", default_value_t = 1.0, allow_negative_numbers = true,
+        value_parser = factor)]
     pub(crate) size_factor: f32,
     /// The scene's light that is used, counted from 0 [default: the one with the most power]
     #[arg(long, value_name = "NUMBER")]
@@ -161,7 +164,18 @@ fn keep_one_light(scene: &mut Scene, wanted: Option<usize>) -> Result {
 pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let wrong = || format!("'{text}' is not a size such as 640x360");
     let (width, height) = text.split_once('x').ok_or_else(wrong)?;
-    Ok([width.parse().map_err(|_| wrong())?, height.parse().map_err(|_| wrong())?])
+    let size = [width, height].map(str::parse::<u32>);
+    match size {
+        [Ok(0), Ok(_)] | [Ok(_), Ok(0)] => Err(format!("'{text}' has no pixel; give at least 1x1")),
+        [Ok(width), Ok(height)] => Ok([width, height]),
+        _ => Err(wrong()),
+    }
+}
+
+/// A number above 0.
+fn factor(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok().filter(|number| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| format!("'{text}' is not a number above 0"))
 }
 
 #[cfg(test)]
@@ -192,6 +206,28 @@ mod tests {
         let line = Line::parse_from(["render"]).numbers.settings([8, 8]);
         assert_eq!(line, Numbers::default().settings([8, 8]));
         assert_ne!(line, numbers().settings([8, 8]));
+    }
+
+    #[test]
+    fn numbers_that_nothing_can_be_made_of_are_refused() {
+        #[derive(Debug, Parser)]
+        struct Line {
+            #[command(flatten)]
+            _numbers: Numbers,
+        }
+        let line = |option: &str, value: &str| Line::try_parse_from(["render", option, value]);
+        for (option, good, wrong) in [
+            ("--lights", ["1", "65536"], ["0", "65537", "-1"]),
+            ("--rsm", ["1", "4096"], ["0", "-1", "x"]),
+            ("--iterations", ["1", "24"], ["0", "25", "-1"]),
+            ("--size-factor", ["0.5", "16"], ["0", "-1", "inf"]),
+        ] {
+            assert!(good.iter().all(|value| line(option, value).is_ok()), "{option}");
+            for value in wrong {
+                let text = line(option, value).unwrap_err().to_string();
+                assert!(text.contains(option) && text.contains(value), "{text}");
+            }
+        }
     }
 
     #[test]
@@ -238,6 +274,9 @@ mod tests {
         assert_eq!(size("640x360"), Ok([640, 360]));
         for wrong in ["640", "x", "640x", "-1x2", "axb"] {
             assert!(size(wrong).unwrap_err().contains(wrong));
+        }
+        for empty in ["0x0", "0x4", "4x0"] {
+            assert!(size(empty).unwrap_err().contains("no pixel"), "{empty}");
         }
     }
 }

@@ -32,6 +32,28 @@ pub(crate) fn texts(files: &[(&Path, &str)]) -> Result {
     written.into_iter().zip(files).try_for_each(|(file, (path, _))| persist(file, path))
 }
 
+/// Makes sure that files can be written in a folder, which may not be there yet, before much work is done for them.
+///
+/// # Errors
+///
+/// When something else is in its place, or it may not be written.
+pub(crate) fn probe(folder: &Path) -> Result {
+    let place = folder.display();
+    let mut there = std::path::absolute(folder).context(&place)?;
+    while fs::symlink_metadata(&there).is_err() && there.pop() {}
+    if !there.is_dir() {
+        return Err(Failure::new(format!(
+            "{place}: cannot write: {} is not a folder",
+            there.display()
+        )));
+    }
+    tempfile::Builder::new()
+        .prefix(".sglow-")
+        .tempfile_in(&there)
+        .context(format!("{place}: cannot write"))?;
+    Ok(())
+}
+
 fn persist(file: NamedTempFile, path: &Path) -> Result {
     let persisted = file.persist(path).map_err(|error| error.error);
     persisted.context(format!("{}: cannot write", path.display()))?;
@@ -87,6 +109,20 @@ mod tests {
         assert!(failed.unwrap_err().to_string().contains("the disk is full"));
         assert_eq!(fs::read_to_string(&path).unwrap(), "first");
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_written_is_found_before_the_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "mine").unwrap();
+        probe(folder.path()).unwrap();
+        probe(&folder.path().join("not/there/yet")).unwrap();
+        for wrong in [file.clone(), file.join("below")] {
+            let text = probe(&wrong).unwrap_err().to_string();
+            assert!(text.contains("file is not a folder"), "{text}");
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
     }
 
     #[test]

@@ -64,6 +64,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
                 .help("name a folder: `--out out/package`"));
         }
     };
+    if !arguments.check {
+        write::probe(&out)?;
+        no_package(&out)?;
+    }
     let mut options = Options::new(out);
     options.check = arguments.check;
     options.cache = Some(target_folder().join("generated"));
@@ -132,6 +136,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     })?;
     say::line(format!("{} ({seconds:.2} s)", summary(&outcome, &options)));
     Ok(())
+}
+
+/// Makes sure that a package would not take the place of somebody's own files.
+fn no_package(out: &Path) -> Result {
+    let files = std::fs::read_dir(out).map_or(0, Iterator::count);
+    if files == 0 || out.join("manifest.json").is_file() {
+        return Ok(());
+    }
+    Err(Failure::new(format!("{}: the folder has files and is no package", out.display()))
+        .help("name a new or empty folder, or one that a package was written to before"))
 }
 
 fn summary(outcome: &Outcome, options: &Options) -> String {

@@ -60,15 +60,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     for variant in &selection.variants {
         say::line(variant);
     }
-    for pass in &selection.left_out {
+    if !selection.left_out.is_empty() {
         let why = if arguments.choice.is_committed() {
-            "none is committed; `--all` lists them"
+            "committed of these passes; `--all` lists them"
         } else if selection.derived.is_some() && !arguments.choice.all {
-            "a frame of the scene runs none; `--all` lists what its needs leave"
+            "of these passes in a frame of the scene; `--all` lists what its needs leave"
         } else {
-            "no legal variant remains"
+            "legal of these passes"
         };
-        say::line(format!("pass {pass}: {why}"));
+        say::line(format!("none {why}: {}", selection.left_out.join(", ")));
     }
     if arguments.explain {
         if let Some(derived) = &selection.derived {
@@ -77,7 +77,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             say::line(format!("\n{}", decisions(derivation)));
             say::line(format!("\n{}\n", left_out(purpose)));
             for left in &purpose.left_out {
-                say::line(format!("{}: {}", left.rule, left.reason));
+                say::line(format!(
+                    "{}: {}; leaves out {}, which is measured against {}",
+                    left.rule,
+                    left.reason,
+                    what(left),
+                    left.against
+                ));
             }
             say::line(format!("\n{}", milliseconds(derived)));
             say::line(format!("\n{}", memory(derived)));
@@ -172,12 +178,10 @@ fn decisions_as_json(derivation: &Derivation) -> Vec<Value> {
     derivation.needs.decisions.iter().map(decision).collect()
 }
 
-/// What was left out, and what that saves.
+/// What the rules that leave something out save.
 fn left_out(purpose: &Purpose) -> comfy_table::Table {
     let mut table = table::new([
-        "left out",
-        "by",
-        "against",
+        "what a rule saves",
         "operations",
         "bindings",
         "textures",
@@ -185,11 +189,10 @@ fn left_out(purpose: &Purpose) -> comfy_table::Table {
         "texts",
         "ms",
     ]);
-    let mut row = |what: String, rule: &str, against: &str, saved: &Saved| {
+    table::break_at(&mut table, 0, '-');
+    let mut row = |rule: &str, saved: &Saved| {
         table.add_row([
-            what,
             rule.to_owned(),
-            against.to_owned(),
             saved.static_operations.to_string(),
             saved.bindings.to_string(),
             bytes(saved.texture_bytes),
@@ -199,19 +202,21 @@ fn left_out(purpose: &Purpose) -> comfy_table::Table {
         ]);
     };
     for left in &purpose.left_out {
-        let values =
-            left.values.iter().map(|(axis, values)| format!("{axis} {}", values.join(", ")));
-        let variants = match left.variants.as_slice() {
-            [] => None,
-            [only] => Some(only.clone()),
-            [first, rest @ ..] => Some(format!("{first} and {} more", rest.len())),
-        };
-        let what = values.chain(variants).collect::<Vec<_>>().join("; ");
-        row(what, &left.rule, &left.against, &left.saved);
+        row(&left.rule, &left.saved);
     }
-    let all = "all that a scene may need of which every fact holds";
-    row("all of it".to_owned(), "", all, &purpose.made_for.saved);
+    row("all of them", &purpose.made_for.saved);
     table
+}
+
+/// What a rule left out.
+fn what(left: &LeftOut) -> String {
+    let values = left.values.iter().map(|(axis, values)| format!("{axis} {}", values.join(", ")));
+    let variants = match left.variants.as_slice() {
+        [] => None,
+        [only] => Some(only.clone()),
+        [first, rest @ ..] => Some(format!("{first} and {} more", rest.len())),
+    };
+    values.chain(variants).collect::<Vec<_>>().join("; ")
 }
 
 /// Where the milliseconds come from.
@@ -317,6 +322,7 @@ fn axes(library: &Library, selection: &Selection) -> comfy_table::Table {
 
 fn exclusions(library: &Library, excluded: &[Excluded]) -> comfy_table::Table {
     let mut table = table::new(["exclusion", "combinations", "passes", "why"]);
+    table::break_at(&mut table, 0, '-');
     for rule in &library.exclusion {
         let of_rule = || excluded.iter().filter(|one| one.exclusion == rule.name);
         let passes: BTreeSet<&str> = of_rule().map(|one| one.variant.pass.as_str()).collect();

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use sglow_measure::cache::Cache;
-use sglow_measure::frontier::document::{Pictures, SceneReport};
+use sglow_measure::frontier::document::{Pictures, ReferenceKind, SceneReport};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::way::Allowed;
 use sglow_measure::frontier::{RUNS, judge, scene};
@@ -15,7 +15,7 @@ use sglow_runtime::package::Package;
 use sglow_runtime::scene::Scene;
 
 use crate::derivation::Derivation;
-use crate::failure::Result;
+use crate::failure::{self, Result};
 use crate::json::{Check, Relation, Report};
 use crate::page::report as page;
 use crate::progress::Bars;
@@ -84,8 +84,16 @@ pub(crate) struct Choice {
 
 impl Choice {
     /// What was measured before.
-    pub(crate) fn cache(&self) -> Cache {
-        Cache::new(&self.cache.clone().unwrap_or_else(measured::folder), self.fresh)
+    ///
+    /// # Errors
+    ///
+    /// When nothing can be kept there.
+    pub(crate) fn cache(&self) -> Result<Cache> {
+        let folder = self.cache.clone().unwrap_or_else(measured::folder);
+        write::probe(&folder).map_err(|wrong| {
+            wrong.help("results are kept there; name another folder with --cache")
+        })?;
+        Ok(Cache::new(&folder, self.fresh))
     }
 }
 
@@ -140,19 +148,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         return Ok(());
     }
     let start = Instant::now();
-    let only = ways::only(&arguments.choice.only)?;
     let names = if arguments.scene.is_empty() {
         ["cornell", "caustic", "columns"].map(str::to_owned).to_vec()
     } else {
         arguments.scene.clone()
     };
-    let cases = names
-        .iter()
-        .map(|name| Case::new(name, arguments.size, &arguments.numbers))
-        .collect::<Result<Vec<_>>>()?;
+    let (only, cache) = (ways::only(&arguments.choice.only), arguments.choice.cache());
+    let cases: Vec<Result<Case>> =
+        names.iter().map(|name| Case::new(name, arguments.size, &arguments.numbers)).collect();
+    let settled = failure::both(only, failure::both(cache, write::probe(&arguments.out)));
+    let ((only, (cache, ())), cases) = failure::both(settled, failure::all(cases))?;
     let package = ways::package(arguments.choice.all)?;
     let gpu = shot::gpu(&arguments.numbers)?;
-    let cache = arguments.choice.cache();
     let mut report = Report::new();
     report.adapter.clone_from(&gpu.adapter.name);
     report.driver.clone_from(&gpu.adapter.driver);
@@ -265,13 +272,16 @@ fn measure(
 fn show(scene: &SceneReport) {
     let [width, height] = scene.size;
     say::line(format!(
-        "\n{}: {} triangles, {width} x {height}, map of {} squared, {} lights, {}; reference {:?}, itself off by {}",
+        "\n{}: {} triangles, {width} x {height}, map of {} squared, {} lights, {}; reference by {}, itself off by {}",
         scene.scene,
         scene.triangles,
         scene.rsm_size,
         scene.lights,
         scene.clock,
-        scene.reference.kind,
+        match scene.reference.kind {
+            ReferenceKind::Paths => "paths",
+            ReferenceKind::Points => "points",
+        },
         percent(scene.reference.floor_over_mean),
     ));
     let mut table = table::new([
@@ -284,6 +294,7 @@ fn show(scene: &SceneReport) {
         "rounding",
         "flicker",
     ]);
+    table::break_at(&mut table, 0, ',');
     for way in scene.ways.iter().filter(|way| way.frontier || way.default) {
         let maybe = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), percent);
         let time = way.whole.unwrap_or(way.time);
