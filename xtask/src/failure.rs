@@ -42,12 +42,15 @@ pub(crate) fn both<A, B>(one: Result<A>, other: Result<B>) -> Result<(A, B)> {
 
 /// What each gave, or all that went wrong.
 pub(crate) fn all<T>(results: Vec<Result<T>>) -> Result<Vec<T>> {
-    results.into_iter().fold(Ok(Vec::new()), |all, next| {
-        both(all, next).map(|(mut all, next)| {
+    // Not `try_fold`, which would stop at the first that went wrong.
+    let mut all = Ok(Vec::new());
+    for next in results {
+        all = both(all, next).map(|(mut all, next)| {
             all.push(next);
             all
-        })
-    })
+        });
+    }
+    all
 }
 
 /// The report of a library, which shows the author's own lines.

@@ -17,26 +17,3 @@ pub(crate) fn new<const N: usize>(header: [&str; N]) -> Table {
     }
     table
 }
-
-/// Breaks what is too long for a column where its own parts end.
-pub(crate) fn break_at(table: &mut Table, column: usize, delimiter: char) {
-    if let Some(column) = table.column_mut(column) {
-        column.set_delimiter(delimiter);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_break_between_their_parts() {
-        let mut table = new(["name"]);
-        table.set_width(20).add_row(["density=power,diffuse=constant"]);
-        assert!(!table.to_string().contains("density=power,\n"), "{table}");
-        break_at(&mut table, 0, ',');
-        let lines: Vec<_> = table.lines().map(|line| line.trim().to_owned()).collect();
-        assert!(lines.contains(&"density=power,".to_owned()), "{lines:?}");
-        assert!(lines.contains(&"diffuse=constant".to_owned()), "{lines:?}");
-    }
-}

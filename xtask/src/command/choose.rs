@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, value_name = "METRIC", default_value = "rmse")]
     metric: Metric,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "128x72", value_parser = shot::size)]
+    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = shot::size)]
     size: [u32; 2],
     /// The folder that receives the package
     #[arg(long, value_name = "DIR")]
@@ -114,7 +114,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let ways = ways::of(&gpu, &package, &case.scene.name, &case.derivation, &only)?;
     let subject = Subject::new(&gpu, &package, &case.scene, case.derivation.settings.clone());
     let bars = Bars::default();
-    let cache = arguments.choice.cache();
+    let cache = arguments.choice.cache()?;
     let bought = buy(&subject, &ways, metric, budget, &cache, &bars);
     bars.clear();
     let purchase = bought?;
@@ -137,6 +137,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             scene: Some(arguments.scene.clone()),
             set: set.clone(),
             all: false,
+            light: arguments.numbers.light,
         },
         out: Some(arguments.out.clone()),
         target: arguments.target.clone(),

@@ -1,7 +1,7 @@
 //! `gen-shaders`: packages from the library.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
@@ -13,6 +13,7 @@ use crate::machine::{repository, target_folder};
 use crate::progress;
 use crate::say;
 use crate::selection::{Choice, library, library_folder};
+use crate::write;
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\

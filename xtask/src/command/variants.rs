@@ -9,7 +9,7 @@ use sglow_runtime::needs::Decision;
 use sglow_runtime::plan::{Part, Storage};
 use sglow_runtime::scene::Fact;
 use sglow_shader_gen::library::Library;
-use sglow_shader_gen::manifest::Saved;
+use sglow_shader_gen::manifest::{LeftOut, Saved};
 use sglow_shader_gen::matrix::{Excluded, Variant};
 use sglow_shader_gen::package::Purpose;
 
@@ -189,7 +189,6 @@ fn left_out(purpose: &Purpose) -> comfy_table::Table {
         "texts",
         "ms",
     ]);
-    table::break_at(&mut table, 0, '-');
     let mut row = |rule: &str, saved: &Saved| {
         table.add_row([
             rule.to_owned(),
@@ -322,7 +321,6 @@ fn axes(library: &Library, selection: &Selection) -> comfy_table::Table {
 
 fn exclusions(library: &Library, excluded: &[Excluded]) -> comfy_table::Table {
     let mut table = table::new(["exclusion", "combinations", "passes", "why"]);
-    table::break_at(&mut table, 0, '-');
     for rule in &library.exclusion {
         let of_rule = || excluded.iter().filter(|one| one.exclusion == rule.name);
         let passes: BTreeSet<&str> = of_rule().map(|one| one.variant.pass.as_str()).collect();

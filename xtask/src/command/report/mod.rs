@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE|NAME")]
     scene: Vec<String>,
     /// Pixels of the pictures that are compared
-    #[arg(long, value_name = "WxH", default_value = "128x72", value_parser = shot::size)]
+    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = shot::size)]
     size: [u32; 2],
     /// The folder that receives index.html and report.json
     #[arg(long, value_name = "DIR", default_value = "out/report")]
@@ -98,7 +98,7 @@ impl Choice {
 }
 
 /// How far from the least error, as a share of it, a way still counts as good.
-const WITHIN: f64 = 0.05;
+const WITHIN: f64 = 0.25;
 
 /// What must not be concluded.
 const DOES_NOT_SHOW: &[&str] = &[
@@ -294,7 +294,6 @@ fn show(scene: &SceneReport) {
         "rounding",
         "flicker",
     ]);
-    table::break_at(&mut table, 0, ',');
     for way in scene.ways.iter().filter(|way| way.frontier || way.default) {
         let maybe = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), percent);
         let time = way.whole.unwrap_or(way.time);

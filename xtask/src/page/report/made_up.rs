@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use sglow_measure::frontier::document::{
     Dominated, Pass, PictureError, Pictures, Pruned, Radiance, Reference, ReferenceKind, Rounding,
-    SceneReport, Series, Side, Sweep, SweepOver, SweepPoint, Time, Way, Worst,
+    SceneReport, Series, Side, Sweep, SweepOver, SweepPoint, Way, Worst,
 };
+use sglow_measure::time::Time;
 use sglow_oracle::fis::stress::Random;
 
 use super::{Decision, Fact, Input, LeftOut, Scene, page};
