@@ -267,7 +267,12 @@ fn nothing(purchase: &Purchase, metric: choose::Metric, budget: Budget) -> Failu
             percent(metric.of(nearest))
         )),
     }
-    .help("fewer lights (--lights), a smaller map (--rsm) or a smaller picture (--size) take less time; --all tries every legal variant")
+    .help(match budget {
+        Budget::Error(_) => "more lights (--lights) are less wrong; --all tries every legal variant",
+        Budget::Milliseconds(_) => {
+            "fewer lights (--lights), a smaller map (--rsm) or a smaller picture (--size) take less time; --all tries every legal variant"
+        }
+    })
 }
 
 fn percent(share: f64) -> String {
