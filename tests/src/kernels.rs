@@ -5,6 +5,7 @@ use sglow_oracle::rsm::{Moments, Pyramid};
 use sglow_oracle::vsgl::sample::level_by;
 use sglow_oracle::vsgl::{self, Kernel as OracleKernel, Lobe, Vsgl, packed};
 use sglow_oracle::{Bounded, Vector3};
+use sglow_runtime::density::sample;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
@@ -153,6 +154,22 @@ fn agree_with_the_oracle() {
                 comparisons.levels.assert_holds(&format!("levels, {what}"));
                 comparisons.lights.assert_holds(&format!("lights, {what}"));
             }
+        }
+    }
+}
+
+#[test]
+fn a_map_of_one_texel_has_one_level() {
+    for (kernel, solver) in KERNELS {
+        for count in [1, 16] {
+            let settings = Settings { kernel, solver, count, rsm_size: 1, ..small() };
+            let sampled = sample(gpu(), whole_space(), &settings, &[3.0], &[2.0]).unwrap();
+            assert!(
+                sampled.kernels.iter().all(|one| one.level == 0.0),
+                "{kernel} {solver} {count}"
+            );
+            let power: f64 = sampled.powers.iter().sum();
+            assert!((power / 2.0 - 1.0).abs() < 1e-4, "{kernel} {solver} {count}: {power}");
         }
     }
 }

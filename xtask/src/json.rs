@@ -198,7 +198,7 @@ impl Report {
 }
 
 /// The line a person types for these arguments.
-fn command_line(arguments: impl Iterator<Item = String>) -> String {
+pub(crate) fn command_line(arguments: impl Iterator<Item = String>) -> String {
     let mut line = String::from("cargo xtask");
     for argument in arguments {
         line.push(' ');

@@ -68,7 +68,8 @@ pub fn bracketed_level<R: Real>(
         look_ups: 0,
         root: false,
     };
-    if density.top().value() <= 0.0 {
+    // A map of one texel has no two levels that could bracket anything.
+    if top == 0 || density.top().value() <= 0.0 {
         return whole(0);
     }
     let wanted = R::constant(scale) * R::constant(density.texel_count() as f64)
@@ -273,6 +274,15 @@ mod tests {
             row.same += usize::from(nearest(levels[0]).0 == nearest(levels[1]).0);
         }
         row
+    }
+
+    #[test]
+    fn a_single_texel_has_one_level() {
+        let density = Pyramid::of_levels(1, vec![vec![3.0]]).unwrap();
+        for (count, scale) in [(1, 1.0), (16, 1.0), (1, 16.0)] {
+            let found = bracketed_level::<f64>(&density, [0.5, 0.5], [0, 0], count, scale);
+            assert_eq!((found.level.level, found.look_ups), (0.0, 0), "{count} {scale}");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use serde_json::Value;
 use sglow_measure::frontier::RUNS;
 use sglow_measure::frontier::buy::{Purchase, buy};
@@ -14,8 +14,8 @@ use sglow_shader_gen::package::Target;
 
 use crate::command::gen_shaders;
 use crate::command::report::{Case, Choice, ways};
-use crate::failure::{Failure, Result};
-use crate::json::{Check, Relation, Report};
+use crate::failure::{self, Failure, Result};
+use crate::json::{self, Check, Relation, Report};
 use crate::progress::Bars;
 use crate::shot::{self, Numbers};
 use crate::{say, selection, table};
@@ -43,15 +43,16 @@ enum Metric {
 
 /// Options of `choose`.
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("budget").required(true)))]
 pub(crate) struct Arguments {
     /// A built-in scene, or a file: .gltf, .glb, .obj
     #[arg(long, value_name = "FILE|NAME")]
     scene: String,
     /// The greatest error: a number, or a percentage
-    #[arg(long, value_name = "E", value_parser = share, required_unless_present = "max_ms", conflicts_with = "max_ms")]
+    #[arg(long, value_name = "E", value_parser = share, allow_negative_numbers = true, group = "budget")]
     max_error: Option<f64>,
     /// The longest time of indirect light in a frame, in milliseconds
-    #[arg(long, value_name = "T", value_parser = milliseconds)]
+    #[arg(long, value_name = "T", value_parser = milliseconds, allow_negative_numbers = true, group = "budget")]
     max_ms: Option<f64>,
     /// What the error is counted in
     #[arg(long, value_enum, value_name = "METRIC", default_value = "rmse")]
@@ -107,14 +108,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         Metric::Rmse => choose::Metric::Rmse,
         Metric::Flip => choose::Metric::Flip,
     };
-    let only = ways::only(&arguments.choice.only)?;
-    let case = Case::new(&arguments.scene, arguments.size, &arguments.numbers)?;
+    let (only, cache) = (ways::only(&arguments.choice.only), arguments.choice.cache());
+    let case = Case::new(&arguments.scene, arguments.size, &arguments.numbers);
+    let places = failure::both(cache, gen_shaders::writable(&arguments.out));
+    let ((only, (cache, ())), case) = failure::both(failure::both(only, places), case)?;
     let package = ways::package(arguments.choice.all)?;
     let gpu = shot::gpu(&arguments.numbers)?;
     let ways = ways::of(&gpu, &package, &case.scene.name, &case.derivation, &only)?;
     let subject = Subject::new(&gpu, &package, &case.scene, case.derivation.settings.clone());
     let bars = Bars::default();
-    let cache = arguments.choice.cache()?;
     let bought = buy(&subject, &ways, metric, budget, &cache, &bars);
     bars.clear();
     let purchase = bought?;
@@ -144,12 +146,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         check: false,
         json: None,
     })?;
-    let again = if set.is_empty() { String::new() } else { format!(" --set {}", set.join(",")) };
-    say::line(format!(
-        "cargo xtask render --scene {}{again} --package {} --out out/chosen.png shows it",
-        arguments.scene,
-        arguments.out.display()
-    ));
+    say::line(format!("{} shows it", again(arguments, &set)));
     let Some(path) = &arguments.json else { return Ok(()) };
     let mut report = Report::new();
     report.adapter.clone_from(&gpu.adapter.name);
@@ -163,6 +160,30 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.detail("set", set)?;
     report.detail("variants", package_variants(&arguments.out)?)?;
     report.write(path)
+}
+
+/// The line that renders what was chosen, with the numbers that it was measured with.
+fn again(arguments: &Arguments, set: &[String]) -> String {
+    let Arguments { scene, size: [width, height], out, numbers, .. } = arguments;
+    let Numbers { lights, rsm, iterations, size_factor, light, .. } = numbers;
+    let mut words = vec!["render".to_owned(), "--scene".to_owned(), scene.clone()];
+    let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+    if !set.is_empty() {
+        option("--set", set.join(","));
+    }
+    option("--size", format!("{width}x{height}"));
+    option("--lights", lights.to_string());
+    if let Some(rsm) = rsm {
+        option("--rsm", rsm.to_string());
+    }
+    option("--iterations", iterations.to_string());
+    option("--size-factor", size_factor.to_string());
+    if let Some(light) = light {
+        option("--light", light.to_string());
+    }
+    option("--package", out.display().to_string());
+    option("--out", "out/chosen.png".to_owned());
+    json::command_line(words.into_iter())
 }
 
 /// The budget as something that holds.
@@ -220,27 +241,38 @@ fn show(order: &[&Way], metric: choose::Metric, purchase: &Purchase) {
 fn margin(winner: &Way, runner_up: &Way, metric: choose::Metric, budget: Budget) -> String {
     let (ours, theirs) = (choose::time(winner), choose::time(runner_up));
     let (right, wrong) = (metric.of(winner), metric.of(runner_up));
-    let slower = theirs.median - ours.median;
-    let worse = wrong - right;
     let name = &runner_up.name;
     match budget {
         Budget::Error(_) => {
+            let slower = theirs.median - ours.median;
             let within =
                 if theirs.least <= ours.most { ", which is within the spread" } else { "" };
             format!(
                 "Runner-up: {name}, slower by {slower:.2} ms ({:.1} %{within}), with an error of {} against {}.",
                 100.0 * slower / ours.median,
-                percent(wrong),
-                percent(right)
+                error(wrong, metric),
+                error(right, metric)
             )
         }
-        Budget::Milliseconds(_) => format!(
-            "Runner-up: {name}, more wrong by {} ({:.2} times the error), in {:.2} ms against {:.2}.",
-            percent(worse),
-            wrong / right,
-            theirs.median,
-            ours.median
-        ),
+        Budget::Milliseconds(_) => {
+            let times = format!("in {:.2} ms against {:.2}", theirs.median, ours.median);
+            let (theirs, ours) = (error(wrong, metric), error(right, metric));
+            if theirs == ours {
+                return format!("Runner-up: {name}, just as wrong ({ours}), {times}.");
+            }
+            format!(
+                "Runner-up: {name}, more wrong by {}, with an error of {theirs} against {ours}, {times}.",
+                error(wrong - right, metric)
+            )
+        }
+    }
+}
+
+/// An error as the table shows it.
+fn error(value: f64, metric: choose::Metric) -> String {
+    match metric {
+        choose::Metric::Rmse => percent(value),
+        choose::Metric::Flip => format!("{value:.4}"),
     }
 }
 
@@ -254,17 +286,17 @@ fn nothing(purchase: &Purchase, metric: choose::Metric, budget: Budget) -> Failu
     match budget {
         Budget::Error(most) => Failure::new(format!(
             "no way has an error of at most {}; {} comes nearest, with {}: {} too much, in {:.2} ms",
-            percent(most),
+            error(most, metric),
             nearest.name,
-            percent(metric.of(nearest)),
-            percent(by),
+            error(metric.of(nearest), metric),
+            error(by, metric),
             choose::time(nearest).median
         )),
         Budget::Milliseconds(most) => Failure::new(format!(
             "no way takes at most {most} ms; {} comes nearest, with {:.2} ms: {by:.2} ms too long, with an error of {}",
             nearest.name,
             choose::time(nearest).median,
-            percent(metric.of(nearest))
+            error(metric.of(nearest), metric)
         )),
     }
     .help(match budget {
@@ -281,7 +313,46 @@ fn percent(share: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
+
+    #[derive(Debug, Parser)]
+    struct Line {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    fn line(words: &[&str]) -> Result<Arguments, String> {
+        let always = ["choose", "--scene", "cornell", "--out", "out/it's"];
+        let parsed = Line::try_parse_from(always.iter().chain(words));
+        parsed.map(|line| line.arguments).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn there_is_one_budget_and_it_is_a_number() {
+        let none = line(&[]).unwrap_err();
+        assert!(none.contains("--max-error") && none.contains("--max-ms"), "{none}");
+        assert!(line(&["--max-error", "1", "--max-ms", "1"]).is_err());
+        let negative = line(&["--max-error", "-1"]).unwrap_err();
+        assert!(negative.contains("'-1' is not a share"), "{negative}");
+        assert!(line(&["--max-ms", "2"]).is_ok());
+    }
+
+    #[test]
+    fn what_was_measured_is_what_the_line_shows() {
+        let arguments =
+            line(&["--max-ms", "2", "--lights", "16", "--rsm", "32", "--size", "8x4"]).unwrap();
+        let text = again(&arguments, &["kernel=previous".to_owned()]);
+        let start = "cargo xtask render --scene cornell --set kernel=previous --size 8x4 --lights 16 --rsm 32 ";
+        assert!(text.starts_with(start) && text.contains(r"'out/it'\''s'"), "{text}");
+    }
+
+    #[test]
+    fn errors_are_told_as_the_table_has_them() {
+        assert_eq!(error(0.25, choose::Metric::Rmse), "25.00 %");
+        assert_eq!(error(0.25, choose::Metric::Flip), "0.2500");
+    }
 
     #[test]
     fn budgets_are_read() {

@@ -66,8 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         }
     };
     if !arguments.check {
-        write::probe(&out)?;
-        no_package(&out)?;
+        writable(&out)?;
     }
     let mut options = Options::new(out);
     options.check = arguments.check;
@@ -139,8 +138,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     Ok(())
 }
 
-/// Makes sure that a package would not take the place of somebody's own files.
-fn no_package(out: &Path) -> Result {
+/// Makes sure that a package can be written to a folder, and would not take the place of somebody's own files.
+///
+/// # Errors
+///
+/// When something else is in its place, it may not be written, or it holds files and no package.
+pub(crate) fn writable(out: &Path) -> Result {
+    write::probe(out)?;
     let files = std::fs::read_dir(out).map_or(0, Iterator::count);
     if files == 0 || out.join("manifest.json").is_file() {
         return Ok(());
@@ -160,4 +164,22 @@ fn summary(outcome: &Outcome, options: &Options) -> String {
         outcome.written.len(),
         outcome.removed.len()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_package_takes_the_place_of_a_package_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        writable(folder.path()).unwrap();
+        writable(&folder.path().join("new")).unwrap();
+        std::fs::write(folder.path().join("README.md"), "mine").unwrap();
+        let text = writable(folder.path()).unwrap_err().to_string();
+        assert!(text.contains("is no package"), "{text}");
+        std::fs::write(folder.path().join("manifest.json"), "{}").unwrap();
+        writable(folder.path()).unwrap();
+        assert!(writable(&folder.path().join("README.md")).is_err());
+    }
 }

@@ -1316,7 +1316,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-warped-modified-bracketed-exact-both-f16.wgsl"
         ),
-        sha256: "006478460f9969eff5bbdbf5bcf5db7d5d66e1da3efc21beb715b1e732d25c22",
+        sha256: "a1fb11a5ec2b70976d3e459153e7294bd53513110364747f498e01fb5d02a0f6",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-both-f32",
@@ -1324,7 +1324,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-warped-modified-bracketed-exact-both-f32.wgsl"
         ),
-        sha256: "9866ca6145d1b8e68a31d2829313a632689957d7045f592f96679acdd22fae69",
+        sha256: "3947015e079bb1009f308d336bcf1edb3279eecd306b11eaab788436bee0f48c",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-diffuse-f16",
@@ -1332,7 +1332,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-warped-modified-bracketed-exact-diffuse-f16.wgsl"
         ),
-        sha256: "e606e8b2937e10aabd3d07bb2e39d8a7b39ff871fa9cae0a85dd7943a9e39540",
+        sha256: "e8647f2ae1571a29b4f53504d9d8d95d5d3ed3095dca5119845a54fd9b92f581",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-diffuse-f32",
@@ -1340,7 +1340,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-warped-modified-bracketed-exact-diffuse-f32.wgsl"
         ),
-        sha256: "fc115125a6ff677a9d87393f1d9776ffa0b4a28ef751eae2b49caa12f028879c",
+        sha256: "3b99470381af8b672a5172693356f40b870a9b0be2b8e447caa2ffe3909c0438",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-both-f32",
@@ -1348,7 +1348,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-warped-modified-bracketed-hardware-both-f32.wgsl"
         ),
-        sha256: "3dab60bba34d28f9a77e1594d4f2ebe7e04ca76c592898021af16c6cd76c7057",
+        sha256: "a35205c5e9db4d70972df17e4f95f5c00155018f54e0629493a94f3224ebf9f7",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-diffuse-f32",
@@ -1356,7 +1356,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-warped-modified-bracketed-hardware-diffuse-f32.wgsl"
         ),
-        sha256: "6a7d5518543aa735b857733467a9d2719f133fbd663fdef79f44712f836f3378",
+        sha256: "138663d2464a5bbda86472e1f2db11392a316400aab3ed7e7c54f4e5515c3e9d",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-both-f32",

@@ -214,7 +214,8 @@ fn sglow_solve_bracketed(
     target_mass: f32,
 ) -> SglowSize {
     let top = i32(textureNumLevels(density)) - 1;
-    if f32(1u << u32(2 * top)) < target_mass {
+    // A map of one texel has no two levels that could bracket anything.
+    if top == 0 || f32(1u << u32(2 * top)) < target_mass {
         return SglowSize(f32(top), 1.0);
     }
     // The levels around the root: with less than the wanted mass, and with no less. A value below 0 was not looked up.
