@@ -70,10 +70,11 @@ impl Uncertainty {
         }
     }
 
-    /// The total over the mean; infinite of a black picture that is not certain, 0 of one that is.
+    /// The total over the mean; infinite of a picture that is not certain and black, or less by its noise; 0 of one that is
+    /// certain.
     #[must_use]
     pub fn relative(&self) -> f64 {
-        if self.total == 0.0 { 0.0 } else { self.total / self.mean }
+        if self.total == 0.0 { 0.0 } else { self.total / self.mean.max(0.0) }
     }
 }
 
@@ -101,6 +102,10 @@ mod tests {
         // Negative control: without the second pixel it is another number.
         assert!((Uncertainty::of(&[of(3.0, 4.0)]).total - whole.total).abs() > 1.0);
         assert_eq!(Uncertainty::of(&[]).relative(), 0.0);
+        // Noise may take a mean below black: that is no certainty.
+        let mut below = of(1.0, 0.0);
+        below.mean = Reflected { diffuse: Vector3::splat(-1.0), specular: Vector3::zero() };
+        assert_eq!(Uncertainty::of(&[below]).relative(), f64::INFINITY);
         let dark = Estimate { mean: Reflected::none(), ..of(1.0, 0.0) };
         assert_eq!(Uncertainty::of(&[dark]).relative(), f64::INFINITY);
     }

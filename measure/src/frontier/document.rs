@@ -64,6 +64,7 @@ pub struct Dominated {
     /// The name of the way of the frontier that beats it.
     pub by: String,
     /// Its time over that of the way that beats it.
+    #[schemars(with = "Option<f64>")]
     pub time_ratio: f64,
     /// Its error over that of the way that beats it.
     #[schemars(with = "Option<f64>")]
