@@ -8,6 +8,7 @@ pub mod arithmetic;
 pub mod bound;
 pub mod cache;
 pub mod curve;
+pub mod densities;
 pub mod display;
 pub mod error;
 pub mod extreme;

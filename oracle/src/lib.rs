@@ -63,6 +63,7 @@ pub mod direct;
 pub mod estimate;
 pub mod fis;
 pub mod flip;
+mod groups;
 pub mod half;
 pub mod light;
 pub mod math;

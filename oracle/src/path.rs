@@ -10,15 +10,13 @@
 //! spread over the true area; where shading normals are those of the triangles both are the same.
 
 use core::f64::consts::PI;
-use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-
-use rayon::prelude::*;
 
 use crate::Vector3;
 use crate::brdf::material::MINIMUM_COSINE;
 use crate::brdf::{Directions, Material, Ndf};
 use crate::estimate::Estimate;
 use crate::fis::stress::Random;
+use crate::groups::in_groups;
 use crate::light::{Light, LightKind};
 use crate::shade::Reflected;
 use crate::surface::{Crossing, Ray, Scene, SurfaceTexel};
@@ -67,27 +65,10 @@ impl Paths<'_> {
         eye: Vector3,
         progress: &(dyn Fn(usize) -> bool + Sync),
     ) -> Option<Vec<Estimate>> {
-        let (done, go_on) = (AtomicUsize::new(0), AtomicBool::new(true));
-        let groups: Vec<Vec<Estimate>> = surfaces
-            .par_chunks(PIXELS_AT_ONCE)
-            .enumerate()
-            .map(|(number, group)| {
-                if !go_on.load(Ordering::Relaxed) {
-                    return Vec::new();
-                }
-                let first = number * PIXELS_AT_ONCE;
-                let estimates = group
-                    .iter()
-                    .enumerate()
-                    .map(|(index, surface)| self.estimate(first + index, surface, eye))
-                    .collect();
-                if !progress(done.fetch_add(group.len(), Ordering::Relaxed) + group.len()) {
-                    go_on.store(false, Ordering::Relaxed);
-                }
-                estimates
-            })
-            .collect();
-        go_on.into_inner().then(|| groups.concat())
+        in_groups(surfaces, PIXELS_AT_ONCE, progress, |first, group| {
+            let surfaces = group.iter().enumerate();
+            surfaces.map(|(index, surface)| self.estimate(first + index, surface, eye)).collect()
+        })
     }
 
     fn estimate(&self, index: usize, surface: &SurfaceTexel, eye: Vector3) -> Estimate {

@@ -11,13 +11,11 @@
 
 use core::f64::consts::PI;
 use core::ops::{Add, Div, Mul, Sub};
-use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-
-use rayon::prelude::*;
 
 use crate::Vector3;
 use crate::brdf::material::MINIMUM_COSINE;
 use crate::brdf::{Ndf, fresnel};
+use crate::groups::in_groups;
 use crate::light::Light;
 use crate::shade::Reflected;
 use crate::surface::SurfaceTexel;
@@ -249,24 +247,10 @@ impl VirtualPointLights {
         // Not a type parameter: the hot loop is then compiled here, as optimised as this crate is.
         progress: &(dyn Fn(usize) -> bool + Sync),
     ) -> Option<Vec<Reflected>> {
-        let (done, go_on) = (AtomicUsize::new(0), AtomicBool::new(true));
-        let groups: Vec<Vec<Reflected>> = surfaces
-            .par_chunks(PIXELS_AT_ONCE)
-            .map(|group| {
-                if !go_on.load(Ordering::Relaxed) {
-                    return Vec::new();
-                }
-                let reflected = match self.ndf {
-                    Ndf::Ggx => self.reflect_group::<true>(group, eye),
-                    Ndf::Beckmann => self.reflect_group::<false>(group, eye),
-                };
-                if !progress(done.fetch_add(group.len(), Ordering::Relaxed) + group.len()) {
-                    go_on.store(false, Ordering::Relaxed);
-                }
-                reflected
-            })
-            .collect();
-        go_on.into_inner().then(|| groups.concat())
+        in_groups(surfaces, PIXELS_AT_ONCE, progress, |_, group| match self.ndf {
+            Ndf::Ggx => self.reflect_group::<true>(group, eye),
+            Ndf::Beckmann => self.reflect_group::<false>(group, eye),
+        })
     }
 
     fn reflect_group<const GGX: bool>(

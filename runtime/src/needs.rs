@@ -154,7 +154,9 @@ fn size_of_map(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
 
 fn number_of_lights(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
     let Settings { count: wished, rsm_size, lobes, precision, .. } = needs.settings;
-    let texels = u64::from(rsm_size).pow(2) * if point { 6 } else { 8 } / 8;
+    // Two of the eight tiles of a point light's map are empty.
+    let texels = u64::from(rsm_size).pow(2);
+    let texels = if point { texels / 8 * 6 } else { texels };
     let light = vsgl_size(lobes, precision).max(1);
     let room = limits.max_storage_buffer_binding_size / light;
     let choices = [

@@ -32,7 +32,7 @@ pub mod choice;
 pub mod path;
 pub mod points;
 
-pub use choice::{Choice, Kind, Pilot, choose};
+pub use choice::{Choice, Kind};
 pub use path::{SceneMaterials, facets, paths};
 pub use points::points;
 
@@ -213,7 +213,8 @@ fn packed_lobe(lobe: SglowPackedLobe) -> PackedLobe {
 
 /// One mip level of the moments of an [`Indirect`], read back: what its textures hold, in the layers of the oracle.
 ///
-/// None where clusters need none. In halves, powers are in the unit of `view`, the light of the last frame, and the weight is apart or the density.
+/// None where clusters need none. In halves, powers are in the unit of `view`, the light of the last frame, and the
+/// weight is apart or the density.
 pub fn moments<R: Real>(
     gpu: &Gpu,
     indirect: &Indirect,

@@ -10,6 +10,7 @@ use sglow_measure::frontier::document::{SceneReport, Way};
 use sglow_measure::frontier::progress::Progress;
 use sglow_measure::frontier::scene;
 use sglow_measure::frontier::subject::{FrontierError, Subject};
+use sglow_measure::frontier::truth::truth;
 use sglow_measure::frontier::way::{Allowed, allowed, every, fits};
 use sglow_runtime::package::Package;
 use sglow_runtime::scene::Scene;
@@ -126,6 +127,28 @@ fn every_way_is_measured_kept_and_measured_again_if_its_shader_changes() {
     assert!(rounding(&wrong, "default") > 0.1);
     assert_eq!(rounding(&wrong, "diffuse=constant"), rounding(report, "diffuse=constant"));
     assert!((way(&wrong, "default").picture.bias - default.picture.bias) > 0.3);
+}
+
+#[test]
+fn maps_that_are_drawn_otherwise_have_another_reference() {
+    let (scene, folder) = (Scene::builtin("cornell").unwrap(), tempfile::tempdir().unwrap());
+    let reference = |package: &Package| {
+        let subject = Subject::new(gpu(), package, &scene, base());
+        let cache = Cache::new(folder.path(), false);
+        let found = truth(&subject, &cache, &Silent).unwrap();
+        (found.reference.mean, cache.counts()[1])
+    };
+    let (mean, made) = reference(&Package::embedded());
+    assert_eq!(made, 1);
+    assert_eq!(reference(&Package::embedded()), (mean, 0));
+    // Darker surfaces: the reference that was kept is that of others.
+    let id = "surface-constant-opaque";
+    let text = Package::embedded().text(id).unwrap().to_owned();
+    let darker = text.replace("vec4<f32>(base_color.rgb,", "vec4<f32>(0.5 * base_color.rgb,");
+    assert_ne!(text, darker);
+    let (dark, made) = reference(&Package::embedded().with_text(id, darker));
+    assert_eq!(made, 1);
+    assert!(dark < 0.8 * mean, "{dark} {mean}");
 }
 
 #[test]

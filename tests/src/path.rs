@@ -144,9 +144,7 @@ fn points_and_paths_agree_within_their_errors() {
         assert_eq!(points(16, 1), points(16, 1));
         assert_ne!(points(16, 1), points(16, 2));
         // The choice tells of both what they say of themselves.
-        let pilot = reference::Pilot { pixels: 64, samples: 1000, rays: 256, seed: 1 };
-        let choice =
-            reference::choose(light, settings, &scene, &rsm, &gbuffer, eye, &pilot).unwrap();
+        let choice = reference::Choice::of(&paths, &points(256, 1));
         println!("{name}: {choice:?}");
         assert!(choice.paths.noise > 0.0 && choice.paths.discretisation == 0.0);
         assert!(choice.points.noise > 0.0 && choice.points.discretisation > 0.0);

@@ -27,8 +27,7 @@ struct Alternative {
 }
 
 /// What a package for a scene is made for, what was left out of it, and what a frame would take if every fact held.
-/// `milliseconds` are what rules were measured to
-/// save, by name.
+/// `milliseconds` are what rules were measured to save, by name.
 ///
 /// # Errors
 ///

@@ -10,7 +10,7 @@ use super::progress::Progress;
 use super::subject::{FrontierError, Subject};
 use super::together::whole_frames;
 use super::truth::truth;
-use super::{rank, trial, way};
+use super::{measure, rank, way};
 use crate::cache::Cache;
 
 /// What a budget buys.
@@ -40,29 +40,28 @@ pub fn buy(
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<Purchase, FrontierError> {
-    progress.start(&format!("{}: reference", subject.scene.name), 0);
-    let truth = truth(subject, cache, &|_, _| {})?;
-    let mut tried = trial::every(subject, ways, &truth, cache, progress)?;
-    rank::mark(&mut tried.ways, truth.reference.floor_over_mean);
+    let truth = truth(subject, cache, progress)?;
+    let mut measured = measure::every(subject, ways, &truth, cache, progress)?;
+    rank::mark(&mut measured.ways, truth.reference.floor_over_mean);
     let settings: BTreeMap<String, &Settings> =
         ways.iter().map(|settings| (way::name(settings, &subject.base), settings)).collect();
     loop {
-        let order: Vec<String> = match choose(&tried.ways, metric, budget) {
+        let order: Vec<String> = match choose(&measured.ways, metric, budget) {
             Some(Bought::Ways(ways)) => ways.iter().map(|way| way.name.clone()).collect(),
             Some(Bought::Nothing { .. }) | None => Vec::new(),
         };
-        let first = tried.ways.iter().find(|way| order.first() == Some(&way.name));
+        let first = measured.ways.iter().find(|way| order.first() == Some(&way.name));
         if first.is_none_or(|way| way.whole.is_some()) {
-            let (reference, clock) = (truth.reference, tried.clock);
-            return Ok(Purchase { ways: tried.ways, order, reference, clock });
+            let (reference, clock) = (truth.reference, measured.clock);
+            return Ok(Purchase { ways: measured.ways, order, reference, clock });
         }
         // Each round gives at least one more way a time of whole frames, so there is a last one.
-        let company: Vec<(String, &Settings)> =
+        let named: Vec<(String, &Settings)> =
             order.iter().filter_map(|name| Some((name.clone(), *settings.get(name)?))).collect();
-        progress.start(&format!("{}: {} ways in turns", subject.scene.name, company.len()), 0);
-        let times = whole_frames(subject, &company, cache)?;
-        for ((name, _), time) in company.iter().zip(times) {
-            if let Some(way) = tried.ways.iter_mut().find(|way| way.name == *name) {
+        progress.start(&format!("{}: {} ways in turns", subject.scene.name, named.len()), 0);
+        let times = whole_frames(subject, &named, cache)?;
+        for ((name, _), time) in named.iter().zip(times) {
+            if let Some(way) = measured.ways.iter_mut().find(|way| way.name == *name) {
                 way.whole = Some(time);
             }
         }

@@ -42,7 +42,7 @@ pub(super) fn pruned(
     }
     progress.start(&format!("{}: with everything, and without", subject.scene.name), 0);
     let key = subject
-        .scene_key("pruned")
+        .scene_key("pruned")?
         .on("full", format!("{:?}", subject.key("full", "everything", &full)?))
         .on("needed", format!("{:?}", subject.key("needed", "default", &needed)?));
     cache.get(&key, || in_turns(subject, [&full, &needed]).map(Some))

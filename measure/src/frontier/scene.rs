@@ -7,12 +7,12 @@ use sglow_runtime::settings::Settings;
 
 use super::bench::RUNS;
 use super::document::{Pictures, Radiance, SceneReport, Way};
-use super::judge::Judge;
+use super::evaluate::Evaluator;
 use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
-use super::together::{self, Company};
+use super::together::{self, Named};
 use super::truth::{Truth, truth};
-use super::{prune, rank, sweep, trial, way};
+use super::{measure, prune, rank, sweep, way};
 use crate::cache::Cache;
 
 /// Measures a scene by each of `ways`; what was measured before under the same circumstances is taken from `cache`.
@@ -30,13 +30,12 @@ pub fn scene(
         let why = "none of the variants has the values asked for".to_owned();
         return Err(FrontierError::NoWay { scene: subject.scene.name.clone(), why });
     }
-    progress.start(&format!("{}: reference", subject.scene.name), 0);
-    let truth = truth(subject, cache, &|_, _| {})?;
-    let mut tried = trial::every(subject, ways, &truth, cache, progress)?;
-    rank::mark(&mut tried.ways, truth.reference.floor_over_mean);
-    let chosen = chosen(&tried.ways, ways, &subject.base);
+    let truth = truth(subject, cache, progress)?;
+    let mut measured = measure::every(subject, ways, &truth, cache, progress)?;
+    rank::mark(&mut measured.ways, truth.reference.floor_over_mean);
+    let chosen = chosen(&measured.ways, ways, &subject.base);
     let pictures = pictures(subject, &chosen, &truth, cache)?;
-    again(subject, &chosen, &mut tried.ways, cache, progress)?;
+    again(subject, &chosen, &mut measured.ways, cache, progress)?;
     let base = &subject.base;
     Ok((
         SceneReport {
@@ -48,13 +47,13 @@ pub fn scene(
             lights: base.count,
             iterations: base.iterations,
             size_factor: f64::from(base.size_factor),
-            clock: tried.clock,
+            clock: measured.clock,
             runs: RUNS,
             reference: truth.reference.clone(),
-            ways: tried.ways,
+            ways: measured.ways,
             sweeps: sweep::sweeps(subject, &truth, cache, progress)?,
             pruned: prune::pruned(subject, cache, progress)?,
-            not_finite: tried.not_finite,
+            not_finite: measured.not_finite,
         },
         pictures,
     ))
@@ -75,16 +74,17 @@ fn chosen<'w>(
 /// Whole pictures of ways, and of the reference.
 fn pictures(
     subject: &Subject<'_>,
-    chosen: &Company<'_>,
+    chosen: &Named<'_>,
     truth: &Truth,
     cache: &Cache,
 ) -> Result<Pictures, FrontierError> {
     let whole = |indirect: &Radiance| -> Result<Radiance, FrontierError> {
         let Drawn { renderer, frame, .. } = subject.drawn()?;
-        Ok(Judge::new(subject, truth, frame, renderer.eye()).whole(indirect))
+        Ok(Evaluator::new(subject, truth, frame, renderer.eye()).whole(indirect))
     };
     let mut found = Pictures {
-        reference: cache.get(&subject.scene_key("reference picture"), || whole(&truth.indirect))?,
+        reference: cache
+            .get(&subject.scene_key("reference picture")?, || whole(&truth.indirect))?,
         ways: BTreeMap::new(),
     };
     for (name, settings) in chosen {
@@ -105,7 +105,7 @@ fn pictures(
 /// The frontier and the default once more: whole frames in turns, and their flicker.
 fn again(
     subject: &Subject<'_>,
-    chosen: &Company<'_>,
+    chosen: &Named<'_>,
     measured: &mut [Way],
     cache: &Cache,
     progress: &dyn Progress,

@@ -7,9 +7,9 @@ use sglow_runtime::settings::Settings;
 
 use super::bench::{RUNS, Runs, Timed, held_alike, of_shading};
 use super::progress::Progress;
+use super::shared::Shared;
 use super::subject::{FrontierError, Subject};
 use super::way;
-use super::workshop::Workshop;
 use crate::cache::{Cache, Key};
 
 /// A shading variant that is to be timed.
@@ -22,12 +22,12 @@ struct Lacking {
 /// Times of hiding and reflecting the lights that are made by default, by the shading variant: of all that were not
 /// measured before, in turns.
 pub(super) fn time_shadings(
-    workshop: &Workshop<'_, '_>,
+    shared: &Shared<'_, '_>,
     ways: &[Settings],
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<BTreeMap<String, Timed>, FrontierError> {
-    let subject = workshop.subject;
+    let subject = shared.subject;
     let mut found = BTreeMap::new();
     let mut lacking: BTreeMap<String, Lacking> = BTreeMap::new();
     for settings in ways.iter().map(of_shading) {
@@ -41,7 +41,7 @@ pub(super) fn time_shadings(
             None => drop(lacking.insert(id, Lacking { settings, key, runs: Runs::default() })),
         }
     }
-    in_turns(workshop, &mut lacking, progress)?;
+    in_turns(shared, &mut lacking, progress)?;
     for (id, Lacking { key, runs, .. }) in lacking {
         found.insert(id, cache.get(&key, || Ok::<_, FrontierError>(Timed::of(&runs)))?);
     }
@@ -49,11 +49,11 @@ pub(super) fn time_shadings(
 }
 
 fn in_turns(
-    workshop: &Workshop<'_, '_>,
+    shared: &Shared<'_, '_>,
     lacking: &mut BTreeMap<String, Lacking>,
     progress: &dyn Progress,
 ) -> Result<(), FrontierError> {
-    let subject = workshop.subject;
+    let subject = shared.subject;
     if lacking.is_empty() {
         return Ok(());
     }
@@ -63,8 +63,8 @@ fn in_turns(
     let mut done = 0;
     for run in 0..=RUNS {
         for Lacking { settings, runs, .. } in lacking.values_mut() {
-            let hiding = workshop.hiding(settings)?;
-            let shading = workshop.shading(settings)?;
+            let hiding = shared.hiding(settings)?;
+            let shading = shared.shading(settings)?;
             // The first run compiles.
             let mut discarded = Runs::default();
             let runs = if run == 0 { &mut discarded } else { runs };

@@ -182,18 +182,25 @@ impl<'a> Subject<'a> {
             .on("driver", &self.gpu.adapter.driver))
     }
 
-    /// The key of what depends on the scene and its maps, and on no way.
-    #[must_use]
-    pub fn scene_key(&self, what: &str) -> Key {
+    /// The key of what depends on the scene, its maps and its direct light, and on no way.
+    ///
+    /// # Errors
+    ///
+    /// When the package lacks a shader that draws them.
+    pub fn scene_key(&self, what: &str) -> Result<Key, FrontierError> {
+        let draws = ["surface", "shadow", "emission", "direct"];
+        let mut variants = self.plan(&self.base).variants;
+        variants.retain(|id| draws.contains(&id.split('-').next().unwrap_or_default()));
         let Settings { size: [width, height], rsm_size, .. } = self.base;
         let (size, map) = (format!("{width}x{height}"), rsm_size.to_string());
         let what =
             [("scene", self.scene.name.as_str()), ("size", &size), ("map", &map), ("what", what)];
-        Key::new(&what)
+        Ok(Key::new(&what)
             .on("scene", &self.hash)
             .on("ndf", self.base.ndf.name())
+            .on("shaders", self.shaders(&variants)?)
             .on("adapter", &self.gpu.adapter.name)
-            .on("driver", &self.gpu.adapter.driver)
+            .on("driver", &self.gpu.adapter.driver))
     }
 
     /// The hash of shaders.

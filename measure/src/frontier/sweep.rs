@@ -12,13 +12,13 @@ use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
 
 use super::bench::{RUNS, Timed};
 use super::document::{Radiance, Series, Sweep, SweepOver, SweepPoint};
-use super::judge::{Judge, apart, over_mean};
+use super::evaluate::{Evaluator, apart, over_mean};
 use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
 use super::truth::Truth;
 use crate::cache::Cache;
 
-/// Bisection steps that are tried.
+/// Bisection steps that are measured.
 const ITERATIONS: [u32; 13] = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24];
 /// Sizes of kernels.
 const SIZE_FACTORS: [f32; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
@@ -123,7 +123,7 @@ fn at(
         let mut timed = Timed::of(&runs);
         timed.passes.extend(Timed::of(&subject.time_reflecting(&lights, &shading, RUNS)?).passes);
         let indirect = subject.reflect(&lights, None, &shading)?;
-        let (error, _) = Judge::new(subject, truth, frame, renderer.eye()).picture(&indirect);
+        let (error, _) = Evaluator::new(subject, truth, frame, renderer.eye()).picture(&indirect);
         let indirect = present(&indirect, truth);
         Ok(At { timed, rmse_over_mean: error.rmse_over_mean, indirect })
     })
@@ -143,11 +143,11 @@ fn modelled(
         let Drawn { renderer, frame, .. } = subject.drawn()?;
         let (maps, _) = subject.maps(base, 0)?;
         let (lights, _) = subject.lights(base, &maps, 0)?;
-        let judge = Judge::new(subject, truth, frame, renderer.eye());
+        let evaluator = Evaluator::new(subject, truth, frame, renderer.eye());
         let pyramids = Pyramids::read(subject, &lights, renderer.light())?;
         let picture = |weights, solver, iterations| {
             let settings = Settings { solver, iterations, ..base.clone() };
-            judge.by_oracle(&settings, &pyramids.lights(weights, &settings, renderer.light()))
+            evaluator.by_oracle(&settings, &pyramids.lights(weights, &settings, renderer.light()))
         };
         let limit = picture(Weights::Exact, Solver::Bracketed, 1);
         let own = |steps| {

@@ -1,4 +1,4 @@
-//! What is measured of a few ways together: whole frames in turns, and flicker. In other company all is measured again.
+//! What is measured of a few ways together: whole frames in turns, and flicker. Among others all is measured again.
 
 use sglow_runtime::device::Gpu;
 use sglow_runtime::frame::{Renderer, light_maps};
@@ -17,49 +17,49 @@ use crate::time::Time;
 const WALK: Walk = Walk { frames: 5, pixels: 400, samples: 128, step: 0.002 };
 
 /// Ways by their names.
-pub(super) type Company<'a> = [(String, &'a Settings)];
+pub(super) type Named<'a> = [(String, &'a Settings)];
 
 /// Times of whole frames of indirect light of each way, in turns.
 pub(super) fn whole_frames(
     subject: &Subject<'_>,
-    company: &Company<'_>,
+    named: &Named<'_>,
     cache: &Cache,
 ) -> Result<Vec<Time>, FrontierError> {
-    cache.get(&key(subject, "frontier in turns", company)?, || in_turns(subject, company))
+    cache.get(&key(subject, "frontier in turns", named)?, || in_turns(subject, named))
 }
 
 /// How much each way flickers while the light moves.
 pub(super) fn flicker(
     subject: &Subject<'_>,
-    company: &Company<'_>,
+    named: &Named<'_>,
     cache: &Cache,
 ) -> Result<Vec<f64>, FrontierError> {
-    let key = key(subject, "flicker", company)?.on("walk", format!("{WALK:?}"));
+    let key = key(subject, "flicker", named)?.on("walk", format!("{WALK:?}"));
     cache.get(&key, || {
         let contender = |(name, settings): &(String, &Settings)| Contender {
             name: name.clone(),
             settings: (*settings).clone(),
         };
-        let contenders: Vec<Contender> = company.iter().map(contender).collect();
+        let contenders: Vec<Contender> = named.iter().map(contender).collect();
         let Subject { gpu, package, scene, .. } = *subject;
         let found = flicker::flicker(gpu, package, scene, &contenders, WALK, |_| {})?;
         Ok(found.contenders.into_iter().map(|one| one.flicker).collect())
     })
 }
 
-fn key(subject: &Subject<'_>, what: &str, company: &Company<'_>) -> Result<Key, FrontierError> {
-    let names: Vec<&str> = company.iter().map(|one| one.0.as_str()).collect();
-    let mut key = subject.scene_key(&format!("{what} of {}", names.join(" ")));
-    for (name, settings) in company {
+fn key(subject: &Subject<'_>, what: &str, named: &Named<'_>) -> Result<Key, FrontierError> {
+    let names: Vec<&str> = named.iter().map(|one| one.0.as_str()).collect();
+    let mut key = subject.scene_key(&format!("{what} of {}", names.join(" ")))?;
+    for (name, settings) in named {
         key = key.on(name, format!("{:?}", subject.key(what, name, settings)?));
     }
     Ok(key)
 }
 
-fn in_turns(subject: &Subject<'_>, company: &Company<'_>) -> Result<Vec<Time>, FrontierError> {
+fn in_turns(subject: &Subject<'_>, named: &Named<'_>) -> Result<Vec<Time>, FrontierError> {
     let Drawn { renderer, .. } = subject.drawn()?;
     let gpu = subject.gpu;
-    let made = company
+    let made = named
         .iter()
         .map(|(_, settings)| {
             let light = renderer.indirect().settings().light;
@@ -70,7 +70,7 @@ fn in_turns(subject: &Subject<'_>, company: &Company<'_>) -> Result<Vec<Time>, F
             Ok((indirect, hiding))
         })
         .collect::<Result<Vec<_>, FrontierError>>()?;
-    let mut runs = vec![Vec::new(); company.len()];
+    let mut runs = vec![Vec::new(); named.len()];
     for run in 0..=RUNS {
         for ((indirect, hiding), runs) in made.iter().zip(&mut runs) {
             let time = one_frame(renderer, indirect, hiding.as_ref(), gpu)?;

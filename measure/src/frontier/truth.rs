@@ -6,6 +6,7 @@ use sglow_oracle::estimate::Estimate;
 use sglow_runtime::reference::{self, Choice, Kind};
 
 use super::document::{Radiance, Reference, ReferenceKind};
+use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
 use crate::cache::Cache;
 use crate::rivals::flicker::of_pixels;
@@ -39,25 +40,20 @@ pub struct Truth {
 
 /// The reference of a subject, kept for the next time.
 ///
-/// `progress` is told how many pixels are done, and of how many.
-///
 /// # Errors
 ///
 /// When the scene does not render or cannot be traced, or the camera sees nothing.
 pub fn truth(
     subject: &Subject<'_>,
     cache: &Cache,
-    progress: &(dyn Fn(usize, usize) + Sync),
+    progress: &dyn Progress,
 ) -> Result<Truth, FrontierError> {
     let key =
-        subject.scene_key("reference").on("samples", format!("{PATHS} {RAYS} {SAMPLE} {SEED}"));
+        subject.scene_key("reference")?.on("samples", format!("{PATHS} {RAYS} {SAMPLE} {SEED}"));
     cache.get(&key, || make(subject, progress))
 }
 
-fn make(
-    subject: &Subject<'_>,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Truth, FrontierError> {
+fn make(subject: &Subject<'_>, progress: &dyn Progress) -> Result<Truth, FrontierError> {
     let drawn = subject.drawn()?;
     let Drawn { renderer, frame, rsm } = drawn;
     let settings = renderer.indirect().settings();
@@ -69,14 +65,17 @@ fn make(
     }
     let sample: Vec<usize> =
         present.iter().copied().step_by(present.len().div_ceil(SAMPLE)).collect();
-    let told = |done, of| {
-        progress(done, of);
+    let told = |done, _| {
+        progress.done(done);
         true
     };
+    let pixels = surfaces.position.len();
     let (light, eye, scene) = (renderer.light(), renderer.eye(), subject.scene);
+    progress.start(&format!("{}: reference of paths", scene.name), pixels);
     // Both, for how far they are off hangs on a few pixels, which a pilot would miss.
     let paths = reference::paths(light, settings, scene, surfaces, eye, PATHS, SEED, told)?
         .unwrap_or_default();
+    progress.start(&format!("{}: reference of points", scene.name), pixels);
     let points = reference::points(light, settings, scene, rsm, surfaces, eye, RAYS, SEED, told)?
         .unwrap_or_default();
     let seen = |estimates: &[Estimate]| -> Vec<Estimate> {

@@ -9,8 +9,8 @@ use sglow_shaders::{
     Visibility, centres, density, light_points, light_shadow,
 };
 
-/// The axes of a way, in the order in which names tell them.
-pub const AXES: [&str; 12] = [
+/// The axes that ways differ in, in the order in which names tell them.
+pub const AXES: [&str; 11] = [
     "density",
     "draw",
     "space",
@@ -21,7 +21,6 @@ pub const AXES: [&str; 12] = [
     "precision",
     "diffuse",
     "specular",
-    "ndf",
     "visibility",
 ];
 
@@ -87,8 +86,7 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
     let (ours, theirs) = (axes(settings), axes(base));
     let differs = |axis: &&&str| {
         // What follows from another value is not told.
-        let follows = **axis == "solver" && settings.kernel == Kernel::Previous
-            || **axis == "ndf" && (settings.ndf == Ndf::None || base.ndf == Ndf::None);
+        let follows = **axis == "solver" && settings.kernel == Kernel::Previous;
         ours[**axis] != theirs[**axis] && !follows
     };
     let told: Vec<String> =
@@ -127,7 +125,8 @@ pub fn every(base: &Settings) -> Vec<Settings> {
     let mut all = Vec::new();
     for lights in makers(base) {
         for visibility in Visibility::ALL {
-            for (specular, ndf) in reflections() {
+            for specular in Specular::ALL {
+                let ndf = distribution(specular, base);
                 for diffuse in Diffuse::ALL {
                     let way = Settings { diffuse, specular, ndf, visibility, ..lights.clone() };
                     if way.shade().excluded().is_none() {
@@ -140,8 +139,14 @@ pub fn every(base: &Settings) -> Vec<Settings> {
     all
 }
 
-fn reflections() -> impl Iterator<Item = (Specular, Ndf)> {
-    Specular::ALL.into_iter().flat_map(|specular| Ndf::ALL.map(|ndf| (specular, ndf)))
+/// The distribution of facets that goes with a lobe. It is what the material is, not a way to light it: the reference has
+/// the same.
+fn distribution(specular: Specular, base: &Settings) -> Ndf {
+    match (specular, base.ndf) {
+        (Specular::None, _) => Ndf::None,
+        (_, Ndf::None) => Ndf::Ggx,
+        (_, ndf) => ndf,
+    }
 }
 
 /// What makes virtual lights.
@@ -217,9 +222,7 @@ mod tests {
                 let (axis, value) = setting.split_once('=').unwrap();
                 again.set(axis, value).unwrap();
             }
-            if again.specular == Specular::None {
-                again.ndf = Ndf::None;
-            }
+            again.ndf = distribution(again.specular, &base);
             assert_eq!(axes(&again), axes(&way));
         }
     }

@@ -6,15 +6,12 @@
 //! where nothing is hidden nothing is uncertain. Two errors are stated apart: the noise of the draws, and how far a
 //! lattice of points is from the light's surface.
 
-use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-
-use rayon::prelude::*;
-
 use super::{Arriving, BLOCKS_AT_ONCE, LANES, Lane, Receiver, Sums, VirtualPointLights};
 use crate::Vector3;
 use crate::brdf::{Ndf, fresnel};
 use crate::estimate::Estimate;
 use crate::fis::stress::Random;
+use crate::groups::in_groups;
 use crate::path::{Materials, scrambled};
 use crate::shade::Reflected;
 use crate::surface::{Scene, SurfaceTexel};
@@ -52,26 +49,10 @@ impl VisiblePoints<'_> {
         eye: Vector3,
         progress: &(dyn Fn(usize) -> bool + Sync),
     ) -> Option<Vec<Estimate>> {
-        let (done, go_on) = (AtomicUsize::new(0), AtomicBool::new(true));
-        let groups: Vec<Vec<Estimate>> = surfaces
-            .par_chunks(PIXELS_AT_ONCE)
-            .enumerate()
-            .map(|(number, group)| {
-                if !go_on.load(Ordering::Relaxed) {
-                    return Vec::new();
-                }
-                let first = number * PIXELS_AT_ONCE;
-                let estimates = match self.lights.ndf {
-                    Ndf::Ggx => self.group::<true>(first, group, eye),
-                    Ndf::Beckmann => self.group::<false>(first, group, eye),
-                };
-                if !progress(done.fetch_add(group.len(), Ordering::Relaxed) + group.len()) {
-                    go_on.store(false, Ordering::Relaxed);
-                }
-                estimates
-            })
-            .collect();
-        go_on.into_inner().then(|| groups.concat())
+        in_groups(surfaces, PIXELS_AT_ONCE, progress, |first, group| match self.lights.ndf {
+            Ndf::Ggx => self.group::<true>(first, group, eye),
+            Ndf::Beckmann => self.group::<false>(first, group, eye),
+        })
     }
 
     /// The estimates of some pixels, the first of which has a number.

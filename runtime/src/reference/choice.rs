@@ -1,18 +1,6 @@
 //! Which reference is the better one of a frame: the one that is more certain of itself.
 
-use glam::Vec3;
 use sglow_oracle::estimate::{Estimate, Uncertainty};
-use sglow_oracle::fis::stress::Random;
-use sglow_oracle::path::Paths;
-use sglow_oracle::surface::{self, SceneError, SurfaceTexel};
-use sglow_oracle::vpl::VisiblePoints;
-
-use super::path::{SceneMaterials, facets};
-use super::{light, ndf, point_lights, texels, vector};
-use crate::frame::Surfaces;
-use crate::light::LightView;
-use crate::scene::Scene;
-use crate::settings::Settings;
 
 /// A reference with visibility.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,19 +9,6 @@ pub enum Kind {
     Paths,
     /// Every texel of the light's map, and what hides it: see [`super::points()`].
     Points,
-}
-
-/// What both references are tried with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pilot {
-    /// Pixels, at least 1, spread over the surfaces that are seen by chance.
-    pub pixels: usize,
-    /// Paths for each of them.
-    pub samples: u32,
-    /// Shadow rays for each of them.
-    pub rays: u32,
-    /// Other seeds give other pixels and other noise.
-    pub seed: u64,
 }
 
 /// The better reference and what it was chosen by.
@@ -46,42 +21,9 @@ pub struct Choice {
     /// What points say of themselves.
     pub points: Uncertainty,
     /// The root mean square difference of both, in the unit of the picture. Where it is far above both totals one of them
-    /// does not know its error: a few pixels of paths that hardly ever find what is bright say too little.
+    /// does not know its error: a few pixels of paths that hardly ever find what is bright say too little. So all pixels
+    /// are to be compared, not some.
     pub difference: f64,
-}
-
-/// Tries both references on some pixels of a frame, each with as much work as it is to have on all of them.
-///
-/// # Errors
-/// [`SceneError`] names a triangle that is not finite.
-pub fn choose(
-    view: &LightView,
-    settings: &Settings,
-    scene: &Scene,
-    rsm: &Surfaces,
-    gbuffer: &Surfaces,
-    eye: Vec3,
-    pilot: &Pilot,
-) -> Result<Choice, SceneError> {
-    let (triangles, materials) = (surface::Scene::new(facets(scene))?, SceneMaterials(scene));
-    let Pilot { pixels, samples, rays, seed } = *pilot;
-    let receivers = some(&texels(gbuffer), pixels, seed);
-    let (eye, go_on) = (vector(eye), |_| true);
-    let paths = Paths {
-        scene: &triangles,
-        materials: &materials,
-        light: &light(view, settings.light),
-        ndf: ndf(settings.ndf),
-        samples,
-        seed,
-    };
-    let lights = point_lights(view, settings, rsm);
-    let points =
-        VisiblePoints { lights: &lights, scene: &triangles, materials: &materials, rays, seed };
-    // Nothing stops them.
-    let paths = paths.reflect(&receivers, eye, &go_on).unwrap_or_default();
-    let points = points.reflect(&receivers, eye, &go_on).unwrap_or_default();
-    Ok(Choice::of(&paths, &points))
 }
 
 impl Choice {
@@ -97,14 +39,6 @@ impl Choice {
         let better = if points.relative() < paths.relative() { Kind::Points } else { Kind::Paths };
         Self { better, paths, points, difference: (squares / count.max(1) as f64).sqrt() }
     }
-}
-
-/// Surfaces drawn by chance, the same ones of a seed; none if there is none.
-fn some(texels: &[SurfaceTexel], count: usize, seed: u64) -> Vec<SurfaceTexel> {
-    let present: Vec<SurfaceTexel> = texels.iter().filter(|texel| texel.present).copied().collect();
-    let mut random = Random::new(seed);
-    let mut one = || present.get((random.uniform() * present.len() as f64) as usize).copied();
-    (0..count).filter_map(|_| one()).collect()
 }
 
 #[cfg(test)]

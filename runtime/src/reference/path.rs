@@ -128,16 +128,9 @@ fn sample(image: &Image, how: &TextureUse, at: [f64; 2]) -> [f64; 4] {
     })
 }
 
-// [IEC 61966-2-1]
 fn linear(image: &Image, channel: usize, value: u8) -> f64 {
     let value = f64::from(value) / 255.0;
-    if !image.srgb || channel == 3 {
-        value
-    } else if value <= 0.04045 {
-        value / 12.92
-    } else {
-        ((value + 0.055) / 1.055).powf(2.4)
-    }
+    if !image.srgb || channel == 3 { value } else { sglow_oracle::flip::decoded(value) }
 }
 
 /// The indirect light of a frame by `samples` paths of one bounce per pixel, in f64, with exact visibility: see

@@ -55,6 +55,21 @@ pub struct LeftOut {
     pub saved: Saved,
 }
 
+impl LeftOut {
+    /// What was left out, in a line: values of axes, or variants.
+    #[must_use]
+    pub fn what(&self) -> String {
+        let values =
+            self.values.iter().map(|(axis, values)| format!("{axis} {}", values.join(", ")));
+        let variants = match self.variants.as_slice() {
+            [] => None,
+            [only] => Some(only.clone()),
+            [first, rest @ ..] => Some(format!("{first} and {} more", rest.len())),
+        };
+        values.chain(variants).collect::<Vec<_>>().join("; ")
+    }
+}
+
 /// What was saved. Less than nothing where what is left costs more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -13,6 +13,7 @@ use sglow_measure::frontier::subject::Subject;
 use sglow_shader_gen::package::Target;
 
 use crate::command::gen_shaders;
+use crate::command::report::ways::Offer;
 use crate::command::report::{Case, Choice, ways};
 use crate::failure::{self, Failure, Result};
 use crate::json::{self, Check, Relation, Report};
@@ -114,7 +115,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let ((only, (cache, ())), case) = failure::both(failure::both(only, places), case)?;
     let package = ways::package(arguments.choice.all)?;
     let gpu = shot::gpu(&arguments.numbers)?;
-    let ways = ways::of(&gpu, &package, &case.scene.name, &case.derivation, &only)?;
+    let offer =
+        Offer { package: &package, all: arguments.choice.all, filters: gpu.filters_float32() };
+    let ways = ways::of(&offer, &case.scene.name, &case.derivation, &only)?;
     let subject = Subject::new(&gpu, &package, &case.scene, case.derivation.settings.clone());
     let bars = Bars::default();
     let bought = buy(&subject, &ways, metric, budget, &cache, &bars);

@@ -9,7 +9,7 @@ use sglow_runtime::needs::Decision;
 use sglow_runtime::plan::{Part, Storage};
 use sglow_runtime::scene::Fact;
 use sglow_shader_gen::library::Library;
-use sglow_shader_gen::manifest::{LeftOut, Saved};
+use sglow_shader_gen::manifest::Saved;
 use sglow_shader_gen::matrix::{Excluded, Variant};
 use sglow_shader_gen::package::Purpose;
 
@@ -81,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
                     "{}: {}; leaves out {}, which is measured against {}",
                     left.rule,
                     left.reason,
-                    what(left),
+                    left.what(),
                     left.against
                 ));
             }
@@ -205,17 +205,6 @@ fn left_out(purpose: &Purpose) -> comfy_table::Table {
     }
     row("all of them", &purpose.made_for.saved);
     table
-}
-
-/// What a rule left out.
-fn what(left: &LeftOut) -> String {
-    let values = left.values.iter().map(|(axis, values)| format!("{axis} {}", values.join(", ")));
-    let variants = match left.variants.as_slice() {
-        [] => None,
-        [only] => Some(only.clone()),
-        [first, rest @ ..] => Some(format!("{first} and {} more", rest.len())),
-    };
-    values.chain(variants).collect::<Vec<_>>().join("; ")
 }
 
 /// Where the milliseconds come from.

@@ -66,20 +66,11 @@ impl From<&needs::Decision> for Decision {
 
 /// What a package was made without.
 pub(crate) fn left_out_by(purpose: &Purpose) -> Vec<LeftOut> {
-    let one = |left: &manifest::LeftOut| {
-        let values =
-            left.values.iter().map(|(axis, values)| format!("{axis} {}", values.join(", ")));
-        let variants = match left.variants.as_slice() {
-            [] => None,
-            [only] => Some(only.clone()),
-            [first, rest @ ..] => Some(format!("{first} and {} more", rest.len())),
-        };
-        LeftOut {
-            what: values.chain(variants).collect::<Vec<_>>().join("; "),
-            rule: left.rule.clone(),
-            reason: left.reason.clone(),
-            saved: numbers(&left.saved),
-        }
+    let one = |left: &manifest::LeftOut| LeftOut {
+        what: left.what(),
+        rule: left.rule.clone(),
+        reason: left.reason.clone(),
+        saved: numbers(&left.saved),
     };
     let mut all: Vec<LeftOut> = purpose.left_out.iter().map(one).collect();
     all.push(LeftOut {

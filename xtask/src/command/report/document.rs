@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use sglow_measure::densities::OnDensity;
 use sglow_measure::frontier::document::SceneReport;
 
-use super::densities::OnDensity;
 use crate::failure::Result;
 use crate::json::Report;
 use crate::page::report::LeftOut;

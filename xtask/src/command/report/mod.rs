@@ -6,12 +6,12 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use sglow_measure::cache::Cache;
+use sglow_measure::densities::OnDensity;
 use sglow_measure::frontier::document::{Pictures, ReferenceKind, SceneReport};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::way::Allowed;
-use sglow_measure::frontier::{RUNS, judge, scene};
+use sglow_measure::frontier::{RUNS, evaluate, scene};
 use sglow_runtime::device::Gpu;
-use sglow_runtime::package::Package;
 use sglow_runtime::scene::Scene;
 
 use crate::derivation::Derivation;
@@ -28,6 +28,7 @@ mod document;
 pub(crate) mod ways;
 
 use document::Document;
+use ways::Offer;
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -163,15 +164,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let mut report = Report::new();
     report.adapter.clone_from(&gpu.adapter.name);
     report.driver.clone_from(&gpu.adapter.driver);
+    let filters = gpu.filters_float32();
+    let offer = Offer { package: &package, all: arguments.choice.all, filters };
     let mut found = Vec::new();
     for case in &cases {
-        found.push(measure(&gpu, &package, case, &only, &cache)?);
+        found.push(measure(&gpu, &offer, case, &only, &cache)?);
     }
     for scene in &found {
         show(&scene.measured);
         check(&scene.measured, &mut report);
     }
-    let densities = densities::stress(&gpu, &package, &arguments.numbers, &cache, &mut report)?;
+    let on_densities =
+        sglow_measure::densities::densities(&gpu, &package, arguments.numbers.iterations, &cache)?;
+    densities::show(&on_densities, &mut report)?;
     say::line(format!("\n{}", report.table()));
     say::line(format!(
         "{}, {}; medians of {}. {}",
@@ -184,7 +189,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     say::line(format!(
         "{made} results measured, {outdated} of them since something had changed; {kept} as before"
     ));
-    write(arguments, &report, &found, densities, start.elapsed())?;
+    write(arguments, &report, &found, on_densities, start.elapsed())?;
     report.verdict()
 }
 
@@ -193,7 +198,7 @@ fn write(
     arguments: &Arguments,
     report: &Report,
     found: &[Found],
-    densities: Vec<densities::OnDensity>,
+    densities: Vec<OnDensity>,
     took: Duration,
 ) -> Result {
     let shown: Vec<_> = found
@@ -239,14 +244,14 @@ fn write(
 /// Measures one scene.
 fn measure(
     gpu: &Gpu,
-    package: &Package,
+    offer: &Offer<'_>,
     case: &Case,
     only: &Allowed,
     cache: &Cache,
 ) -> Result<Found> {
     let Case { scene, derivation } = case;
-    let ways = ways::of(gpu, package, &scene.name, derivation, only)?;
-    let subject = Subject::new(gpu, package, scene, derivation.settings.clone());
+    let ways = ways::of(offer, &scene.name, derivation, only)?;
+    let subject = Subject::new(gpu, offer.package, scene, derivation.settings.clone());
     let bars = Bars::default();
     let measured = scene::scene(&subject, &ways, cache, &bars);
     bars.clear();
@@ -256,7 +261,7 @@ fn measure(
         measured::keep(cache, scene, pruned, &gpu.adapter)?;
     }
     let (purpose, _) = saving::purpose(&library()?, derivation, &scene.name, &[], rules.as_ref())?;
-    let map = |picture| judge::flip_map(&pictures.reference, picture, measured.size);
+    let map = |picture| evaluate::flip_map(&pictures.reference, picture, measured.size);
     let flip = pictures.ways.iter().map(|(name, picture)| (name.clone(), map(picture))).collect();
     Ok(Found {
         flip,

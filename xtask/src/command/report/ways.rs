@@ -1,9 +1,9 @@
 //! Which ways are measured: those that the package offers, the scene allows and the user asks for.
 
 use sglow_measure::frontier::way::{self, Allowed};
-use sglow_runtime::device::Gpu;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
+use sglow_shader_gen::matrix::Allowed as AllowedValue;
 use sglow_shaders::Filter;
 
 use crate::derivation::Derivation;
@@ -20,53 +20,121 @@ pub(crate) fn package(all: bool) -> Result<Package> {
     if all { whole_space() } else { Ok(Package::embedded()) }
 }
 
+/// What there is to choose from.
+pub(crate) struct Offer<'a> {
+    /// The shaders.
+    pub(crate) package: &'a Package,
+    /// Whether they are all legal ones, not only those that are committed.
+    pub(crate) all: bool,
+    /// Whether the device filters 32-bit floats.
+    pub(crate) filters: bool,
+}
+
+impl Offer<'_> {
+    fn has(&self, way: &Settings) -> bool {
+        way::variants(way).iter().all(|id| self.package.text(id).is_ok())
+    }
+
+    fn runs(&self, way: &Settings) -> bool {
+        self.filters || way.filter == Filter::Exact
+    }
+}
+
 /// The ways of a scene: with all that its needs leave on each axis.
 ///
 /// # Errors
 ///
 /// When none remains: says what took the last ones away.
 pub(crate) fn of(
-    gpu: &Gpu,
-    package: &Package,
+    offer: &Offer<'_>,
     scene: &str,
     derivation: &Derivation,
     only: &Allowed,
 ) -> Result<Vec<Settings>> {
-    let lacks_filter = |way: &Settings| way.filter != Filter::Exact && !gpu.filters_float32();
-    let offered = |way: &Settings| {
-        way::variants(way).iter().all(|id| package.text(id).is_ok()) && !lacks_filter(way)
-    };
     let left = |axis: &str, value: &str| {
         let allowed = derivation.allowed.get(axis);
         allowed.is_none_or(|allowed| allowed.values.iter().any(|allowed| allowed == value))
     };
-    let needed = |way: &Settings| way::axes(way).iter().all(|(axis, value)| left(axis, value));
-    let fits = |way: &&Settings| way::fits(way, only);
-    let offered: Vec<Settings> =
-        way::every(&derivation.settings).into_iter().filter(offered).collect();
-    let needed: Vec<Settings> = offered.iter().filter(|way| needed(way)).cloned().collect();
-    let asked: Vec<Settings> = needed.iter().filter(fits).cloned().collect();
-    if !asked.is_empty() {
-        return Ok(asked);
+    let needed = |way: &&Settings| way::axes(way).iter().all(|(axis, value)| left(axis, value));
+    let mut asked = way::every(&derivation.settings);
+    asked.retain(|way| way::fits(way, only));
+    let failure = || Failure::new(format!("{scene}: nothing remains to be measured"));
+    if asked.is_empty() {
+        return Err(failure().help("no legal variant has these values together"));
     }
-    let failure = Failure::new(format!("{scene}: nothing remains to be measured"));
-    if !offered.iter().any(|way| fits(&way)) {
-        return Err(failure.help(
-            "no variant that is committed has these values together; --all takes every legal one",
-        ));
+    asked.retain(|way| offer.has(way));
+    if asked.is_empty() {
+        let what = "no variant that is committed has these values together";
+        let help = if offer.all {
+            what.to_owned()
+        } else {
+            format!("{what}; --all takes every legal one")
+        };
+        return Err(failure().help(help));
     }
-    let rules = derivation.allowed.iter().flat_map(|(axis, allowed)| {
-        let asked = only.get(axis);
-        allowed.because.iter().filter(move |rule| {
-            asked.is_some_and(|asked| rule.removed.iter().any(|value| asked.contains(value)))
-        })
-    });
-    Err(rules.fold(failure, |failure, rule| {
-        failure.help(format!(
-            "{} leaves out {}: {}",
-            rule.need,
-            rule.removed.join(", "),
-            rule.reason
-        ))
-    }))
+    asked.retain(|way| offer.runs(way));
+    if asked.is_empty() {
+        return Err(failure().help("filter=hardware needs a device that filters 32-bit floats"));
+    }
+    let ways: Vec<Settings> = asked.iter().filter(needed).cloned().collect();
+    if !ways.is_empty() {
+        return Ok(ways);
+    }
+    let because = |(axis, allowed): (&String, &AllowedValue)| -> Vec<String> {
+        let has = |value: &String| {
+            asked.iter().all(|way| way::axes(way).get(axis.as_str()) == Some(&value.as_str()))
+        };
+        let rules = allowed.because.iter().filter(|rule| rule.removed.iter().any(has));
+        rules
+            .map(|rule| {
+                format!(
+                    "{} leaves out {axis} {}: {}",
+                    rule.need,
+                    rule.removed.join(", "),
+                    rule.reason
+                )
+            })
+            .collect()
+    };
+    Err(derivation.allowed.iter().flat_map(because).fold(failure(), Failure::help))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::report::Case;
+    use crate::shot::Numbers;
+
+    fn ways(scene: &str, words: &[&str], all: bool, filters: bool) -> Result<Vec<Settings>> {
+        let case = Case::new(scene, [16, 9], &Numbers::default()).unwrap();
+        let package = Package::embedded();
+        let only = only(&words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>()).unwrap();
+        of(&Offer { package: &package, all, filters }, scene, &case.derivation, &only)
+    }
+
+    #[test]
+    fn a_scene_is_measured_by_what_it_needs() {
+        let diffuse = ways("cornell", &[], false, true).unwrap();
+        assert!(diffuse.iter().all(|way| way.specular == sglow_shaders::Specular::None));
+        let glossy = ways("cornell-glossy", &[], false, true).unwrap();
+        assert!(glossy.len() > 5 * diffuse.len());
+        let exact = ways("cornell", &[], false, false).unwrap();
+        assert!(exact.len() < diffuse.len() && exact.iter().all(|way| way.filter == Filter::Exact));
+    }
+
+    #[test]
+    fn what_took_the_last_way_away_is_named() {
+        let help = |scene, words: &[&str], all, filters| {
+            ways(scene, words, all, filters).unwrap_err().to_string()
+        };
+        let needs = help("cornell", &["specular=asg"], false, true);
+        assert!(needs.contains("no-specular-surface") && !needs.contains("--all"), "{needs}");
+        let committed = help("cornell", &["diffuse=erf"], false, true);
+        assert!(committed.contains("--all takes"), "{committed}");
+        assert!(!help("cornell", &["diffuse=erf"], true, true).contains("--all"));
+        let device = help("cornell", &["filter=hardware"], false, false);
+        assert!(device.contains("filters 32-bit floats"), "{device}");
+        let together = ["kernel=previous", "solver=bracketed"];
+        assert!(help("cornell", &together, false, true).contains("no legal variant"));
+    }
 }

@@ -1,4 +1,4 @@
-//! Every way on trial: the times of its passes, and the verdict on its picture.
+//! Every way measured: the times of its passes, and what its picture is evaluated to be.
 //!
 //! Ways have most of what they do in common: maps, lights and what reflects them are timed once each.
 
@@ -11,18 +11,18 @@ use sglow_shaders::{Diffuse, Lobes, Specular};
 
 use super::bench::{Timed, of_lights, of_maps};
 use super::document::Way;
-use super::judge::{Judge, Verdict};
+use super::evaluate::{Evaluation, Evaluator};
 use super::progress::Progress;
 use super::shadings::time_shadings;
+use super::shared::{Lights, Shared, Step};
 use super::subject::{Drawn, FrontierError, Subject};
 use super::truth::Truth;
 use super::way;
-use super::workshop::{Lights, Step, Workshop};
 use crate::cache::Cache;
 
 /// What was found of every way.
 #[derive(Default)]
-pub(super) struct Tried {
+pub(super) struct Measured {
     pub(super) ways: Vec<Way>,
     /// How times were taken.
     pub(super) clock: String,
@@ -37,70 +37,79 @@ pub(super) fn every(
     truth: &Truth,
     cache: &Cache,
     progress: &dyn Progress,
-) -> Result<Tried, FrontierError> {
-    let court =
-        Court { workshop: Workshop::new(subject), subject, truth, cache, judge: OnceCell::new() };
-    let shadings = time_shadings(&court.workshop, ways, cache, progress)?;
+) -> Result<Measured, FrontierError> {
+    let context =
+        Context { shared: Shared::new(subject), subject, truth, cache, evaluator: OnceCell::new() };
+    let shadings = time_shadings(&context.shared, ways, cache, progress)?;
     progress.start(&format!("{}: {} ways", subject.scene.name, ways.len()), ways.len());
-    let mut tried = Tried::default();
+    let mut measured = Measured::default();
     // Ways that share a step follow each other.
     for ways in ways.chunk_by(|one, next| of_maps(one) == of_maps(next)) {
         let Some(first) = ways.first() else { continue };
         let maps = Step::maps(subject, first, cache)?;
-        tried.clock.clone_from(&maps.timed.clock);
+        measured.clock.clone_from(&maps.timed.clock);
         for ways in ways.chunk_by(|one, next| of_lights(one) == of_lights(next)) {
             let Some(first) = ways.first() else { continue };
             let lights = Lights::new(subject, first, &maps, cache)?;
             for settings in ways {
-                let verdict = court.verdict(settings, &lights)?;
-                tried.not_finite += verdict.not_finite;
+                let evaluation = context.evaluation(settings, &lights)?;
+                measured.not_finite += evaluation.not_finite;
                 let reflected = &shadings[&settings.shade().id().to_string()];
                 let parts = [&maps.timed, &lights.step.timed, reflected];
-                tried.ways.push(way_of(subject, settings, parts, verdict));
-                progress.done(tried.ways.len());
+                measured.ways.push(way_of(subject, settings, parts, evaluation));
+                progress.done(measured.ways.len());
             }
         }
     }
-    Ok(tried)
+    Ok(measured)
 }
 
-/// Where ways are judged.
-struct Court<'a, 's> {
-    workshop: Workshop<'a, 's>,
+/// What evaluating ways takes.
+struct Context<'a, 's> {
+    shared: Shared<'a, 's>,
     subject: &'a Subject<'s>,
     truth: &'a Truth,
     cache: &'a Cache,
-    judge: OnceCell<Judge<'a>>,
+    evaluator: OnceCell<Evaluator<'a>>,
 }
 
-impl<'a> Court<'a, '_> {
+impl<'a> Context<'a, '_> {
     /// What is found of a way's picture.
-    fn verdict(&self, settings: &Settings, lights: &Lights<'_>) -> Result<Verdict, FrontierError> {
-        let Self { workshop, subject, .. } = self;
-        let key = subject.key("verdict", &way::name(settings, &subject.base), settings)?;
+    fn evaluation(
+        &self,
+        settings: &Settings,
+        lights: &Lights<'_>,
+    ) -> Result<Evaluation, FrontierError> {
+        let Self { shared, subject, .. } = self;
+        let key = subject.key("evaluation", &way::name(settings, &subject.base), settings)?;
         self.cache.get(&key, || {
-            let hiding = workshop.hiding(settings)?;
+            let hiding = shared.hiding(settings)?;
             let lights = lights.hidden(subject, hiding.as_deref(), settings.visibility)?;
-            let shading = workshop.shading(settings)?;
+            let shading = shared.shading(settings)?;
             let indirect = subject.reflect(lights, hiding.as_deref(), &shading)?;
             let oracle = subject.read_lights(lights)?;
-            Ok(self.judge()?.verdict(settings, &indirect, &oracle))
+            Ok(self.evaluator()?.evaluate(settings, &indirect, &oracle))
         })
     }
 
-    /// The judge, who is asked only if something was not judged before.
-    fn judge(&self) -> Result<&Judge<'a>, FrontierError> {
-        if let Some(judge) = self.judge.get() {
-            return Ok(judge);
+    /// The evaluator, made only if something was not evaluated before.
+    fn evaluator(&self) -> Result<&Evaluator<'a>, FrontierError> {
+        if let Some(evaluator) = self.evaluator.get() {
+            return Ok(evaluator);
         }
         let Drawn { renderer, frame, .. } = self.subject.drawn()?;
-        let judge = Judge::new(self.subject, self.truth, frame, renderer.eye());
-        Ok(self.judge.get_or_init(|| judge))
+        let evaluator = Evaluator::new(self.subject, self.truth, frame, renderer.eye());
+        Ok(self.evaluator.get_or_init(|| evaluator))
     }
 }
 
-/// A way of which these parts were timed and the picture was judged.
-fn way_of(subject: &Subject<'_>, settings: &Settings, parts: [&Timed; 3], verdict: Verdict) -> Way {
+/// A way of which these parts were timed and the picture was evaluated.
+fn way_of(
+    subject: &Subject<'_>,
+    settings: &Settings,
+    parts: [&Timed; 3],
+    evaluation: Evaluation,
+) -> Way {
     let base = &subject.base;
     let name = way::name(settings, base);
     let axes = way::axes(settings).into_iter();
@@ -115,9 +124,9 @@ fn way_of(subject: &Subject<'_>, settings: &Settings, parts: [&Timed; 3], verdic
         time: passes().map(|pass| pass.time).sum(),
         whole: None,
         bytes: bytes(subject, settings),
-        picture: verdict.picture,
-        model_rms_over_mean: verdict.model_rms_over_mean,
-        rounding: verdict.rounding,
+        picture: evaluation.picture,
+        model_rms_over_mean: evaluation.model_rms_over_mean,
+        rounding: evaluation.rounding,
         flicker: None,
         frontier: false,
         dominated: None,

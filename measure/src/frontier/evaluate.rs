@@ -18,9 +18,9 @@ use super::subject::{Subject, worst};
 use super::truth::Truth;
 use crate::display::Exposure;
 
-/// What is found of one picture.
+/// How wrong one picture is.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct Evaluation {
     /// What is seen.
     pub picture: PictureError,
     /// The device against the oracle.
@@ -31,8 +31,8 @@ pub struct Verdict {
     pub not_finite: usize,
 }
 
-/// A reference with all that is needed to judge pictures by it.
-pub struct Judge<'a> {
+/// A reference with all that is needed to evaluate pictures by it.
+pub struct Evaluator<'a> {
     truth: &'a Truth,
     surfaces: &'a Surfaces,
     /// Radiance that no way changes: direct light and emission.
@@ -46,8 +46,8 @@ pub struct Judge<'a> {
     reference: Vec<Vector3>,
 }
 
-impl<'a> Judge<'a> {
-    /// A judge of pictures of a subject, of which `frame` is one.
+impl<'a> Evaluator<'a> {
+    /// An evaluator of pictures of a subject, of which `frame` is one.
     #[must_use]
     pub fn new(subject: &Subject<'_>, truth: &'a Truth, frame: &'a Frame, eye: glam::Vec3) -> Self {
         let emission = frame.emission.as_deref().unwrap_or_default();
@@ -84,15 +84,15 @@ impl<'a> Judge<'a> {
 
     /// What is found of the picture that settings gave with these lights.
     #[must_use]
-    pub fn verdict(
+    pub fn evaluate(
         &self,
         settings: &Settings,
         indirect: &Radiance,
         lights: &[Vsgl<f64>],
-    ) -> Verdict {
+    ) -> Evaluation {
         let (picture, not_finite) = self.picture(indirect);
         if settings.visibility != Visibility::None {
-            return Verdict { picture, rounding: None, model_rms_over_mean: None, not_finite };
+            return Evaluation { picture, rounding: None, model_rms_over_mean: None, not_finite };
         }
         let oracle = self.by_oracle(settings, lights);
         let device: Vec<[f64; 3]> =
@@ -106,7 +106,12 @@ impl<'a> Judge<'a> {
             }),
         };
         let model = over_mean(apart(&oracle, &self.truth.points).0, &self.truth.points);
-        Verdict { picture, rounding: Some(rounding), model_rms_over_mean: Some(model), not_finite }
+        Evaluation {
+            picture,
+            rounding: Some(rounding),
+            model_rms_over_mean: Some(model),
+            not_finite,
+        }
     }
 
     /// What the oracle reflects of lights on the sample of pixels.

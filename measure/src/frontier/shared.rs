@@ -16,13 +16,13 @@ use super::way;
 use crate::cache::{Cache, Key};
 
 /// What hides and what reflects lights.
-pub(super) struct Workshop<'a, 's> {
+pub(super) struct Shared<'a, 's> {
     pub(super) subject: &'a Subject<'s>,
     shadings: RefCell<BTreeMap<String, Rc<Shading>>>,
     hidings: RefCell<BTreeMap<String, Rc<Visibility>>>,
 }
 
-impl<'a, 's> Workshop<'a, 's> {
+impl<'a, 's> Shared<'a, 's> {
     pub(super) fn new(subject: &'a Subject<'s>) -> Self {
         Self { subject, shadings: RefCell::default(), hidings: RefCell::default() }
     }
