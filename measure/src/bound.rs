@@ -359,13 +359,13 @@ pub const HALF_POWER: HalfCheck = HalfCheck {
     at_most: 3.9e-3,
     reason: "each of up to eight mips is rounded by 2^-11",
 };
-/// The largest error of a light's sharpness over the sharpness plus one.
-pub const HALF_SHARPNESS: HalfCheck = HalfCheck {
-    name: "sharpness of a lobe, over itself plus 1",
+/// The largest error of the mean length of a light's directions.
+pub const HALF_MEAN_LENGTH: HalfCheck = HalfCheck {
+    name: "mean length of a light's directions",
     value: f64::NAN,
-    at_most: 5.9e-3,
-    reason: "an error of the mean length 2/3 doubles in r/(1 - r); direction and weight are each off by 2^-11 times \
-             the root of eight independent mips, three",
+    at_most: 2.2e-3,
+    reason: "direction and weight are each off by 2^-11 times the root of eight independent mips, three, and the two are \
+             independent",
 };
 /// Numbers that are not finite.
 pub const HALF_NOT_FINITE: HalfCheck = HalfCheck {

@@ -401,8 +401,8 @@ pub const LITERAL: &str = "literal: moments about the world's origin";
 /// E[y^2] - mean^2 of world positions, which cancels far from the origin.
 fn about_the_worlds_origin(package: &Package) -> Result<Package, ExtremeError> {
     let changes = [
-        ("moments-spot-both-f32", "surface.position - origin", "surface.position"),
-        ("sample-warped-modified-bracketed-exact-both-f32", "origin + mean", "mean"),
+        ("moments-spot-both-exact-f32", "surface.position - origin", "surface.position"),
+        ("sample-warped-modified-bracketed-exact-trace-exact-both-f32", "origin + mean", "mean"),
     ];
     let mut literal = package.clone();
     for (id, stable, form) in changes {

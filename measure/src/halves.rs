@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use serde::Serialize;
-use sglow_oracle::metrics;
 use sglow_oracle::vsgl::{Lobe, Vsgl};
+use sglow_oracle::{metrics, vmf};
 use sglow_runtime::device::Gpu;
 use sglow_runtime::frame::{Frame, FrameError, Renderer, Times};
 use sglow_runtime::package::Package;
@@ -13,7 +13,7 @@ use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::Precision;
 
-use crate::bound::{HALF_NOT_FINITE, HALF_PICTURE, HALF_POWER, HALF_SHARPNESS};
+use crate::bound::{HALF_MEAN_LENGTH, HALF_NOT_FINITE, HALF_PICTURE, HALF_POWER};
 use crate::extreme::ExtremeError;
 
 /// What f16 leaves of f32 in one scene. Where there are two numbers they are of f32 and of f16.
@@ -80,7 +80,7 @@ pub fn in_scene(
         checks: vec![
             check(HALF_PICTURE, halved.picture),
             check(HALF_POWER, halved.power),
-            check(HALF_SHARPNESS, halved.sharpness),
+            check(HALF_MEAN_LENGTH, halved.mean_length),
             check(HALF_NOT_FINITE, halved.not_finite as f64),
         ],
     })
@@ -95,8 +95,8 @@ pub struct Halved {
     pub power: f64,
     /// The largest angle between the axes of a lobe whose sharpness is at least 1, in radians.
     pub direction: f64,
-    /// The largest error of a lobe's sharpness, over the sharpness plus 1.
-    pub sharpness: f64,
+    /// The largest error of the mean length of a lobe's directions.
+    pub mean_length: f64,
     /// The indirect light's RMSE over its mean.
     pub picture: f64,
     /// Numbers of the f16 picture that are not finite.
@@ -149,12 +149,12 @@ pub fn measure(
         lights.push(reference::lights::<f64>(gpu, renderer.indirect())?);
         pictures.push(indirect(&renderer.read()?));
     }
-    let [power, direction, sharpness] = compare(&lights[0], &lights[1]);
+    let [power, direction, mean_length] = compare(&lights[0], &lights[1]);
     let (picture, not_finite) = match metrics::compare(&pictures[1], &pictures[0]) {
         Some(metrics) => (metrics.rmse / metrics.reference_mean, metrics.not_finite),
         None => (f64::INFINITY, pictures[1].len()),
     };
-    Ok(Halved { bytes, power, direction, sharpness, picture, not_finite, passes })
+    Ok(Halved { bytes, power, direction, mean_length, picture, not_finite, passes })
 }
 
 fn medians(times: &[Times]) -> Vec<(&'static str, Duration)> {
@@ -177,7 +177,7 @@ fn indirect(frame: &Frame) -> Vec<f64> {
     sum
 }
 
-/// The largest errors of power, direction and sharpness.
+/// The largest errors of power, direction and mean length.
 fn compare(full: &[Vsgl], halved: &[Vsgl]) -> [f64; 3] {
     let lobes = |lights: &[Vsgl]| -> Vec<Lobe> {
         lights
@@ -198,8 +198,8 @@ fn compare(full: &[Vsgl], halved: &[Vsgl]) -> [f64; 3] {
                 let chord = (full.axis.normalized() - halved.axis.normalized()).length();
                 largest[1] = largest[1].max(2.0 * (0.5 * chord).min(1.0).asin());
             }
-            let error = (halved.sharpness - full.sharpness).abs();
-            largest[2] = largest[2].max(error / (1.0 + full.sharpness));
+            let [halved, full] = [halved, full].map(|lobe| vmf::mean_length(lobe.sharpness));
+            largest[2] = largest[2].max((halved - full).abs());
         }
     }
     largest

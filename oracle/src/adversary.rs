@@ -10,9 +10,9 @@ use crate::direct::direct;
 use crate::fis::stress::{Random, Stress};
 use crate::fis::{Warped, modified_level, previous_level};
 use crate::light::{Light, LightKind};
-use crate::rsm::{Lobes, Moments, Pyramid, moments};
+use crate::rsm::{Emission, Lobes, Moments, Pyramid, moments};
 use crate::sg::{Cosine, hemisphere_integral};
-use crate::shade::{Diffuse, Model, Reflected, Specular, shade};
+use crate::shade::{Diffuse, Emitter, Model, Reflected, Specular, shade};
 use crate::surface::SurfaceTexel;
 use crate::tolerance::{
     DIVISION_ULPS, ERFC_SCALED_ULPS, LOG_NEAR_ONE, LOG_ULPS, ROUNDING_ULPS, SQRT_ULPS, erf_ulps,
@@ -244,7 +244,13 @@ fn all_moments<R: Real>() -> Vec<Moments<R>> {
         .enumerate()
         .map(|(index, surface)| {
             let power = light().photon_power([index % SIZE, index / SIZE], [SIZE, SIZE]);
-            moments(surface, power, light().towards(surface.position).0, origin, Lobes::Both)
+            moments(
+                surface,
+                power,
+                light().towards(surface.position).0,
+                origin,
+                &Emission::printed(Lobes::Both),
+            )
         })
         .collect()
 }
@@ -256,7 +262,7 @@ fn settings(kernel: Kernel) -> Settings {
         scale: 1.0,
         origin: Vector3::new(0.5, 0.0, 0.25),
         minimum_variance: 1e-6,
-        lobes: Lobes::Both,
+        emission: Emission::printed(Lobes::Both),
     }
 }
 
@@ -407,7 +413,12 @@ fn some_lights<R: Real>() -> Vec<Vsgl<R>> {
                 layers: moments.layers.map(|layer| layer.map(|value| value.0)),
             });
             let sum = sum.fold(Moments::<f64>::nothing(), Moments::plus);
-            let light = Vsgl::of_moments(&sum, Vector3::new(0.5, 0.0, 0.25), 1e-6, Lobes::Both);
+            let light = Vsgl::of_moments(
+                &sum,
+                Vector3::new(0.5, 0.0, 0.25),
+                1e-6,
+                &Emission::printed(Lobes::Both),
+            );
             let lobe = |lobe: crate::vsgl::Lobe| crate::vsgl::Lobe {
                 axis: Vector3::constant(lobe.axis),
                 sharpness: R::constant(lobe.sharpness),
@@ -417,6 +428,7 @@ fn some_lights<R: Real>() -> Vec<Vsgl<R>> {
                 position: Vector3::constant(light.position),
                 variance: R::constant(light.variance),
                 diffuse: lobe(light.diffuse),
+                diffuse_mean_length: R::constant(light.diffuse_mean_length),
                 specular: light.specular.map(lobe),
             }
         })
@@ -462,28 +474,35 @@ fn integrals_stay_within_their_tolerances() {
 
 #[test]
 fn reflections_stay_within_their_tolerances() {
-    let eye = Vector3::new(0.0, 1.0, 6.0);
-    for diffuse in Diffuse::ALL {
-        for specular in [Specular::Sg, Specular::Asg, Specular::NdfFiltered] {
-            for ndf in [Ndf::Ggx, Ndf::Beckmann] {
-                let lights = some_lights::<Adversary>();
-                let bounds = some_lights::<Bounded>();
-                let model = Model { diffuse: Some(diffuse), specular: Some(specular), ndf };
-                let mut used = Use::default();
-                for (found, bounded) in receivers::<Adversary>().iter().zip(&receivers::<Bounded>())
-                {
-                    // Lights as a buffer holds them.
-                    let found =
-                        shade(found, Vector3::constant(eye), lights.iter().copied(), &model);
-                    let bounded =
-                        shade(bounded, Vector3::constant(eye), bounds.iter().copied(), &model);
-                    used.reflected(&found, &bounded, &format!("{model:?}"));
+    for emitter in Emitter::ALL {
+        for diffuse in Diffuse::ALL {
+            // What is specular depends on the emitter alone.
+            let speculars = [Specular::Sg, Specular::Asg, Specular::NdfFiltered];
+            let count = if diffuse == Diffuse::Fitted { speculars.len() } else { 1 };
+            for specular in &speculars[..count] {
+                for ndf in [Ndf::Ggx, Ndf::Beckmann] {
+                    let model =
+                        Model { emitter, diffuse: Some(diffuse), specular: Some(*specular), ndf };
+                    reflects_within_its_tolerances(&model);
                 }
-                // A sum of many terms: the worst case of all of them does not happen at once.
-                used.assert_meaningful(0.02);
             }
         }
     }
+}
+
+fn reflects_within_its_tolerances(model: &Model) {
+    let eye = Vector3::new(0.0, 1.0, 6.0);
+    let lights = some_lights::<Adversary>();
+    let bounds = some_lights::<Bounded>();
+    let mut used = Use::default();
+    for (found, bounded) in receivers::<Adversary>().iter().zip(&receivers::<Bounded>()) {
+        // Lights as a buffer holds them.
+        let found = shade(found, Vector3::constant(eye), lights.iter().copied(), model);
+        let bounded = shade(bounded, Vector3::constant(eye), bounds.iter().copied(), model);
+        used.reflected(&found, &bounded, &format!("{model:?}"));
+    }
+    // A sum of many terms: the worst case of all of them does not happen at once.
+    used.assert_meaningful(0.02);
 }
 
 #[test]
@@ -505,8 +524,12 @@ fn direct_light_stays_within_its_tolerances() {
 fn the_tolerances_tell_the_models_apart() {
     // Negative control: every other model leaves the tolerances of many receivers.
     let eye = Vector3::new(0.0, 1.0, 6.0);
-    let model =
-        |diffuse, specular, ndf| Model { diffuse: Some(diffuse), specular: Some(specular), ndf };
+    let model = |diffuse, specular, ndf| Model {
+        emitter: Emitter::Lobe,
+        diffuse: Some(diffuse),
+        specular: Some(specular),
+        ndf,
+    };
     let right = model(Diffuse::Constant, Specular::Sg, Ndf::Ggx);
     let outside = |other: &Model| {
         let receivers = receivers::<f64>().into_iter().zip(receivers::<Bounded>());
@@ -530,6 +553,7 @@ fn the_tolerances_tell_the_models_apart() {
         outside(&model(Diffuse::Constant, Specular::Asg, Ndf::Ggx)),
         outside(&model(Diffuse::Constant, Specular::Sg, Ndf::Beckmann)),
         outside(&model(Diffuse::Constant, Specular::NdfFiltered, Ndf::Ggx)),
+        outside(&Model { emitter: Emitter::Cosine, ..right }),
     ];
     println!("{counts:?}");
     assert_eq!(counts[0], [0, 0]);

@@ -5,8 +5,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use sglow_shaders::{
-    Draw, Light, Lobes, Precision, SglowLight, Space, centres, cluster_assign, cluster_boxes,
-    cluster_codes, cluster_starts, cluster_sum, cluster_tree,
+    Draw, Light, Lobes, Precision, SglowLight, Sharpness, Space, Variance, centres, cluster_assign,
+    cluster_boxes, cluster_codes, cluster_starts, cluster_sum, cluster_tree,
 };
 use thiserror::Error;
 
@@ -49,14 +49,25 @@ pub struct ClusterSettings {
     pub space: Space,
     /// The kind of the light whose map it is.
     pub light: Light,
+    /// The variance of virtual lights' positions.
+    pub variance: Variance,
+    /// How the sharpness of virtual lights' directions follows from their mean.
+    pub sharpness: Sharpness,
     /// The lobes that virtual lights emit.
     pub lobes: Lobes,
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1.
+    pub diffuse_mean_length: f32,
 }
 
 impl ClusterSettings {
+    fn sum(&self) -> cluster_sum::ClusterSum {
+        let Self { light, variance, sharpness, lobes, .. } = *self;
+        cluster_sum::ClusterSum { light, variance, sharpness, lobes }
+    }
+
     /// The variants that they run.
     pub(crate) fn variants(&self) -> Vec<String> {
-        let Self { draw, space, light, lobes, .. } = *self;
+        let Self { draw, space, .. } = *self;
         let mut variants = SortPasses::variants();
         variants.extend([
             centres::Centres { draw, space }.id(),
@@ -65,7 +76,7 @@ impl ClusterSettings {
             cluster_boxes::ClusterBoxes.id(),
             cluster_assign::ClusterAssign { space }.id(),
             cluster_starts::ClusterStarts.id(),
-            cluster_sum::ClusterSum { light, lobes }.id(),
+            self.sum().id(),
         ]);
         variants
     }
@@ -133,7 +144,8 @@ struct SumParameters {
     origin: [f32; 3],
     count: u32,
     minimum_variance: f32,
-    padding: [u32; 3],
+    diffuse_mean_length: f32,
+    padding: [u32; 2],
 }
 
 /// The passes of clusters, with all they keep between them.
@@ -209,7 +221,7 @@ impl Clusters {
         settings: &ClusterSettings,
     ) -> Result<Self, ClusterError> {
         check(device, settings)?;
-        let ClusterSettings { size, count, draw, space, light, lobes } = *settings;
+        let ClusterSettings { size, count, draw, space, lobes, .. } = *settings;
         let length = size[0] * size[1];
         let pass = |id: String, label| ComputePass::new(device, package, &id, label, &[]);
         let words = |label, words: u32| storage(device, label, u64::from(words));
@@ -247,7 +259,7 @@ impl Clusters {
             boxes_pass: pass(cluster_boxes::ClusterBoxes.id(), ASSIGNMENT)?,
             assign_pass: pass(cluster_assign::ClusterAssign { space }.id(), ASSIGNMENT)?,
             starts_pass: pass(cluster_starts::ClusterStarts.id(), SORT)?,
-            sum_pass: pass(cluster_sum::ClusterSum { light, lobes }.id(), SUM)?,
+            sum_pass: pass(settings.sum().id(), SUM)?,
             device: device.clone(),
             queue: queue.clone(),
             settings: *settings,
@@ -417,7 +429,8 @@ impl Clusters {
             origin: inputs.light.origin.into(),
             count: self.settings.count,
             minimum_variance: inputs.light.minimum_variance,
-            padding: [0; 3],
+            diffuse_mean_length: self.settings.diffuse_mean_length,
+            padding: [0; 2],
         };
         self.queue.write_buffer(&self.sum_parameters, 0, bytemuck::bytes_of(&parameters));
         let step = Step {

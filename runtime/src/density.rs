@@ -136,6 +136,7 @@ fn prepare(
     settings.density = sglow_shaders::Density::Power;
     settings.specular = sglow_shaders::Specular::None;
     settings.ndf = sglow_shaders::Ndf::None;
+    settings.emitter = sglow_shaders::Emitter::Lobe;
     settings.diffuse = sglow_shaders::Diffuse::Constant;
     settings.size = [1, 1];
     let indirect = Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)?;
@@ -149,7 +150,7 @@ fn prepare(
         let y = (index as u32 / size) as f32 / size as f32 - 0.5;
         position.push([weight * x, weight * y, 0.0, weight * (x * x + y * y)]);
         powers.push([weight; 4]);
-        direction.push([0.0, 0.0, weight * 2.0 / 3.0, 0.0]);
+        direction.push([0.0, 0.0, weight * 2.0 / 3.0, weight]);
     }
     let mut layers = [position, powers, direction];
     // The specular layers, where there are any, hold the same numbers: only their time counts.

@@ -116,6 +116,8 @@ pub(crate) fn light_map_config(settings: &Settings) -> Config {
     Config {
         points: settings.shadow_points,
         tile: settings.light_tile,
+        near_scale: settings.near_scale,
+        bias_scale: settings.bias_scale,
         ..Config::new(visibility, lobes, precision, count)
     }
 }

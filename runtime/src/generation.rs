@@ -2,7 +2,7 @@
 
 use glam::Vec4;
 use sglow_shaders::{
-    Density, Draw, Filter, Light, Lobes, Precision, SglowDensityParameters, SglowKernel,
+    Density, Draw, Emitter, Filter, Light, Lobes, Precision, SglowDensityParameters, SglowKernel,
     SglowMomentsParametersF16, SglowMomentsParametersF32, SglowSampleParametersF16,
     SglowSampleParametersF32, Solver, Space, Texel, sample::Sample,
 };
@@ -14,6 +14,7 @@ use crate::metropolis::{Metropolis, MetropolisSettings};
 use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, uniform};
 use crate::pyramid::{Levels, MipPasses, Pyramid, pyramid_bytes, texture_bytes};
+use crate::settings::density_variant;
 use crate::timing::Timer;
 
 /// What times are called.
@@ -62,6 +63,9 @@ pub(crate) struct Recipe {
     pub(crate) precision: Precision,
     pub(crate) density: Density,
     pub(crate) sample: Sample,
+    pub(crate) emitter: Emitter,
+    /// Length of the mean direction of a texel's diffuse emission.
+    pub(crate) diffuse_mean_length: f32,
     /// Clusters in some space instead of kernels.
     pub(crate) space: Space,
 }
@@ -125,9 +129,19 @@ impl Recipe {
     }
 
     fn clusters(&self) -> Option<ClusterSettings> {
-        let Self { size, count, light, lobes, space, .. } = *self;
-        let draw = self.sample.draw;
-        (space != Space::None).then_some(ClusterSettings { size, count, draw, space, light, lobes })
+        let Self { size, count, light, lobes, space, diffuse_mean_length, .. } = *self;
+        let Sample { draw, variance, sharpness, .. } = self.sample;
+        (space != Space::None).then_some(ClusterSettings {
+            size,
+            count,
+            draw,
+            space,
+            light,
+            variance,
+            sharpness,
+            lobes,
+            diffuse_mean_length,
+        })
     }
 
     fn chains(&self) -> Option<MetropolisSettings> {
@@ -169,12 +183,13 @@ impl Recipe {
 
     fn moments_id(&self) -> String {
         let Self { light, lobes, precision, .. } = *self;
-        sglow_shaders::moments::Moments { light, lobes, precision }.id()
+        let sharpness = self.sample.sharpness;
+        sglow_shaders::moments::Moments { light, lobes, sharpness, precision }.id()
     }
 
     fn density_id(&self) -> String {
-        let Self { density, lobes, .. } = *self;
-        sglow_shaders::density::Density { density, lobes }.id()
+        let Self { density, emitter, lobes, .. } = *self;
+        density_variant(density, emitter, lobes).id()
     }
 
     /// The variants that it runs.
@@ -339,15 +354,21 @@ impl Generation {
             return;
         };
         let (light, origin) = (view.uniform, view.origin.into());
+        let diffuse_mean_length = self.recipe.diffuse_mean_length;
         match self.recipe.precision {
             Precision::F32 => {
-                let rest = bytemuck::Zeroable::zeroed();
-                let parameters = SglowMomentsParametersF32 { light, origin, ..rest };
+                let parameters = SglowMomentsParametersF32 { light, origin, diffuse_mean_length };
                 self.write(&self.moments_parameters, &parameters);
             }
             Precision::F16 => {
                 let power_scale = 1.0 / view.power_unit;
-                let parameters = SglowMomentsParametersF16 { light, origin, power_scale };
+                let parameters = SglowMomentsParametersF16 {
+                    light,
+                    origin,
+                    diffuse_mean_length,
+                    power_scale,
+                    ..bytemuck::Zeroable::zeroed()
+                };
                 self.write(&self.moments_parameters, &parameters);
             }
         }

@@ -85,6 +85,8 @@ pub(crate) fn recipe(settings: &Settings) -> Recipe {
         precision: settings.precision,
         density: settings.density,
         sample: settings.sample(),
+        emitter: settings.emitter,
+        diffuse_mean_length: settings.diffuse_mean_length(),
         space: settings.space,
     }
 }

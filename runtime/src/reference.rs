@@ -15,10 +15,11 @@ use sglow_oracle::vsgl::{
     Kernel as OracleKernel, Lobe, PackedLobe, Settings as SampleSettings, Solver as OracleSolver,
     Vsgl,
 };
-use sglow_oracle::{Real, Vector3, shade};
+use sglow_oracle::{Real, Vector3, shade, vmf};
 use sglow_shaders::{
-    Diffuse, Light as LightAxis, Lobes, Ndf, Precision, SglowPackedLobe, SglowPackedVsglBoth,
-    SglowPackedVsglDiffuse, SglowVsglBoth, SglowVsglDiffuse, Solver, Specular,
+    Diffuse, Emitter, Light as LightAxis, Lobes, Ndf, Precision, SglowPackedLobe,
+    SglowPackedVsglBoth, SglowPackedVsglDiffuse, SglowVsglBoth, SglowVsglDiffuse, Sharpness,
+    Solver, Specular, Variance,
 };
 
 use crate::device::{DeviceError, Gpu};
@@ -95,9 +96,38 @@ pub fn lobes(lobes: Lobes) -> rsm::Lobes {
     }
 }
 
+/// What texels emit, and how lights are made of them.
+pub fn emission(settings: &Settings) -> rsm::Emission {
+    rsm::Emission {
+        lobes: lobes(settings.lobes),
+        diffuse_mean_length: f64::from(settings.diffuse_mean_length()),
+        sharpness: match settings.sharpness {
+            Sharpness::Toksvig => vmf::Sharpness::Toksvig,
+            Sharpness::Banerjee => vmf::Sharpness::Banerjee,
+            Sharpness::Exact => vmf::Sharpness::Exact,
+        },
+        variance: match settings.variance {
+            Variance::Trace => rsm::Variance::Trace,
+            Variance::Planar => rsm::Variance::Planar,
+        },
+    }
+}
+
+/// How lights emit what they reflect diffusely.
+pub fn emitter(emitter: Emitter) -> shade::Emitter {
+    match emitter {
+        Emitter::Lobe => shade::Emitter::Lobe,
+        Emitter::Cosine => shade::Emitter::Cosine,
+        Emitter::CosineConvolved => shade::Emitter::CosineConvolved,
+        Emitter::CosineQuadratic => shade::Emitter::CosineQuadratic,
+        Emitter::Disc => shade::Emitter::Disc,
+    }
+}
+
 /// The shading model.
 pub fn model(settings: &Settings) -> Model {
     Model {
+        emitter: emitter(settings.emitter),
         diffuse: match settings.diffuse {
             Diffuse::None => None,
             Diffuse::Constant => Some(shade::Diffuse::Constant),
@@ -144,6 +174,16 @@ pub fn lights_of<R: Real>(
         sharpness: number(sharpness),
         coefficient: vector(coefficient),
     };
+    let unpacked = |position, variance, diffuse, specular: Option<SglowPackedLobe>| {
+        let diffuse: Lobe<R> = packed_lobe(diffuse).lobe();
+        Vsgl {
+            position: vector(position),
+            variance: number(variance),
+            diffuse,
+            diffuse_mean_length: vmf::mean_length(diffuse.sharpness),
+            specular: specular.map(|lobe| packed_lobe(lobe).lobe()),
+        }
+    };
     Ok(match (precision, lobes) {
         (Precision::F32, Lobes::Diffuse) => readback::buffer::<SglowVsglDiffuse>(gpu, buffer)?
             .into_iter()
@@ -155,6 +195,7 @@ pub fn lights_of<R: Real>(
                     light.diffuse_sharpness,
                     light.diffuse_coefficient,
                 ),
+                diffuse_mean_length: number(light.diffuse_mean_length),
                 specular: None,
             })
             .collect(),
@@ -168,6 +209,7 @@ pub fn lights_of<R: Real>(
                     light.diffuse_sharpness,
                     light.diffuse_coefficient,
                 ),
+                diffuse_mean_length: number(light.diffuse_mean_length),
                 specular: Some(lobe(
                     light.specular_axis,
                     light.specular_sharpness,
@@ -178,21 +220,13 @@ pub fn lights_of<R: Real>(
         (Precision::F16, Lobes::Diffuse) => {
             readback::buffer::<SglowPackedVsglDiffuse>(gpu, buffer)?
                 .into_iter()
-                .map(|light| Vsgl {
-                    position: vector(light.position),
-                    variance: number(light.variance),
-                    diffuse: packed_lobe(light.diffuse).lobe(),
-                    specular: None,
-                })
+                .map(|light| unpacked(light.position, light.variance, light.diffuse, None))
                 .collect()
         }
         (Precision::F16, Lobes::Both) => readback::buffer::<SglowPackedVsglBoth>(gpu, buffer)?
             .into_iter()
-            .map(|light| Vsgl {
-                position: vector(light.position),
-                variance: number(light.variance),
-                diffuse: packed_lobe(light.diffuse).lobe(),
-                specular: Some(packed_lobe(light.specular).lobe()),
+            .map(|light| {
+                unpacked(light.position, light.variance, light.diffuse, Some(light.specular))
             })
             .collect(),
     })
@@ -239,7 +273,11 @@ pub fn moments<R: Real>(
     };
     let texels = (0..count).map(|at| {
         let (full, half) = (stack(&moments, at), stack(&halves, at));
-        let mut layers = vec![full[0], power(half[0], weights[at][0]), power(half[1], 0.0)];
+        let mut layers = vec![
+            full[0],
+            power(half[0], weights[at][0]),
+            power(half[1], half[1][3] * view.power_unit),
+        ];
         if let (Some(&direction), Some(&specular)) = (full.get(1), half.get(2)) {
             layers.extend([power(specular, 0.0), power(direction, direction[3] * view.power_unit)]);
         }
@@ -262,7 +300,7 @@ pub fn sample_settings(settings: &Settings, view: &LightView) -> SampleSettings 
         scale: f64::from(settings.size_factor),
         origin: vector(view.origin),
         minimum_variance: f64::from(view.minimum_variance),
-        lobes: lobes(settings.lobes),
+        emission: emission(settings),
     }
 }
 

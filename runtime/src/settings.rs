@@ -3,8 +3,8 @@
 use std::str::FromStr;
 
 use sglow_shaders::{
-    Density, Diffuse, Draw, Filter, Kernel, Light, Lobes, Ndf, Precision, Solver, Space, Specular,
-    Visibility,
+    Density, Diffuse, Draw, Emitter, Filter, Importance, Kernel, Light, Lobes, Ndf, Precision,
+    Sharpness, Solver, Space, Specular, Variance, Visibility,
 };
 use thiserror::Error;
 
@@ -91,6 +91,15 @@ pub struct Settings {
     pub solver: Solver,
     /// How mips are filtered.
     pub filter: Filter,
+    /// How virtual lights emit what their texels reflect diffusely.
+    pub emitter: Emitter,
+    /// Sharpness of the diffuse lobe of one texel, above 0, with the emitter `lobe` alone: 2 as printed
+    /// [Tokuyoshi 2016, Appendix A.1]; 2.2925 is the least-squares fit among normalised lobes.
+    pub emission_sharpness: f32,
+    /// The variance of virtual lights' positions.
+    pub variance: Variance,
+    /// How the sharpness of virtual lights' directions follows from their mean.
+    pub sharpness: Sharpness,
     /// Diffuse reflection.
     pub diffuse: Diffuse,
     /// Specular reflection.
@@ -105,6 +114,10 @@ pub struct Settings {
     /// Width and height of a virtual light's map in texels, with any visibility: a power of two, 8 to 256, with imperfect
     /// visibility at most 64.
     pub light_tile: u32,
+    /// What lies within this many standard deviations of a light's positions does not hide it: at least 0.
+    pub near_scale: f32,
+    /// The bias of lights' maps, in units of the smallest one that keeps a plane from shadowing itself: 0 to 4.
+    pub bias_scale: f32,
     /// Draws every surface with the variant that can do everything, whether it needs it or not: what the result of
     /// leaving things out is compared with.
     pub complete: bool,
@@ -131,12 +144,18 @@ impl Default for Settings {
             kernel: Kernel::Modified,
             solver: Solver::Bracketed,
             filter: Filter::Exact,
+            emitter: Emitter::Cosine,
+            emission_sharpness: 2.0,
+            variance: Variance::Trace,
+            sharpness: Sharpness::Exact,
             diffuse: Diffuse::Fitted,
             specular: Specular::Asg,
             ndf: Ndf::Ggx,
             visibility: Visibility::None,
             shadow_points: 8192,
             light_tile: 64,
+            near_scale: 1.0,
+            bias_scale: 1.0,
             complete: false,
             assumed: Vec::new(),
         }
@@ -144,7 +163,7 @@ impl Default for Settings {
 }
 
 /// The axes that `set` knows.
-pub const AXES: [&str; 13] = [
+pub const AXES: [&str; 16] = [
     "light",
     "lobes",
     "precision",
@@ -154,14 +173,75 @@ pub const AXES: [&str; 13] = [
     "solver",
     "filter",
     "space",
+    "emitter",
+    "variance",
+    "sharpness",
     "visibility",
     "diffuse",
     "specular",
     "ndf",
 ];
 
+/// The parameters that `set` knows: numbers, with what they set in [`Settings`].
+pub const PARAMETERS: [(&str, Parameter); 10] = [
+    ("lights", Parameter::Whole(|settings| &mut settings.count)),
+    ("map", Parameter::Whole(|settings| &mut settings.rsm_size)),
+    ("camera_lights", Parameter::Whole(|settings| &mut settings.camera_count)),
+    ("iterations", Parameter::Whole(|settings| &mut settings.iterations)),
+    ("tile", Parameter::Whole(|settings| &mut settings.light_tile)),
+    ("shadow_points", Parameter::Whole(|settings| &mut settings.shadow_points)),
+    ("size_factor", Parameter::Real(|settings| &mut settings.size_factor)),
+    ("emission_sharpness", Parameter::Real(|settings| &mut settings.emission_sharpness)),
+    ("near_scale", Parameter::Real(|settings| &mut settings.near_scale)),
+    ("bias_scale", Parameter::Real(|settings| &mut settings.bias_scale)),
+];
+
+/// Where a parameter stands.
+#[derive(Clone, Copy)]
+pub enum Parameter {
+    /// A whole number.
+    Whole(fn(&mut Settings) -> &mut u32),
+    /// A real number.
+    Real(fn(&mut Settings) -> &mut f32),
+}
+
 impl Settings {
-    /// Sets one axis by the name of its value.
+    /// Sets one parameter; whether it is one.
+    fn set_parameter(&mut self, name: &str, value: &str) -> Result<bool, SettingsError> {
+        let Some((name, parameter)) = PARAMETERS.iter().find(|(known, _)| *known == name) else {
+            return Ok(false);
+        };
+        let wrong = |range: &str| SettingsError::Range {
+            name,
+            value: value.to_owned(),
+            range: range.to_owned(),
+        };
+        match parameter {
+            Parameter::Whole(at) => {
+                *at(self) = value.parse().map_err(|_| wrong("a whole number, at least 0"))?;
+            }
+            Parameter::Real(at) => {
+                let number: f32 = value.parse().map_err(|_| wrong("a number"))?;
+                if !number.is_finite() {
+                    return Err(wrong("finite"));
+                }
+                *at(self) = number;
+            }
+        }
+        Ok(true)
+    }
+
+    /// The value of a parameter that `set` knows, as `set` takes it.
+    pub fn parameter(&self, name: &str) -> Option<String> {
+        let (_, parameter) = PARAMETERS.iter().find(|(known, _)| *known == name)?;
+        let mut own = self.clone();
+        Some(match parameter {
+            Parameter::Whole(at) => at(&mut own).to_string(),
+            Parameter::Real(at) => at(&mut own).to_string(),
+        })
+    }
+
+    /// Sets one axis by the name of its value, or one parameter.
     pub fn set(&mut self, axis: &str, value: &str) -> Result<(), SettingsError> {
         fn parse<T: FromStr<Err: std::fmt::Display>>(value: &str) -> Result<T, SettingsError> {
             value.parse().map_err(|error: T::Err| SettingsError::UnknownValue(error.to_string()))
@@ -177,14 +257,20 @@ impl Settings {
             "kernel" => self.kernel = parse(value)?,
             "solver" => self.solver = parse(value)?,
             "filter" => self.filter = parse(value)?,
+            "emitter" => self.emitter = parse(value)?,
+            "variance" => self.variance = parse(value)?,
+            "sharpness" => self.sharpness = parse(value)?,
             "diffuse" => self.diffuse = parse(value)?,
             "specular" => self.specular = parse(value)?,
             "ndf" => self.ndf = parse(value)?,
             _ => {
-                return Err(SettingsError::UnknownAxis {
-                    axis: axis.to_owned(),
-                    known: AXES.to_vec(),
-                });
+                if !self.set_parameter(axis, value)? {
+                    let parameters = PARAMETERS.iter().map(|(name, _)| *name);
+                    return Err(SettingsError::UnknownAxis {
+                        axis: axis.to_owned(),
+                        known: AXES.into_iter().chain(parameters).collect(),
+                    });
+                }
             }
         }
         Ok(())
@@ -203,6 +289,9 @@ impl Settings {
             "kernel" => self.kernel.to_string(),
             "solver" => self.solver.to_string(),
             "filter" => self.filter.to_string(),
+            "emitter" => self.emitter.to_string(),
+            "variance" => self.variance.to_string(),
+            "sharpness" => self.sharpness.to_string(),
             "diffuse" => self.diffuse.to_string(),
             "specular" => self.specular.to_string(),
             "ndf" => self.ndf.to_string(),
@@ -283,6 +372,12 @@ impl Settings {
             self.iterations.to_string(),
             "1 to 24".to_owned(),
         );
+        range(
+            self.emission_sharpness > 0.0 && self.emission_sharpness <= 1e6,
+            "the sharpness of the diffuse lobe",
+            self.emission_sharpness.to_string(),
+            "above 0 and at most 1e6".to_owned(),
+        );
         let shade = self.shade();
         if let Some(exclusion) = shade.excluded() {
             let (rule, reason) = (exclusion.name, exclusion.reason);
@@ -315,6 +410,8 @@ impl Settings {
                 Kernel::Modified => self.solver,
             },
             filter: self.filter,
+            variance: self.variance,
+            sharpness: self.sharpness,
             lobes: self.lobes,
             precision: self.precision,
         }
@@ -323,6 +420,7 @@ impl Settings {
     /// The variant of the shading pass.
     pub fn shade(&self) -> sglow_shaders::shade::Shade {
         sglow_shaders::shade::Shade {
+            emitter: self.emitter,
             diffuse: self.diffuse,
             specular: self.specular,
             ndf: self.ndf,
@@ -331,4 +429,34 @@ impl Settings {
             visibility: self.visibility,
         }
     }
+
+    /// Length of the mean direction of a texel's diffuse emission: of its lobe with the emitter `lobe`, by what turns it
+    /// back into a sharpness; else 1, for the direction is the normal.
+    pub fn diffuse_mean_length(&self) -> f32 {
+        let sharpness = f64::from(self.emission_sharpness);
+        let length = match (self.emitter, self.sharpness) {
+            // [Toksvig 2005]
+            (Emitter::Lobe, Sharpness::Toksvig) => sharpness / (sharpness + 1.0),
+            // The Langevin function [Banerjee 2005]; by its series where the difference cancels.
+            (Emitter::Lobe, _) if sharpness < 1e-2 => sharpness / 3.0,
+            (Emitter::Lobe, _) => 1.0 / sharpness.tanh() - 1.0 / sharpness,
+            _ => 1.0,
+        };
+        length as f32
+    }
+}
+
+/// The variant of the density pass: only the bidirectional one evaluates what the camera's lights emit, by the cosine for all
+/// emitters that have normals.
+pub fn density_variant(
+    density: Density,
+    emitter: Emitter,
+    lobes: Lobes,
+) -> sglow_shaders::density::Density {
+    let importance = match (density, emitter) {
+        (Density::Bidirectional, Emitter::Lobe) => Importance::Lobe,
+        (Density::Bidirectional, _) => Importance::Cosine,
+        _ => Importance::None,
+    };
+    sglow_shaders::density::Density { density, importance, lobes }
 }

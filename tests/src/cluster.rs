@@ -3,6 +3,7 @@
 use sglow_oracle::cluster::{self, Map};
 use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_oracle::fis::{lattice, warp};
+use sglow_oracle::rsm::Emission;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::{Lobe, Vsgl};
 use sglow_oracle::{Bounded, Real, Vector3};
@@ -11,9 +12,10 @@ use sglow_runtime::frame::Surfaces;
 use sglow_runtime::light::LightView;
 use sglow_runtime::package::Package;
 use sglow_runtime::scene::LightKind;
+use sglow_runtime::settings::Settings;
 use sglow_runtime::sort::RadixSort;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Draw, Light, Lobes, Precision, Space};
+use sglow_shaders::{Draw, Light, Lobes, Precision, Sharpness, Space, Variance};
 
 use crate::common::{
     Comparison, DensityTexture, KINDS, Uploaded, broken, gpu, light, random_surfaces, whole_space,
@@ -36,7 +38,10 @@ fn case(name: &'static str, size: [u32; 2], count: u32, space: Space) -> Case {
         draw: Draw::Warped,
         space,
         light: Light::Spot,
+        variance: Variance::Trace,
+        sharpness: Sharpness::Exact,
         lobes: Lobes::Both,
+        diffuse_mean_length: 1.0,
     };
     let surfaces = random_surfaces(size, 11);
     Case { name, settings, kind: KINDS[0], surfaces, stress: Stress::Smooth }
@@ -142,9 +147,17 @@ impl Run {
         order == self.order && starts == self.starts
     }
 
+    fn emission(&self) -> Emission {
+        let ClusterSettings { variance, sharpness, lobes, diffuse_mean_length, .. } =
+            self.case.settings;
+        let settings = Settings { variance, sharpness, lobes, ..Settings::default() };
+        let diffuse_mean_length = f64::from(diffuse_mean_length);
+        Emission { diffuse_mean_length, ..reference::emission(&settings) }
+    }
+
     /// The lights against sums of the texels that the device assigned, one by one and all together.
     fn compare_lights(&self) -> Comparison {
-        let ClusterSettings { size, count, lobes, light, .. } = self.case.settings;
+        let ClusterSettings { size, count, light, .. } = self.case.settings;
         let texels: Vec<SurfaceTexel<Bounded>> = reference::texels(&self.case.surfaces);
         let map = Map {
             texels: &texels,
@@ -152,7 +165,7 @@ impl Run {
             light: &reference::light(&self.light, light),
             origin: reference::vector(self.light.origin),
             minimum_variance: f64::from(self.light.minimum_variance),
-            lobes: reference::lobes(lobes),
+            emission: self.emission(),
         };
         let expected = cluster::lights(&map, &self.assignment, count as usize);
         let mut comparison = Comparison::default();
@@ -326,7 +339,7 @@ fn broken_clusters_are_noticed() {
 
 #[test]
 fn a_broken_sum_is_noticed() {
-    let id = "cluster_sum-spot-both";
+    let id = "cluster_sum-spot-trace-exact-both";
     let breaks = [
         ("index < sglow_starts[id.x + 1u]", "index + 1u < sglow_starts[id.x + 1u]"),
         ("total.weight += moments.weight", "total.weight += 1.001 * moments.weight"),

@@ -59,7 +59,9 @@ fn compare(run: &Run) -> Comparison {
             Density::Reflectance => density::reflectance(surface, lobes),
             Density::Bidirectional => {
                 let (towards, _) = light.towards(surface.position);
-                density::bidirectional(weight, surface, towards, camera.iter().copied(), lobes)
+                let camera = camera.iter().copied();
+                let emitter = reference::emitter(settings.emitter);
+                density::bidirectional(weight, surface, towards, camera, emitter, lobes)
             }
         };
         comparison.number(|| format!("texel {index}"), measured[index][0], expected);
@@ -87,7 +89,8 @@ fn compare_camera(run: &Run) -> [Comparison; 2] {
     for (index, surface) in surfaces.iter().enumerate() {
         let towards = (eye - surface.position).normalized();
         let one = Vector3::constant(Vector3::splat(1.0));
-        let expected: Moments<Bounded> = rsm::moments(surface, one, towards, origin, lobes);
+        let expected: Moments<Bounded> =
+            rsm::moments(surface, one, towards, origin, &reference::emission(settings));
         for (layer, texels) in layers.iter().enumerate() {
             let name = format!("layer {layer} of pixel {index}");
             comparisons[0].texel(&name, texels[index], expected.layers[layer]);
@@ -204,11 +207,12 @@ fn a_broken_shader_is_noticed() {
         (Density::Bidirectional, "+ sglow_specular(from_specular, receiver)", "", "a dropped lobe"),
     ];
     for (density, from, to, what) in breaks {
-        let package = broken(&format!("density-{density}-both"), from, to);
+        let importance = if density == Density::Bidirectional { "cosine" } else { "none" };
+        let package = broken(&format!("density-{density}-{importance}-both"), from, to);
         let run = Run::new(&settings(density, Lobes::Both), KINDS[0], &package, 6);
         compare(&run).assert_fails(what);
     }
-    let package = broken("moments-camera-both-f32", "vec3<f32>(1.0)", "vec3<f32>(1.001)");
+    let package = broken("moments-camera-both-exact-f32", "vec3<f32>(1.0)", "vec3<f32>(1.001)");
     let run = Run::new(&settings(Density::Bidirectional, Lobes::Both), KINDS[0], &package, 6);
     compare_camera(&run)[0].assert_fails("another importance");
 }

@@ -29,8 +29,8 @@ fn light_of_any_power_is_reflected_alike() {
 #[test]
 fn bounds_of_extremes_notice_what_they_are_for() {
     // The default's variants, each broken in one way.
-    let sample = "sample-warped-modified-bracketed-exact-both-f32";
-    let shade = "shade-fitted-asg-ggx-both-f32-none";
+    let sample = "sample-warped-modified-bracketed-exact-trace-exact-both-f32";
+    let shade = "shade-cosine-fitted-asg-ggx-both-f32-none";
     let breaks = [
         // The length of what grows with the light's power, as it was: its square overflows.
         (
@@ -51,7 +51,7 @@ fn bounds_of_extremes_notice_what_they_are_for() {
         ("far away", sample, "vsgl.position = origin + mean;", "vsgl.position = mean;"),
         (
             "ring",
-            "sample-warped-modified-bracketed-exact-diffuse-f32",
+            "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
             "texels / (f32(count) * max(filtered, 1e-30))",
             "1.1 * texels / (f32(count) * max(filtered, 1e-30))",
         ),
@@ -86,13 +86,13 @@ fn bounds_of_halves_notice_what_they_are_for() {
     assert_eq!(failing(whole_space()), [""; 0]);
     // Powers in a unit that the brightest photon does not fit; a light that is stored too bright by a hundredth.
     let overflowing = broken(
-        "moments-spot-both-f16",
+        "moments-spot-both-exact-f16",
         "sglow_moments_parameters.power_scale",
         "(1e6 * sglow_moments_parameters.power_scale)",
     );
     assert!(!failing(&overflowing).is_empty());
     let bright = broken(
-        "sample-warped-modified-bracketed-exact-both-f16",
+        "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
         "texels / (f32(count) * max(filtered, 1e-30))",
         "1.01 * texels / (f32(count) * max(filtered, 1e-30))",
     );

@@ -15,7 +15,7 @@ use sglow_measure::frontier::way::{Allowed, allowed, every, fits};
 use sglow_runtime::package::Package;
 use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Lobes, Ndf, Specular};
+use sglow_shaders::{Emitter, Lobes, Ndf, Specular};
 
 use tempfile::TempDir;
 
@@ -36,6 +36,7 @@ fn base() -> Settings {
         lobes: Lobes::Diffuse,
         specular: Specular::None,
         ndf: Ndf::None,
+        emitter: Emitter::Lobe,
         ..Settings::default()
     }
 }
@@ -57,6 +58,7 @@ fn ways() -> Vec<Settings> {
         "kernel=modified",
         "diffuse=constant",
         "diffuse=fitted",
+        "emitter=lobe",
     ];
     let only: Allowed = allowed(&only.map(str::to_owned)).unwrap();
     every(&base()).into_iter().filter(|way| fits(way, &only)).collect()
@@ -214,5 +216,5 @@ fn without_ways_there_is_nothing_to_measure() {
     // A variant that the package lacks is named, and none takes its place.
     let lacking = [Settings { diffuse: sglow_shaders::Diffuse::Erf, ..base() }];
     let error = scene::scene(&subject, &lacking, &cache, &Silent).err().unwrap().to_string();
-    assert!(error.contains("shade-erf-none-none-diffuse-f32-none"), "{error}");
+    assert!(error.contains("shade-lobe-erf-none-none-diffuse-f32-none"), "{error}");
 }

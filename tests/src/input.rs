@@ -76,14 +76,15 @@ fn a_light_that_is_not_there_is_named() {
 
 #[test]
 fn a_missing_variant_is_an_error_and_never_a_similar_one() {
-    let error =
-        Package::embedded().text("sample-warped-modified-bracketed-exact-none").unwrap_err();
+    let error = Package::embedded()
+        .text("sample-warped-modified-bracketed-exact-trace-exact-none")
+        .unwrap_err();
     assert!(
-        matches!(&error, PackageError::Missing { similar, .. } if similar.len() == 14),
+        matches!(&error, PackageError::Missing { similar, .. } if similar.len() == 18),
         "{error}"
     );
     assert!(
-        error.to_string().contains("sample-warped-modified-bracketed-exact-both-f32"),
+        error.to_string().contains("sample-warped-modified-bracketed-exact-trace-exact-both-f32"),
         "{error}"
     );
 }

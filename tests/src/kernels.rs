@@ -9,7 +9,9 @@ use sglow_runtime::density::sample;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Filter, Kernel, Lobes, Precision, SglowKernel, Solver};
+use sglow_shaders::{
+    Emitter, Filter, Kernel, Lobes, Precision, SglowKernel, Sharpness, Solver, Variance,
+};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
@@ -100,6 +102,11 @@ fn compare(run: &Run) -> Comparisons {
         comparison.vector(&position, single(light.position), expected.position);
         let variance = || format!("variance of light {index}");
         comparison.number(variance, light.variance as f32, expected.variance);
+        if settings.precision == Precision::F32 {
+            let name = || format!("mean length of light {index}");
+            let length = expected.diffuse_mean_length;
+            comparison.number(name, light.diffuse_mean_length as f32, length);
+        }
         let expected: Vec<Lobe<Bounded>> = std::iter::once(expected.diffuse)
             .chain(expected.specular)
             .map(|lobe| match settings.precision {
@@ -159,6 +166,35 @@ fn agree_with_the_oracle() {
 }
 
 #[test]
+fn lights_of_every_variance_and_sharpness_agree_with_the_oracle() {
+    for variance in Variance::ALL {
+        for sharpness in Sharpness::ALL {
+            for emitter in [Emitter::Lobe, Emitter::Cosine] {
+                let own = settings(Kernel::Modified, Lobes::Both);
+                let settings = Settings { variance, sharpness, emitter, ..own };
+                let run = Run::new(&settings, KINDS[0], whole_space(), 3);
+                compare(&run).lights.assert_holds(&format!("{variance}, {sharpness}, {emitter}"));
+            }
+        }
+    }
+    // Negative controls: each as if it were another.
+    let own = settings(Kernel::Modified, Lobes::Both);
+    let id = |settings: &Settings| settings.sample().id();
+    for (settings, from, to) in [
+        (Settings { variance: Variance::Planar, ..own.clone() }, "variance *= 0.5;", ""),
+        (
+            Settings { sharpness: Sharpness::Banerjee, ..own.clone() },
+            "r * (3.0 - r * r) / (rest * (1.0 + r))",
+            "r / rest",
+        ),
+        (own.clone(), "sglow_vmf_mean_length_exact(diffuse.sharpness)", "0.9"),
+    ] {
+        let run = Run::new(&settings, KINDS[0], &broken(&id(&settings), from, to), 3);
+        compare(&run).lights.assert_fails(to);
+    }
+}
+
+#[test]
 fn a_map_of_one_texel_has_one_level() {
     for (kernel, solver) in KERNELS {
         for count in [1, 16] {
@@ -176,8 +212,11 @@ fn a_map_of_one_texel_has_one_level() {
 
 #[test]
 fn a_broken_warp_is_noticed() {
-    let package =
-        broken("sample-warped-modified-bracketed-exact-both-f32", "2654435769u", "2654435761u");
+    let package = broken(
+        "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
+        "2654435769u",
+        "2654435761u",
+    );
     let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
     compare(&run).centres.assert_fails("another lattice");
 }
@@ -205,7 +244,11 @@ fn a_broken_kernel_is_noticed() {
         (previous, "0.5 * log2", "0.49 * log2", "another exponent"),
     ];
     for ((kernel, solver), from, to, what) in breaks {
-        let package = broken(&format!("sample-warped-{kernel}-{solver}-exact-both-f32"), from, to);
+        let package = broken(
+            &format!("sample-warped-{kernel}-{solver}-exact-trace-exact-both-f32"),
+            from,
+            to,
+        );
         let settings = Settings { solver, ..settings(kernel, Lobes::Both) };
         let run = Run::new(&settings, KINDS[0], &package, 3);
         compare(&run).levels.assert_fails(what);
@@ -225,7 +268,8 @@ fn a_broken_light_is_noticed() {
         ("min(lower_level + 1, top)", "min(lower_level + 2, top)", "a mip level off by one"),
     ];
     for (from, to, what) in breaks {
-        let package = broken("sample-warped-modified-bracketed-exact-both-f32", from, to);
+        let package =
+            broken("sample-warped-modified-bracketed-exact-trace-exact-both-f32", from, to);
         let run = Run::new(&settings(Kernel::Modified, Lobes::Both), KINDS[0], &package, 3);
         compare(&run).lights.assert_fails(what);
     }
@@ -245,7 +289,8 @@ fn a_broken_packing_is_noticed() {
         ),
     ];
     for (from, to, what) in breaks {
-        let package = broken("sample-warped-modified-bracketed-exact-both-f16", from, to);
+        let package =
+            broken("sample-warped-modified-bracketed-exact-trace-exact-both-f16", from, to);
         let run = Run::new(&halves(), KINDS[0], &package, 3);
         compare(&run).lights.assert_fails(what);
     }
@@ -270,7 +315,7 @@ fn hardware_filtering_keeps_the_power() {
     println!("summed power: exact {exact}, hardware {hardware}");
     assert!((hardware / exact - 1.0).abs() < 0.01);
     let package = broken(
-        "sample-warped-modified-bracketed-hardware-diffuse-f32",
+        "sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32",
         "texels / (f32(count)",
         "1.02 * texels / (f32(count)",
     );

@@ -10,7 +10,7 @@ use sglow_runtime::metropolis::{Metropolis, MetropolisSettings};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Draw, Light, Lobes, SglowKernel, Space, Start};
+use sglow_shaders::{Draw, Light, Lobes, SglowKernel, Sharpness, Space, Start, Variance};
 
 use crate::common::{
     Comparison, DensityTexture, KINDS, Run, Uploaded, broken, gpu, light, random_surfaces, small,
@@ -183,7 +183,7 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
     };
     let (kernels, chains) = centres(whole_space());
     assert_eq!(kernels, chains);
-    let id = "sample-metropolis-modified-bracketed-exact-both-f32";
+    let id = "sample-metropolis-modified-bracketed-exact-trace-exact-both-f32";
     let (kernels, chains) = centres(&broken(id, "sglow_chains[index]", "sglow_chains[index / 2u]"));
     assert_ne!(kernels, chains, "other chains go unnoticed");
 
@@ -196,7 +196,10 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
         draw: Draw::Metropolis,
         space: Space::Image,
         light: Light::Spot,
+        variance: Variance::Trace,
+        sharpness: Sharpness::Exact,
         lobes: Lobes::Both,
+        diffuse_mean_length: 1.0,
     };
     let clusters = Clusters::new(&gpu.device, &gpu.queue, whole_space(), &settings).unwrap();
     let density = DensityTexture::new(size, Stress::Ring, 9);

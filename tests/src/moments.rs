@@ -7,7 +7,7 @@ use sglow_runtime::package::Package;
 use sglow_runtime::reference;
 use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Light, Lobes, Precision};
+use sglow_shaders::{Emitter, Light, Lobes, Precision, Sharpness};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
@@ -33,7 +33,8 @@ fn compare(run: &Run) -> Comparison {
         let at = [index % size, index / size];
         let power: Vector3<Bounded> = light.photon_power(at, [size; 2]);
         let (towards, _) = light.towards(texel.position);
-        let mut expected: Moments<Bounded> = rsm::moments(texel, power, towards, origin, lobes);
+        let mut expected: Moments<Bounded> =
+            rsm::moments(texel, power, towards, origin, &reference::emission(settings));
         if settings.precision == Precision::F16 {
             expected = expected.with_specular_weight().to_half(f64::from(run.light.power_unit));
         }
@@ -62,6 +63,20 @@ fn agree_with_the_oracle() {
 }
 
 #[test]
+fn of_every_emission_agree_with_the_oracle() {
+    for sharpness in Sharpness::ALL {
+        for (emitter, emission_sharpness) in
+            [(Emitter::Lobe, 2.0), (Emitter::Lobe, 2.2925), (Emitter::Disc, 2.0)]
+        {
+            let own = settings(KINDS[0], Lobes::Both);
+            let settings = Settings { sharpness, emitter, emission_sharpness, ..own };
+            let run = Run::new(&settings, KINDS[0], whole_space(), 1);
+            compare(&run).assert_holds(&format!("{emitter} {emission_sharpness}, {sharpness}"));
+        }
+    }
+}
+
+#[test]
 fn a_broken_shader_is_noticed() {
     let breaks = [
         (
@@ -76,10 +91,14 @@ fn a_broken_shader_is_noticed() {
         ),
         ("2.0 * cosine * normal - view", "2.0 * cosine * normal + view", "a mirrored direction"),
         ("attenuation * attenuation", "attenuation", "an attenuation that is not squared"),
-        ("0.6666667", "0.66666", "a constant that is off by one part in a hundred thousand"),
+        (
+            "diffuse_weight * diffuse_mean_length",
+            "diffuse_weight * 0.99999",
+            "a length that is off by one part in a hundred thousand",
+        ),
     ];
     for (from, to, what) in breaks {
-        let package = broken("moments-spot-both-f32", from, to);
+        let package = broken("moments-spot-both-exact-f32", from, to);
         let run = Run::new(&settings(KINDS[0], Lobes::Both), KINDS[0], &package, 1);
         compare(&run).assert_fails(what);
     }
@@ -111,7 +130,7 @@ fn broken_halves_are_noticed() {
         ("scale * diffuse_power", "0.998 * scale * diffuse_power", "another power"),
     ];
     for (from, to, what) in breaks {
-        let package = broken("moments-spot-both-f16", from, to);
+        let package = broken("moments-spot-both-exact-f16", from, to);
         let run = Run::new(&halves(KINDS[0]), KINDS[0], &package, 1);
         compare(&run).assert_fails(what);
     }

@@ -9,7 +9,7 @@ use sglow_shader_gen::library::Library;
 use sglow_shader_gen::package::{Change, Error, Options, Target, generate, verify_hashes};
 use sglow_shader_gen::prune::Whole;
 use sglow_shaders::shade::Shade;
-use sglow_shaders::{Diffuse, Lobes, Ndf, Precision, Specular, Visibility, bind_groups};
+use sglow_shaders::{Diffuse, Emitter, Lobes, Ndf, Precision, Specular, Visibility, bind_groups};
 
 const LIBRARY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
 
@@ -42,6 +42,11 @@ fn nothing_is_lost_by_pruning_against_whole_modules() {
     );
 }
 
+fn emitters_and_visibilities() -> impl Iterator<Item = (Emitter, Visibility)> {
+    let all = |emitter| Visibility::ALL.map(|visibility| (emitter, visibility));
+    Emitter::ALL.into_iter().flat_map(all)
+}
+
 #[test]
 fn the_bindings_exclude_what_the_library_excludes() {
     let library = Library::load(LIBRARY.as_ref()).unwrap();
@@ -57,9 +62,10 @@ fn the_bindings_exclude_what_the_library_excludes() {
             for (ndf, lobes) in
                 Ndf::ALL.into_iter().flat_map(|ndf| Lobes::ALL.map(|lobes| (ndf, lobes)))
             {
-                for visibility in Visibility::ALL {
+                for (emitter, visibility) in emitters_and_visibilities() {
                     let precision = Precision::F32;
-                    let shade = Shade { diffuse, specular, ndf, lobes, precision, visibility };
+                    let shade =
+                        Shade { emitter, diffuse, specular, ndf, lobes, precision, visibility };
                     let id = shade.id().to_string();
                     counted += 1;
                     assert_eq!(shade.excluded().is_some(), excluded.contains(&id), "{id}");
@@ -69,8 +75,8 @@ fn the_bindings_exclude_what_the_library_excludes() {
             }
         }
     }
-    assert_eq!(counted, 3 * 168);
-    assert_eq!(Shade::all().len(), 3 * 164);
+    assert_eq!(counted, 5 * 3 * 168);
+    assert_eq!(Shade::all().len(), 5 * 3 * 164);
 }
 
 #[test]
@@ -83,14 +89,14 @@ fn snapshots() {
         for id in [
             "compose-diffuse-none",
             "mip-r32float-three",
-            "moments-point-both-f32",
-            "moments-point-both-f16",
-            "sample-warped-modified-bracketed-exact-both-f16",
-            "sample-warped-modified-bracketed-exact-both-f32",
-            "sample-warped-previous-none-hardware-diffuse-f32",
-            "shade-constant-none-none-diffuse-f32-none",
-            "shade-constant-asg-ggx-both-f16-none",
-            "shade-fitted-ndf_filtered-ggx-both-f32-none",
+            "moments-point-both-exact-f32",
+            "moments-point-both-exact-f16",
+            "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
+            "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
+            "sample-warped-previous-none-hardware-trace-exact-diffuse-f32",
+            "shade-lobe-constant-none-none-diffuse-f32-none",
+            "shade-cosine-fitted-asg-ggx-both-f16-none",
+            "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
             "surface-textured-cutout",
         ] {
             insta::assert_snapshot!(
@@ -102,8 +108,8 @@ fn snapshots() {
             serde_json::from_str(&read(folder.path(), "manifest.json")).unwrap();
         let variants = manifest["variants"].as_array().unwrap();
         for id in [
-            "sample-warped-modified-bracketed-exact-both-f32",
-            "shade-constant-none-none-diffuse-f32-none",
+            "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
+            "shade-lobe-constant-none-none-diffuse-f32-none",
         ] {
             let variant = variants.iter().find(|variant| variant["id"] == id).unwrap();
             let text = serde_json::to_string_pretty(variant).unwrap();

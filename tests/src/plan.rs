@@ -10,7 +10,7 @@ use sglow_runtime::settings::{AXES, Settings};
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::{Facts, Variant};
 use sglow_shaders::{
-    Density, Diffuse, Draw, Filter, Kernel, Light, Lobes, Ndf, Precision, Space, Specular,
+    Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Precision, Space, Specular,
     Visibility,
 };
 
@@ -33,6 +33,8 @@ fn many() -> Vec<Settings> {
     let base = base();
     let plain = || Settings { specular: Specular::None, ndf: Ndf::None, ..base.clone() };
     let mut all = vec![base.clone()];
+    let density = Density::Bidirectional;
+    all.extend(Emitter::ALL.map(|emitter| Settings { emitter, density, ..base.clone() }));
     all.extend(Lobes::ALL.map(|lobes| Settings { lobes, ..plain() }));
     all.push(Settings { diffuse: Diffuse::None, ..base.clone() });
     all.push(Settings { complete: true, ..base.clone() });

@@ -6,7 +6,7 @@ use sglow_oracle::{Bounded, Vector3, shade};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Diffuse, Lobes, Ndf, Precision, Specular};
+use sglow_shaders::{Diffuse, Emitter, Lobes, Ndf, Precision, Specular};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
@@ -40,22 +40,33 @@ fn settings(diffuse: Diffuse, specular: Specular, ndf: Ndf, lobes: Lobes) -> Set
 
 #[test]
 fn agrees_with_the_oracle() {
-    for lobes in [Lobes::Diffuse, Lobes::Both] {
-        for diffuse in Diffuse::ALL {
-            for specular in Specular::ALL {
-                for ndf in Ndf::ALL {
-                    let settings = settings(diffuse, specular, ndf, lobes);
-                    if settings.shade().excluded().is_some() {
+    for emitter in Emitter::ALL {
+        for lobes in [Lobes::Diffuse, Lobes::Both] {
+            for diffuse in Diffuse::ALL {
+                for specular in Specular::ALL {
+                    // Forms of the cosine and of specular reflection meet in the lobe alone: elsewhere one at a time.
+                    let both = diffuse != Diffuse::Fitted && specular != Specular::None;
+                    if emitter != Emitter::Lobe && both && diffuse != Diffuse::None {
                         continue;
                     }
-                    for precision in Precision::ALL {
-                        let settings = Settings { precision, ..settings.clone() };
-                        let run = Run::new(&settings, KINDS[0], whole_space(), 4);
-                        compare(&run).assert_holds(&settings.shade().id());
+                    for ndf in Ndf::ALL {
+                        let own = settings(diffuse, specular, ndf, lobes);
+                        agrees(&Settings { emitter, ..own });
                     }
                 }
             }
         }
+    }
+}
+
+fn agrees(settings: &Settings) {
+    if settings.shade().excluded().is_some() {
+        return;
+    }
+    for precision in Precision::ALL {
+        let settings = Settings { precision, ..settings.clone() };
+        let run = Run::new(&settings, KINDS[0], whole_space(), 4);
+        compare(&run).assert_holds(&settings.shade().id());
     }
 }
 
@@ -116,14 +127,57 @@ fn a_broken_shader_is_noticed() {
         ),
     ];
     for (diffuse, specular, ndf, from, to, what) in breaks {
-        let id = format!("shade-{diffuse}-{specular}-{ndf}-both-f32-none");
-        let settings = settings(
+        let id = format!("shade-lobe-{diffuse}-{specular}-{ndf}-both-f32-none");
+        let own = settings(
             diffuse.parse().unwrap(),
             specular.parse().unwrap(),
             ndf.parse().unwrap(),
             Lobes::Both,
         );
+        let settings = Settings { emitter: Emitter::Lobe, ..own };
         let run = Run::new(&settings, KINDS[0], &broken(&id, from, to), 4);
+        compare(&run).assert_fails(&format!("{id}: {what}"));
+    }
+}
+
+#[test]
+fn a_broken_emitter_is_noticed() {
+    let breaks = [
+        (
+            Emitter::Cosine,
+            "-dot(extent.towards",
+            "dot(extent.towards",
+            "light that leaves backwards",
+        ),
+        (Emitter::Cosine, "0.050660592", "0.0507", "another normalisation"),
+        (
+            Emitter::Cosine,
+            "max(dot(incoming.axis, normal), 0.0)",
+            "abs(dot(incoming.axis, normal))",
+            "a receiver that is lit from behind",
+        ),
+        (
+            Emitter::CosineConvolved,
+            "0.31830987 * integral",
+            "0.3183 * integral",
+            "pi to four digits",
+        ),
+        (Emitter::CosineQuadratic, "0.25 * sum", "0.26 * sum", "another parabola"),
+        (
+            Emitter::CosineQuadratic,
+            "2e37) * (1.0 + mean_length)",
+            "2e37) * (1.01 + mean_length)",
+            "another integral",
+        ),
+        (Emitter::Disc, "0.25 * a * (spread", "0.5 * a * (spread", "a thicker disc"),
+        (Emitter::Disc, "max(height, 0.0)", "height", "a disc that shines backwards"),
+        (Emitter::Disc, "2.0 * distance / q", "2.0 / q", "another distance"),
+        (Emitter::Disc, "mean_length * dot(axis, normal)", "dot(axis, normal)", "a thinner disc"),
+    ];
+    for (emitter, from, to, what) in breaks {
+        let id = format!("shade-{emitter}-fitted-asg-ggx-both-f32-none");
+        let own = settings(Diffuse::Fitted, Specular::Asg, Ndf::Ggx, Lobes::Both);
+        let run = Run::new(&Settings { emitter, ..own }, KINDS[0], &broken(&id, from, to), 4);
         compare(&run).assert_fails(&format!("{id}: {what}"));
     }
 }

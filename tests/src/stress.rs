@@ -49,7 +49,7 @@ fn modified_keeps_the_power_where_previous_does_not() {
 #[test]
 fn a_dropped_factor_is_noticed() {
     let package = broken(
-        "sample-warped-modified-bracketed-exact-diffuse-f32",
+        "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
         "texels / (f32(count)",
         "0.95 * texels / (f32(count)",
     );
@@ -78,7 +78,7 @@ fn every_density_gives_finite_lights() {
 
 /// The text of the bracketed solver with the number of its look-ups in the place of the level that it finds.
 fn counting(look_ups: &str, end: &str) -> Package {
-    let id = "sample-warped-modified-bracketed-exact-diffuse-f32";
+    let id = "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32";
     let mut package = broken(id, "var ground = 1.0;", "var ground = 1.0;\n    var counted = 0.0;");
     for (from, to) in [
         ("ground = select(", "counted += 1.0;\n        ground = select("),
@@ -143,7 +143,7 @@ fn the_bracketed_levels_agree_with_the_oracle() {
             levels(stress, &Package::embedded()).assert_holds(name);
         }
     }
-    let id = "sample-warped-modified-bracketed-exact-diffuse-f32";
+    let id = "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32";
     for (from, to, what) in [
         ("step < 2;", "step < 1;", "one step less"),
         ("select(-1.0, 1.0, rising)", "1.0", "the other zero"),

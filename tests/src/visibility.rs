@@ -171,6 +171,7 @@ fn plain(light: &Vsgl<Bounded>) -> Vsgl {
         position: light.position.value(),
         variance: light.variance.value,
         diffuse: lobe(&light.diffuse),
+        diffuse_mean_length: light.diffuse_mean_length.value,
         specular: light.specular.as_ref().map(lobe),
     }
 }
@@ -503,7 +504,8 @@ fn a_broken_shader_is_noticed() {
             ("point.x - point.y", "point.y - point.x", "a mirrored map"),
             ("if !(lifted.z > 0.0)", "if false", "light from behind"),
         ] {
-            let package = broken(&format!("shade-fitted-asg-ggx-both-f32-{visibility}"), from, to);
+            let package =
+                broken(&format!("shade-cosine-fitted-asg-ggx-both-f32-{visibility}"), from, to);
             let run = stage.run(&stage.config(visibility), &package);
             run.by_the_atlas().0.assert_fails(&format!("{visibility}: {what}"));
         }
@@ -645,7 +647,7 @@ fn an_occluder_darkens_what_rays_say_it_darkens() {
         let most = if visibility == Axis::ShadowMap { 0.025 } else { 0.05 };
         assert!(wrong < most, "{visibility}: {wrong}");
         // Negative controls: a map that is not looked into, or in a mirror.
-        let id = format!("shade-fitted-none-none-diffuse-f32-{visibility}");
+        let id = format!("shade-cosine-fitted-none-none-diffuse-f32-{visibility}");
         for (from, to) in [
             ("distance <= view.near", "0.0 <= view.near"),
             ("point.x - point.y", "point.y - point.x"),

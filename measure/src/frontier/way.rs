@@ -3,14 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::settings::{Settings, SettingsError};
+use sglow_runtime::settings::{Settings, SettingsError, density_variant};
 use sglow_shaders::{
-    Density, Diffuse, Draw, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space, Specular,
-    Visibility, centres, density, light_points, light_shadow,
+    Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space,
+    Specular, Visibility, centres, light_points, light_shadow,
 };
 
 /// The axes that ways differ in, in the order in which names tell them.
-pub const AXES: [&str; 11] = [
+pub const AXES: [&str; 14] = [
     "density",
     "draw",
     "space",
@@ -19,6 +19,9 @@ pub const AXES: [&str; 11] = [
     "filter",
     "lobes",
     "precision",
+    "variance",
+    "sharpness",
+    "emitter",
     "diffuse",
     "specular",
     "visibility",
@@ -36,6 +39,9 @@ pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
         ("filter", settings.filter.name()),
         ("lobes", settings.lobes.name()),
         ("precision", settings.precision.name()),
+        ("variance", settings.variance.name()),
+        ("sharpness", settings.sharpness.name()),
+        ("emitter", settings.emitter.name()),
         ("diffuse", settings.diffuse.name()),
         ("specular", settings.specular.name()),
         ("ndf", settings.ndf.name()),
@@ -100,7 +106,7 @@ pub fn variants(settings: &Settings) -> Vec<String> {
     let Settings { density, lobes, precision, draw, space, .. } = *settings;
     let mut ids = Vec::new();
     if precision == Precision::F32 || density != Density::Power {
-        ids.push(density::Density { density, lobes }.id().to_string());
+        ids.push(density_variant(density, settings.emitter, lobes).id().to_string());
     }
     ids.push(match space {
         Space::None => settings.sample().id().to_string(),
@@ -127,10 +133,13 @@ pub fn every(base: &Settings) -> Vec<Settings> {
         for visibility in Visibility::ALL {
             for specular in Specular::ALL {
                 let ndf = distribution(specular, base);
-                for diffuse in Diffuse::ALL {
-                    let way = Settings { diffuse, specular, ndf, visibility, ..lights.clone() };
-                    if way.shade().excluded().is_none() {
-                        all.push(way);
+                for emitter in Emitter::ALL {
+                    for diffuse in Diffuse::ALL {
+                        let own = Settings { emitter, diffuse, ..lights.clone() };
+                        let way = Settings { specular, ndf, visibility, ..own };
+                        if way.shade().excluded().is_none() {
+                            all.push(way);
+                        }
                     }
                 }
             }

@@ -11,9 +11,8 @@ use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::timing::Timer;
 use sglow_shaders::{
-    Density, Draw, Kernel, Levels, Light, Lobes, Precision, Solver, Space, Texel, centres,
-    cluster_assign, cluster_boxes, cluster_codes, cluster_starts, cluster_sum, cluster_tree, mip,
-    moments, sort_count, sort_scan, sort_scatter,
+    Density, Kernel, Levels, Solver, Texel, centres, cluster_assign, cluster_boxes, cluster_codes,
+    cluster_starts, cluster_sum, cluster_tree, mip, moments, sort_count, sort_scan, sort_scatter,
 };
 
 use super::method::Method;
@@ -172,11 +171,10 @@ pub fn code(
     settings: &Settings,
 ) -> Result<Code, sglow_runtime::package::PackageError> {
     let settings = method.settings(settings);
-    let Settings { light, lobes, precision, draw, space, .. } = settings;
     let shaders: Vec<String> = if method.clusters() {
-        cluster_variants(draw, space, light, lobes)
+        cluster_variants(&settings)
     } else {
-        vec![moments_variant(light, lobes, precision), settings.sample().id().to_string()]
+        vec![moments_variant(&settings), settings.sample().id().to_string()]
     };
     let mips: Vec<String> = if method.clusters() {
         Vec::new()
@@ -192,11 +190,13 @@ pub fn code(
     Ok(Code { method, shaders, mips, lines })
 }
 
-fn moments_variant(light: Light, lobes: Lobes, precision: Precision) -> String {
-    moments::Moments { light, lobes, precision }.id().to_string()
+fn moments_variant(settings: &Settings) -> String {
+    let Settings { light, lobes, sharpness, precision, .. } = *settings;
+    moments::Moments { light, lobes, sharpness, precision }.id().to_string()
 }
 
-fn cluster_variants(draw: Draw, space: Space, light: Light, lobes: Lobes) -> Vec<String> {
+fn cluster_variants(settings: &Settings) -> Vec<String> {
+    let Settings { draw, space, light, lobes, variance, sharpness, .. } = *settings;
     vec![
         centres::Centres { draw, space }.id().to_string(),
         cluster_codes::ClusterCodes { space }.id().to_string(),
@@ -207,7 +207,7 @@ fn cluster_variants(draw: Draw, space: Space, light: Light, lobes: Lobes) -> Vec
         cluster_boxes::ClusterBoxes.id().to_string(),
         cluster_assign::ClusterAssign { space }.id().to_string(),
         cluster_starts::ClusterStarts.id().to_string(),
-        cluster_sum::ClusterSum { light, lobes }.id().to_string(),
+        cluster_sum::ClusterSum { light, variance, sharpness, lobes }.id().to_string(),
     ]
 }
 

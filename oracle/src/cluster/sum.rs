@@ -1,7 +1,7 @@
 //! The light of each cluster: the sum of its texels.
 
 use crate::light::Light;
-use crate::rsm::{Lobes, Moments, moments};
+use crate::rsm::{Emission, Moments, moments};
 use crate::surface::SurfaceTexel;
 use crate::vsgl::Vsgl;
 use crate::{Linear, Real, Vector3};
@@ -19,8 +19,8 @@ pub struct Map<'a, R> {
     pub origin: Vector3,
     /// The least variance of a light, above 0, in squared units of length.
     pub minimum_variance: f64,
-    /// The lobes that are emitted.
-    pub lobes: Lobes,
+    /// What is emitted.
+    pub emission: Emission,
 }
 
 /// The lights of `count` clusters, where `assignment` has the cluster of each texel; one of a number beyond is left out.
@@ -35,11 +35,11 @@ pub fn lights<R: Real>(map: &Map<'_, R>, assignment: &[u32], count: usize) -> Ve
         let at = [index % map.size[0], index / map.size[0]];
         let power: Vector3<R> = map.light.photon_power(at, map.size);
         let (towards, _) = map.light.towards(surface.position);
-        *total = total.plus(moments(surface, power, towards, origin, map.lobes));
+        *total = total.plus(moments(surface, power, towards, origin, &map.emission));
     }
     totals
         .iter()
-        .map(|total| Vsgl::of_moments(total, origin, map.minimum_variance, map.lobes))
+        .map(|total| Vsgl::of_moments(total, origin, map.minimum_variance, &map.emission))
         .collect()
 }
 
@@ -47,6 +47,7 @@ pub fn lights<R: Real>(map: &Map<'_, R>, assignment: &[u32], count: usize) -> Ve
 mod tests {
     use super::*;
     use crate::light::LightKind;
+    use crate::rsm::Lobes;
 
     #[test]
     fn however_texels_are_clustered_their_power_stays() {
@@ -70,9 +71,9 @@ mod tests {
             })
             .collect();
         let origin = Vector3::zero();
-        let lobes = Lobes::Both;
+        let emission = Emission::printed(Lobes::Both);
         let map =
-            Map { texels: &texels, size, light: &light, origin, minimum_variance: 1e-6, lobes };
+            Map { texels: &texels, size, light: &light, origin, minimum_variance: 1e-6, emission };
         let power = |assignment: &[u32], count| {
             let sum = |sum, light: &Vsgl| sum + light.power();
             lights(&map, assignment, count).iter().fold(Vector3::zero(), sum)

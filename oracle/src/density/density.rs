@@ -2,7 +2,7 @@
 
 use crate::brdf::Ndf;
 use crate::rsm::{Lobes, Moments};
-use crate::shade::{self, Diffuse, Model, Specular};
+use crate::shade::{self, Diffuse, Emitter, Model, Specular};
 use crate::surface::SurfaceTexel;
 use crate::vsgl::Vsgl;
 use crate::{Real, Vector3};
@@ -28,20 +28,21 @@ pub fn reflectance<R: Real>(surface: &SurfaceTexel<R>, lobes: Lobes) -> R {
 /// The power that a texel reflects times the share of it that reaches what the camera sees.
 ///
 /// `weight`: the weight of the texel's moments; `towards`: the unit direction to the light; `camera`: the virtual lights
-/// of the camera's G-buffer, where every pixel sends the same importance.
+/// of the camera's G-buffer, where every pixel sends the same importance; `emitter`: how they send it.
 // [Ritschel 2011; Tokuyoshi 2016, Section 5, Appendix C]
 pub fn bidirectional<R: Real>(
     weight: R,
     surface: &SurfaceTexel<R>,
     towards: Vector3<R>,
     camera: impl IntoIterator<Item = Vsgl<R>>,
+    emitter: Emitter,
     lobes: Lobes,
 ) -> R {
     if weight.value() <= 0.0 {
         return R::zero();
     }
     let specular = (lobes == Lobes::Both).then_some(Specular::Sg);
-    let model = Model { diffuse: Some(Diffuse::Constant), specular, ndf: Ndf::Ggx };
+    let model = Model { emitter, diffuse: Some(Diffuse::Constant), specular, ndf: Ndf::Ggx };
     let importance = shade::towards(surface, towards, camera, &model).total().luminance();
     weight * (importance / reflectance(surface, lobes))
 }
@@ -49,7 +50,7 @@ pub fn bidirectional<R: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rsm::moments;
+    use crate::rsm::{Emission, moments};
 
     fn patch(x: f64, facing: f64) -> SurfaceTexel {
         SurfaceTexel::decode(
@@ -62,8 +63,14 @@ mod tests {
     fn camera_light(surface: &SurfaceTexel, lobes: Lobes) -> Vsgl {
         let eye = Vector3::new(0.0, 1.0, 0.0);
         let towards = (eye - surface.position).normalized();
-        let moments = moments(surface, Vector3::splat(1.0), towards, Vector3::zero(), lobes);
-        Vsgl::of_moments(&moments, Vector3::zero(), 1e-4, lobes)
+        let moments = moments(
+            surface,
+            Vector3::splat(1.0),
+            towards,
+            Vector3::zero(),
+            &Emission::printed(lobes),
+        );
+        Vsgl::of_moments(&moments, Vector3::zero(), 1e-4, &Emission::printed(lobes))
     }
 
     #[test]
@@ -71,12 +78,14 @@ mod tests {
         for lobes in [Lobes::Diffuse, Lobes::Both] {
             let seen = camera_light(&patch(1.0, -1.0), lobes);
             let towards = Vector3::new(0.6, 0.8, 0.0);
-            let at = |facing| bidirectional(2.0, &patch(0.0, facing), towards, [seen], lobes);
+            let at = |facing| {
+                bidirectional(2.0, &patch(0.0, facing), towards, [seen], Emitter::Lobe, lobes)
+            };
             assert!(at(1.0) > 0.0);
             assert_eq!(at(-1.0), 0.0, "it faces away");
-            let once = bidirectional(1.0, &patch(0.0, 1.0), towards, [seen], lobes);
+            let once = bidirectional(1.0, &patch(0.0, 1.0), towards, [seen], Emitter::Lobe, lobes);
             assert!((at(1.0) / once - 2.0).abs() < 1e-12, "it goes with the power");
-            let dark = bidirectional(0.0, &patch(0.0, 1.0), towards, [seen], lobes);
+            let dark = bidirectional(0.0, &patch(0.0, 1.0), towards, [seen], Emitter::Lobe, lobes);
             assert_eq!(dark, 0.0);
         }
     }
@@ -85,7 +94,8 @@ mod tests {
     fn far_away_importance_falls_with_the_square_of_the_distance() {
         let seen = camera_light(&patch(0.0, 1.0), Lobes::Diffuse);
         let towards = Vector3::new(-0.6, 0.8, 0.0);
-        let at = |x| bidirectional(1.0, &patch(x, -1.0), towards, [seen], Lobes::Diffuse);
+        let at =
+            |x| bidirectional(1.0, &patch(x, -1.0), towards, [seen], Emitter::Lobe, Lobes::Diffuse);
         assert!((at(10.0) / at(20.0) - 4.0).abs() < 0.01, "{}", at(10.0) / at(20.0));
     }
 

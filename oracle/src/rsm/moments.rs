@@ -2,6 +2,7 @@
 
 use crate::brdf::{Material, reflection};
 use crate::surface::SurfaceTexel;
+use crate::vmf::Sharpness;
 use crate::{Linear, Real, Vector3};
 
 /// The lobes that a virtual spherical Gaussian light emits.
@@ -28,10 +29,58 @@ impl Lobes {
 // [Tokuyoshi 2016, Appendix A.1]
 pub const DIFFUSE_SHARPNESS: f64 = 2.0;
 
+/// The variance of a light's positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Variance {
+    /// The trace of their covariance.
+    // [Tokuyoshi 2016, Appendix B.2]
+    Trace,
+    /// Half of it: the variance along each axis of a plane.
+    Planar,
+}
+
+/// What a texel emits, and how a light is made of the moments of several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emission {
+    /// The lobes that are emitted.
+    pub lobes: Lobes,
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1: of its lobe, or 1 for the normal itself.
+    pub diffuse_mean_length: f64,
+    /// How the sharpness of a light's directions follows from their mean.
+    pub sharpness: Sharpness,
+    /// The variance of a light's positions.
+    pub variance: Variance,
+}
+
+impl Emission {
+    /// As the papers print it: a lobe of sharpness 2, by Toksvig, with the trace of the covariance.
+    // [Tokuyoshi 2016, Eq. (6), Appendix B]
+    #[must_use]
+    pub fn printed(lobes: Lobes) -> Self {
+        Self {
+            lobes,
+            diffuse_mean_length: DIFFUSE_SHARPNESS / (DIFFUSE_SHARPNESS + 1.0),
+            sharpness: Sharpness::Toksvig,
+            variance: Variance::Trace,
+        }
+    }
+
+    /// The distribution of normals, for emission by the cosine about them.
+    #[must_use]
+    pub fn of_normals(lobes: Lobes) -> Self {
+        Self {
+            lobes,
+            diffuse_mean_length: 1.0,
+            sharpness: Sharpness::Exact,
+            variance: Variance::Trace,
+        }
+    }
+}
+
 /// The moments of a texel, or sums and means of them; layers as in the conventions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moments<R = f64> {
-    /// Position, diffuse power, diffuse direction, specular power, specular direction; xyzw each. Where powers are held in
+    /// Position, diffuse power, diffuse direction and its weight, specular power, specular direction; xyzw each. Where powers are held in
     /// halves, the last w is the luminance of the specular power in f32; else it is 0.
     pub layers: [[R; 4]; 5],
 }
@@ -72,8 +121,10 @@ impl<R: Real> Moments<R> {
     /// What remains where powers and diffuse directions, in a unit of power, are held in halves.
     #[must_use]
     pub fn to_half(mut self, unit: f64) -> Self {
-        for layer in &mut self.layers[1..4] {
-            for value in &mut layer[..3] {
+        for (index, layer) in self.layers.iter_mut().enumerate().take(4).skip(1) {
+            // The weight beside the diffuse direction is rounded with it.
+            let count = if index == 2 { 4 } else { 3 };
+            for value in &mut layer[..count] {
                 *value = (*value / R::constant(unit)).to_half() * R::constant(unit);
             }
         }
@@ -124,7 +175,7 @@ pub fn moments<R: Real>(
     power: Vector3<R>,
     towards_light: Vector3<R>,
     origin: Vector3<R>,
-    lobes: Lobes,
+    emission: &Emission,
 ) -> Moments<R> {
     let mut moments = Moments::nothing();
     if !surface.present {
@@ -132,7 +183,7 @@ pub fn moments<R: Real>(
     }
     let Material { diffuse, specular, alpha } = surface.material;
     let texel = |vector: Vector3<R>, w: R| [vector.x, vector.y, vector.z, w];
-    let weight = match lobes {
+    let weight = match emission.lobes {
         Lobes::Diffuse => power.times(diffuse).luminance(),
         Lobes::Both => power.times(diffuse + specular).luminance(),
     };
@@ -141,16 +192,16 @@ pub fn moments<R: Real>(
 
     let diffuse_power = power.times(diffuse);
     moments.layers[1] = texel(diffuse_power, weight);
-    // Toksvig's mean length l/(l + 1) of the diffuse lobe.
-    let diffuse_length = R::constant(DIFFUSE_SHARPNESS / (DIFFUSE_SHARPNESS + 1.0));
-    moments.layers[2] =
-        texel(surface.normal * (diffuse_power.luminance() * diffuse_length), R::zero());
+    let diffuse_length = R::constant(emission.diffuse_mean_length);
+    moments.layers[2] = texel(
+        surface.normal * (diffuse_power.luminance() * diffuse_length),
+        diffuse_power.luminance(),
+    );
 
-    if lobes == Lobes::Both {
+    if emission.lobes == Lobes::Both {
         let specular_power = power.times(specular);
         let lobe = reflection::mirror(towards_light, surface.normal, alpha);
-        // l/(l + 1) in the form that shows how little the sharpness's own error matters.
-        let length = R::one() / (R::one() + R::one() / lobe.sharpness);
+        let length = emission.sharpness.mean_length(lobe.sharpness);
         moments.layers[3] = texel(specular_power, R::zero());
         moments.layers[4] = texel(lobe.axis * (specular_power.luminance() * length), R::zero());
     }
@@ -171,7 +222,7 @@ mod tests {
         let (power, origin) = (Vector3::new(3.0, 2.0, 1.0), Vector3::new(1.0, 0.0, -2.0));
         let towards = Vector3::new(0.0, 0.0, 1.0);
         let surface = surface::<f64>(0.04);
-        let both = moments(&surface, power, towards, origin, Lobes::Both);
+        let both = moments(&surface, power, towards, origin, &Emission::printed(Lobes::Both));
         let expected =
             power.times(surface.material.diffuse + surface.material.specular).luminance();
         assert!((both.weight() - expected).abs() < 1e-14);
@@ -182,10 +233,16 @@ mod tests {
         assert!((length - 15.625 / 16.625).abs() < 1e-6);
         assert!((both.vector(4).normalized() - Vector3::new(0.0, 0.96, 0.28)).length() < 1e-6);
 
-        let diffuse = moments(&surface, power, towards, origin, Lobes::Diffuse);
+        let diffuse = moments(&surface, power, towards, origin, &Emission::printed(Lobes::Diffuse));
         assert_eq!(diffuse.layers[3..], [[0.0; 4]; 2]);
         assert!(diffuse.weight() < both.weight());
-        let absent = moments(&self::surface::<f64>(-1.0), power, towards, origin, Lobes::Both);
+        let absent = moments(
+            &self::surface::<f64>(-1.0),
+            power,
+            towards,
+            origin,
+            &Emission::printed(Lobes::Both),
+        );
         assert_eq!(absent, Moments::nothing());
     }
 
@@ -197,7 +254,7 @@ mod tests {
             constant(3.0, 2.0, 1.0),
             constant(0.0, 0.0, 1.0),
             constant(1.0, 0.0, -2.0),
-            Lobes::Both,
+            &Emission::printed(Lobes::Both),
         );
         for layer in bounded.layers {
             let magnitude: f64 = layer.iter().map(|value| value.value.abs()).sum();

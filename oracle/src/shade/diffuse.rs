@@ -30,6 +30,19 @@ impl Diffuse {
     pub const ALL: [Self; 6] =
         [Self::Constant, Self::Gaussian, Self::Logistic, Self::Erf, Self::Fitted, Self::FittedFine];
 
+    /// The integral of a lobe times a clamped cosine, by the cosine of their axes.
+    pub fn cosine_integral<R: Real>(self, cosine: R, sharpness: R) -> R {
+        let form = match self {
+            Self::Constant => Cosine::Constant,
+            Self::Gaussian => Cosine::Gaussian,
+            Self::Logistic => Cosine::Logistic,
+            Self::Erf => Cosine::Erf,
+            Self::Fitted => Cosine::Fitted,
+            Self::FittedFine => Cosine::FittedFine,
+        };
+        form.integral(cosine.clamp(-1.0, 1.0), sharpness)
+    }
+
     /// The reflected radiance of a surface of diffuse reflectance `reflectance` and unit normal.
     pub fn reflect<R: Real>(
         self,
@@ -38,14 +51,8 @@ impl Diffuse {
         normal: Vector3<R>,
     ) -> Vector3<R> {
         let cosine = arriving.axis.dot(normal);
-        let lambert = |form: Cosine| {
-            form.integral(cosine.clamp(-1.0, 1.0), arriving.sharpness) * R::constant(1.0 / PI)
-        };
         let scale = match self {
-            // [Tokuyoshi 2016, Appendix C.2, Diffuse reflection]
-            Self::Constant => {
-                integral(arriving.sharpness) * cosine.max(R::zero()) * R::constant(1.0 / PI)
-            }
+            Self::Constant => return clamped(arriving, reflectance, normal),
             // [Tokuyoshi 2015, Eq. (1), Section 3.2]
             Self::Gaussian => {
                 let sharpness = R::constant(DIFFUSE_SHARPNESS);
@@ -53,13 +60,25 @@ impl Diffuse {
                     product_integral(arriving.axis, arriving.sharpness, normal, sharpness);
                 overlap / R::constant(integral(DIFFUSE_SHARPNESS))
             }
-            Self::Logistic => lambert(Cosine::Logistic),
-            Self::Erf => lambert(Cosine::Erf),
-            Self::Fitted => lambert(Cosine::Fitted),
-            Self::FittedFine => lambert(Cosine::FittedFine),
+            Self::Logistic | Self::Erf | Self::Fitted | Self::FittedFine => {
+                self.cosine_integral(cosine, arriving.sharpness) * R::constant(1.0 / PI)
+            }
         };
         arriving.coefficient.times(reflectance) * scale
     }
+}
+
+/// The reflected radiance of a surface of diffuse reflectance `reflectance` and unit normal, by the cosine of the lobe's
+/// axis.
+// [Tokuyoshi 2016, Appendix C.2, Diffuse reflection]
+pub fn clamped<R: Real>(
+    arriving: &Incoming<R>,
+    reflectance: Vector3<R>,
+    normal: Vector3<R>,
+) -> Vector3<R> {
+    let cosine = arriving.axis.dot(normal).max(R::zero());
+    let scale = integral(arriving.sharpness) * cosine * R::constant(1.0 / PI);
+    arriving.coefficient.times(reflectance) * scale
 }
 
 /// What the forms approximate: the Lambert reflection of the incoming lobe, by quadrature.

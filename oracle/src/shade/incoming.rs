@@ -28,6 +28,21 @@ impl Incoming {
 /// The squared distance below which a light is at the shading point.
 pub const LEAST_SQUARED_DISTANCE: f64 = 1e-30;
 
+/// The distribution of a light's positions seen from a point, for `path` from the point to their mean: the direction and
+/// the sharpness of a spherical Gaussian. At the light itself there is no direction, and the vector is shorter than one.
+// [Tokuyoshi 2016, Eq. (11)]
+pub fn extent<R: Real>(path: Vector3<R>, variance: R) -> (Vector3<R>, R) {
+    let squared = path.length_squared();
+    // At the light itself every direction is as good: the spread is 0. It counts up to 2e37, as sharpness does.
+    let spread = if squared.value() > LEAST_SQUARED_DISTANCE {
+        squared / variance.max(squared * R::constant(5e-38))
+    } else {
+        R::zero()
+    };
+    let length = squared.max(R::constant(LEAST_SQUARED_DISTANCE)).sqrt();
+    (path.map(|part| part / length), spread)
+}
+
 /// The radiance that arrives at a point from a lobe of a light at `position` of `variance` above 0, without visibility.
 // [Tokuyoshi 2016, Eq. (11), Eq. (12)]
 pub fn incoming<R: Real>(
@@ -37,14 +52,9 @@ pub fn incoming<R: Real>(
     lobe: &Lobe<R>,
 ) -> Incoming<R> {
     let path = position - point;
-    let squared = path.length_squared();
-    // At the light itself every direction is as good: the spread is 0. It counts up to 2e37, as sharpness does.
-    let spread = if squared.value() > LEAST_SQUARED_DISTANCE {
-        squared / variance.max(squared * R::constant(5e-38))
-    } else {
-        R::zero()
-    };
-    let lobe_product = product(path.normalized(), spread, -lobe.axis, lobe.sharpness);
+    let (_, spread) = extent(path, variance);
+    let towards = path.normalized();
+    let lobe_product = product(towards, spread, -lobe.axis, lobe.sharpness);
     let scale = lobe_product.log_amplitude.exp() / (R::constant(2.0 * PI) * variance);
     Incoming {
         axis: lobe_product.axis,

@@ -1,7 +1,7 @@
 //! The reflection of all lights at a shading point.
 
 use crate::brdf::Ndf;
-use crate::shade::{Diffuse, Specular, incoming};
+use crate::shade::{Diffuse, Emitter, Incoming, Specular, incoming};
 use crate::surface::SurfaceTexel;
 use crate::visibility::Seen;
 use crate::vsgl::Vsgl;
@@ -10,6 +10,8 @@ use crate::{Linear, Real, Vector3};
 /// Which reflections there are and how they are approximated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Model {
+    /// How lights emit what they reflect diffusely.
+    pub emitter: Emitter,
     /// Diffuse reflection, if any.
     pub diffuse: Option<Diffuse>,
     /// Specular reflection, if any.
@@ -89,17 +91,29 @@ fn reflect<R: Real>(
             continue;
         }
         let before = sum;
-        for lobe in core::iter::once(light.diffuse).chain(light.specular) {
+        let (reflectance, normal) = (surface.material.diffuse, surface.normal);
+        let specular = |arriving: &Incoming<R>| {
+            let lobe = model.specular?;
+            Some(lobe.reflect(arriving, &surface.material, model.ndf, view, normal))
+        };
+        let emitted = model.emitter.emitted(surface.position, &light, model.diffuse);
+        if let Some(diffuse) = model.diffuse {
+            let reflected = model.emitter.reflect(
+                diffuse,
+                &emitted,
+                light.position - surface.position,
+                &light,
+                normal,
+            );
+            sum.diffuse = sum.diffuse + reflected.times(reflectance);
+        }
+        sum.specular = sum.specular + specular(&emitted).unwrap_or_else(Vector3::zero);
+        if let Some(lobe) = light.specular {
             let arriving = incoming(surface.position, light.position, light.variance, &lobe);
             if let Some(diffuse) = model.diffuse {
-                sum.diffuse = sum.diffuse
-                    + diffuse.reflect(&arriving, surface.material.diffuse, surface.normal);
+                sum.diffuse = sum.diffuse + diffuse.reflect(&arriving, reflectance, normal);
             }
-            if let Some(specular) = model.specular {
-                let reflected =
-                    specular.reflect(&arriving, &surface.material, model.ndf, view, surface.normal);
-                sum.specular = sum.specular + reflected;
-            }
+            sum.specular = sum.specular + specular(&arriving).unwrap_or_else(Vector3::zero);
         }
         if seen == Seen::Uncertain {
             sum.diffuse = sum.diffuse.covering(before.diffuse);
@@ -113,7 +127,7 @@ fn reflect<R: Real>(
 mod tests {
     use super::*;
     use crate::Bounded;
-    use crate::rsm::{Lobes, Moments};
+    use crate::rsm::{Emission, Lobes, Moments};
 
     fn scene<R: Real>() -> (SurfaceTexel<R>, Vector3<R>, Vsgl<R>) {
         let surface =
@@ -122,17 +136,25 @@ mod tests {
         let texels = [
             [-10.0, 8.0, 1.0, 21.0],
             [5.0, 4.0, 3.0, 8.0],
-            [2.0, -1.5, 0.1, 0.0],
+            [2.0, -1.5, 0.1, 4.141],
             [0.5, 0.5, 0.5, 0.0],
             [0.3, -0.3, 0.0, 0.0],
         ];
-        let light =
-            Vsgl::of_moments(&Moments::of_texels(&texels), Vector3::zero(), 1e-6, Lobes::Both);
+        let light = Vsgl::of_moments(
+            &Moments::of_texels(&texels),
+            Vector3::zero(),
+            1e-6,
+            &Emission::printed(Lobes::Both),
+        );
         (surface, eye, light)
     }
 
-    const MODEL: Model =
-        Model { diffuse: Some(Diffuse::Constant), specular: Some(Specular::Sg), ndf: Ndf::Ggx };
+    const MODEL: Model = Model {
+        emitter: Emitter::Lobe,
+        diffuse: Some(Diffuse::Constant),
+        specular: Some(Specular::Sg),
+        ndf: Ndf::Ggx,
+    };
 
     #[test]
     fn is_linear_in_the_lights() {
@@ -150,10 +172,15 @@ mod tests {
     #[test]
     fn tolerances_are_useful() {
         let (surface, eye, light) = scene::<Bounded>();
-        for diffuse in [Diffuse::Constant, Diffuse::Gaussian] {
+        for (emitter, diffuse) in Emitter::ALL
+            .map(|emitter| (emitter, Diffuse::Fitted))
+            .into_iter()
+            .chain([Diffuse::Constant, Diffuse::Gaussian].map(|form| (Emitter::Lobe, form)))
+        {
             for specular in [Specular::Sg, Specular::Asg, Specular::NdfFiltered] {
                 for ndf in [Ndf::Ggx, Ndf::Beckmann] {
-                    let model = Model { diffuse: Some(diffuse), specular: Some(specular), ndf };
+                    let model =
+                        Model { emitter, diffuse: Some(diffuse), specular: Some(specular), ndf };
                     let bounded = shade(&surface, eye, [light; 8], &model);
                     for part in [bounded.diffuse.y, bounded.specular.y] {
                         println!("{model:?}: {:.2e}", part.error / part.value);
@@ -181,31 +208,42 @@ mod tests {
                     for (variance, alpha) in [(1e-8, 0.01), (1.0, 1.0), (1e8, 0.01)] {
                         let lobe =
                             crate::vsgl::Lobe { axis, sharpness, coefficient: Vector3::splat(1.0) };
-                        let light =
-                            Vsgl { position, variance, diffuse: lobe, specular: Some(lobe) };
+                        let light = Vsgl {
+                            position,
+                            variance,
+                            diffuse: lobe,
+                            diffuse_mean_length: crate::vmf::mean_length(sharpness),
+                            specular: Some(lobe),
+                        };
                         let (mut surface, _, _) = scene::<f64>();
                         surface.material.alpha = alpha;
                         for eye in [axes[0], axes[2], Vector3::new(1.0, 1e-4, 0.0)] {
-                            for specular in [Specular::Sg, Specular::Asg, Specular::NdfFiltered] {
-                                for ndf in [Ndf::Ggx, Ndf::Beckmann] {
-                                    let model = Model {
-                                        diffuse: Some(Diffuse::Gaussian),
-                                        specular: Some(specular),
-                                        ndf,
-                                    };
-                                    let reflected = shade(&surface, eye, [light], &model).total();
-                                    let parts = reflected.to_array();
-                                    assert!(
-                                        parts.iter().all(|part| part.is_finite() && *part >= 0.0)
-                                    );
-                                    checked += 1;
-                                }
-                            }
+                            checked += stays_finite(&surface, eye, light);
                         }
                     }
                 }
             }
         }
         assert!(checked > 5000);
+    }
+
+    /// How many models were tried.
+    fn stays_finite(surface: &SurfaceTexel, eye: Vector3, light: Vsgl) -> usize {
+        let mut checked = 0;
+        for emitter in Emitter::ALL {
+            for diffuse in [Diffuse::Gaussian, Diffuse::Fitted] {
+                for specular in [Specular::Sg, Specular::Asg, Specular::NdfFiltered] {
+                    for ndf in [Ndf::Ggx, Ndf::Beckmann] {
+                        let (diffuse, specular) = (Some(diffuse), Some(specular));
+                        let model = Model { emitter, diffuse, specular, ndf };
+                        let parts = shade(surface, eye, [light], &model).total().to_array();
+                        let fine = parts.iter().all(|part| part.is_finite() && *part >= 0.0);
+                        assert!(fine, "{model:?} {light:?} {parts:?}");
+                        checked += 1;
+                    }
+                }
+            }
+        }
+        checked
     }
 }

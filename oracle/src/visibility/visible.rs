@@ -83,7 +83,13 @@ mod tests {
 
     fn light(axis: Vector3) -> Vsgl {
         let diffuse = Lobe { axis, sharpness: 2.0, coefficient: Vector3::splat(1.0) };
-        Vsgl { position: Vector3::new(0.2, 0.1, -0.3), variance: 1e-4, diffuse, specular: None }
+        Vsgl {
+            position: Vector3::new(0.2, 0.1, -0.3),
+            variance: 1e-4,
+            diffuse,
+            diffuse_mean_length: 0.5,
+            specular: None,
+        }
     }
 
     fn maps(tile: usize, bias: f64) -> Maps {
@@ -178,6 +184,7 @@ mod tests {
                 sharpness: Bounded::constant(2.0),
                 coefficient: Vector3::constant(exact.diffuse.coefficient),
             },
+            diffuse_mean_length: Bounded::constant(0.5),
             specular: None,
         };
         let maps = maps(16, map::least_bias(16));

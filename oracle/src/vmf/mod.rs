@@ -3,5 +3,6 @@
 pub mod sharpness;
 
 pub use sharpness::{
-    banerjee, exact, kroeger, mean_length, mean_length_complement, mean_length_toksvig, toksvig,
+    Sharpness, banerjee, exact, kroeger, mean_length, mean_length_complement, mean_length_toksvig,
+    toksvig,
 };

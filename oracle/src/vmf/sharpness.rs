@@ -14,6 +14,40 @@ const TERMS: i32 = 14;
 /// The greatest sharpness whose inverse is a normal f32 number: 2^126.
 const GREATEST: f64 = 1.0 / crate::tolerance::SMALLEST_NORMAL;
 
+/// How a sharpness follows from a mean length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Sharpness {
+    /// [`toksvig`], and [`mean_length_toksvig`] back.
+    Toksvig,
+    /// [`banerjee`], and [`mean_length`] back.
+    Banerjee,
+    /// [`exact`], and [`mean_length`] back.
+    Exact,
+}
+
+impl Sharpness {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Toksvig, Self::Banerjee, Self::Exact];
+
+    /// The sharpness of directions of a mean length, which comes with its complement.
+    pub fn of<R: Real>(self, mean_length: R, complement: R) -> R {
+        match self {
+            Self::Toksvig => toksvig(mean_length, complement),
+            Self::Banerjee => banerjee(mean_length, complement),
+            Self::Exact => exact(mean_length, complement),
+        }
+    }
+
+    /// The mean length that gives back a sharpness above 0.
+    pub fn mean_length<R: Real>(self, sharpness: R) -> R {
+        match self {
+            // l/(l + 1) in the form that shows how little the sharpness's own error matters.
+            Self::Toksvig => R::one() / (R::one() + R::one() / sharpness),
+            Self::Banerjee | Self::Exact => mean_length(sharpness),
+        }
+    }
+}
+
 fn clamped<R: Real>(mean_length: R, complement: R) -> [R; 2] {
     let complement = complement.max(R::constant(MINIMUM_COMPLEMENT)).min(R::one());
     [mean_length.clamp(0.0, 1.0), complement]

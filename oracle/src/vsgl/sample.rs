@@ -1,7 +1,7 @@
 //! One kernel's light: lattice, warp, level, filter, moments.
 
 use crate::fis::{self, Level, Warped, lattice, trilinear, warp};
-use crate::rsm::{Lobes, Moments, Pyramid};
+use crate::rsm::{Emission, Moments, Pyramid};
 use crate::vsgl::Vsgl;
 use crate::{Linear, Real, Vector3};
 
@@ -56,8 +56,8 @@ pub struct Settings {
     pub origin: Vector3,
     /// The least variance of a light, above 0, in squared units of length.
     pub minimum_variance: f64,
-    /// The lobes that are emitted.
-    pub lobes: Lobes,
+    /// What is emitted.
+    pub emission: Emission,
 }
 
 /// A kernel and its light.
@@ -121,7 +121,7 @@ pub fn light_of_kernel<R: Real>(
         &total,
         Vector3::constant(settings.origin),
         settings.minimum_variance,
-        settings.lobes,
+        &settings.emission,
     )
 }
 
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use crate::brdf::Material;
     use crate::fis::stress::Stress;
-    use crate::rsm::{self, Weights};
+    use crate::rsm::{self, Lobes, Weights};
     use crate::surface::SurfaceTexel;
 
     /// A wall whose photons follow a stress density.
@@ -151,7 +151,7 @@ mod tests {
                 Vector3::splat(f64::from(power)),
                 towards,
                 Vector3::zero(),
-                Lobes::Both,
+                &Emission::printed(Lobes::Both),
             )
         });
         Pyramid::build(size, texels.collect()).unwrap()
@@ -168,7 +168,7 @@ mod tests {
             scale: 1.0,
             origin: Vector3::zero(),
             minimum_variance: 1e-8,
-            lobes: Lobes::Both,
+            emission: Emission::printed(Lobes::Both),
         };
         let total: f64 = (0..settings.count)
             .map(|index| {
@@ -220,7 +220,7 @@ mod tests {
             scale: 1.0,
             origin: Vector3::zero(),
             minimum_variance: 1e-8,
-            lobes: Lobes::Both,
+            emission: Emission::printed(Lobes::Both),
         };
         // Root mean square over the kernels: of the level, and of the position on the wall, which is 1 wide.
         let off = |weights: Weights| {

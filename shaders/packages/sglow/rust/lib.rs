@@ -78,42 +78,56 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: compose::NAMES_5,
     },
     Variant {
-        id: "density-bidirectional-both",
+        id: "density-bidirectional-cosine-both",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_0,
         binding_names: density::NAMES_0,
     },
     Variant {
-        id: "density-bidirectional-diffuse",
+        id: "density-bidirectional-cosine-diffuse",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_1,
         binding_names: density::NAMES_1,
     },
     Variant {
-        id: "density-power-both",
+        id: "density-bidirectional-lobe-both",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_0,
+        binding_names: density::NAMES_0,
+    },
+    Variant {
+        id: "density-bidirectional-lobe-diffuse",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_1,
+        binding_names: density::NAMES_1,
+    },
+    Variant {
+        id: "density-power-none-both",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_2,
         binding_names: density::NAMES_2,
     },
     Variant {
-        id: "density-power-diffuse",
+        id: "density-power-none-diffuse",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_2,
         binding_names: density::NAMES_2,
     },
     Variant {
-        id: "density-reflectance-both",
+        id: "density-reflectance-none-both",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_3,
         binding_names: density::NAMES_3,
     },
     Variant {
-        id: "density-reflectance-diffuse",
+        id: "density-reflectance-none-diffuse",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_3,
@@ -330,536 +344,942 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: mip::NAMES_8,
     },
     Variant {
-        id: "moments-camera-both-f16",
+        id: "moments-camera-both-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-camera-both-f32",
+        id: "moments-camera-both-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-camera-diffuse-f16",
+        id: "moments-camera-both-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-camera-diffuse-f32",
+        id: "moments-camera-both-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-directional-both-f16",
+        id: "moments-camera-diffuse-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-directional-both-f32",
+        id: "moments-camera-diffuse-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-directional-diffuse-f16",
+        id: "moments-camera-diffuse-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-directional-diffuse-f32",
+        id: "moments-camera-diffuse-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-point-both-f16",
+        id: "moments-directional-both-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-both-f32",
+        id: "moments-directional-both-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-point-diffuse-f16",
+        id: "moments-directional-both-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-diffuse-f32",
+        id: "moments-directional-both-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-spot-both-f16",
+        id: "moments-directional-diffuse-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-both-f32",
+        id: "moments-directional-diffuse-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-spot-diffuse-f16",
+        id: "moments-directional-diffuse-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-diffuse-f32",
+        id: "moments-directional-diffuse-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "sample-warped-modified-bisection-exact-both-f32",
+        id: "moments-point-both-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-point-both-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-point-both-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-point-both-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-point-diffuse-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-point-diffuse-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-point-diffuse-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-point-diffuse-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-spot-both-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-spot-both-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-spot-both-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-spot-both-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-spot-diffuse-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-spot-diffuse-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-spot-diffuse-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-spot-diffuse-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "sample-warped-modified-bisection-exact-trace-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_0,
         binding_names: sample::NAMES_0,
     },
     Variant {
-        id: "sample-warped-modified-bisection-exact-diffuse-f32",
+        id: "sample-warped-modified-bisection-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_1,
         binding_names: sample::NAMES_1,
     },
     Variant {
-        id: "sample-warped-modified-bisection-hardware-both-f32",
+        id: "sample-warped-modified-bisection-exact-trace-toksvig-both-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_0,
+        binding_names: sample::NAMES_0,
+    },
+    Variant {
+        id: "sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_1,
+        binding_names: sample::NAMES_1,
+    },
+    Variant {
+        id: "sample-warped-modified-bisection-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_2,
         binding_names: sample::NAMES_2,
     },
     Variant {
-        id: "sample-warped-modified-bisection-hardware-diffuse-f32",
+        id: "sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_3,
         binding_names: sample::NAMES_3,
     },
     Variant {
-        id: "sample-warped-modified-bracketed-exact-both-f16",
+        id: "sample-warped-modified-bisection-hardware-trace-toksvig-both-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_2,
+        binding_names: sample::NAMES_2,
+    },
+    Variant {
+        id: "sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32",
+        pass: sample::PASS,
+        entry_points: sample::ENTRY_POINTS_0,
+        bind_groups: sample::LAYOUT_3,
+        binding_names: sample::NAMES_3,
+    },
+    Variant {
+        id: "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_4,
         binding_names: sample::NAMES_4,
     },
     Variant {
-        id: "sample-warped-modified-bracketed-exact-both-f32",
+        id: "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_0,
         binding_names: sample::NAMES_0,
     },
     Variant {
-        id: "sample-warped-modified-bracketed-exact-diffuse-f16",
+        id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_5,
         binding_names: sample::NAMES_5,
     },
     Variant {
-        id: "sample-warped-modified-bracketed-exact-diffuse-f32",
+        id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_1,
         binding_names: sample::NAMES_1,
     },
     Variant {
-        id: "sample-warped-modified-bracketed-hardware-both-f32",
+        id: "sample-warped-modified-bracketed-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_2,
         binding_names: sample::NAMES_2,
     },
     Variant {
-        id: "sample-warped-modified-bracketed-hardware-diffuse-f32",
+        id: "sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_3,
         binding_names: sample::NAMES_3,
     },
     Variant {
-        id: "sample-warped-previous-none-exact-both-f32",
+        id: "sample-warped-previous-none-exact-trace-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_0,
         binding_names: sample::NAMES_0,
     },
     Variant {
-        id: "sample-warped-previous-none-exact-diffuse-f32",
+        id: "sample-warped-previous-none-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_1,
         binding_names: sample::NAMES_1,
     },
     Variant {
-        id: "sample-warped-previous-none-hardware-both-f32",
+        id: "sample-warped-previous-none-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_6,
         binding_names: sample::NAMES_6,
     },
     Variant {
-        id: "sample-warped-previous-none-hardware-diffuse-f32",
+        id: "sample-warped-previous-none-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         entry_points: sample::ENTRY_POINTS_0,
         bind_groups: sample::LAYOUT_7,
         binding_names: sample::NAMES_7,
     },
     Variant {
-        id: "shade-constant-asg-ggx-both-f16-none",
+        id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_0,
         binding_names: shade::NAMES_0,
     },
     Variant {
-        id: "shade-constant-asg-ggx-both-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-constant-asg-ggx-diffuse-f16-none",
+        id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_2,
         binding_names: shade::NAMES_2,
     },
     Variant {
-        id: "shade-constant-asg-ggx-diffuse-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-constant-ndf_filtered-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-constant-ndf_filtered-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-constant-none-none-both-f16-none",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_4,
         binding_names: shade::NAMES_4,
     },
     Variant {
-        id: "shade-constant-none-none-both-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_5,
         binding_names: shade::NAMES_5,
     },
     Variant {
-        id: "shade-constant-none-none-diffuse-f16-none",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_6,
         binding_names: shade::NAMES_6,
     },
     Variant {
-        id: "shade-constant-none-none-diffuse-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_7,
         binding_names: shade::NAMES_7,
     },
     Variant {
-        id: "shade-constant-sg-ggx-both-f32-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-constant-sg-ggx-diffuse-f32-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-both-f16-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_0,
-        binding_names: shade::NAMES_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-both-f32-imperfect",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_7,
+        binding_names: shade::NAMES_7,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_8,
         binding_names: shade::NAMES_8,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-fitted-asg-ggx-both-f32-shadow_map",
+        id: "shade-cosine-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_9,
         binding_names: shade::NAMES_9,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-diffuse-f16-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
-    },
-    Variant {
-        id: "shade-fitted-asg-ggx-diffuse-f32-imperfect",
+        id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_10,
         binding_names: shade::NAMES_10,
     },
     Variant {
-        id: "shade-fitted-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-fitted-asg-ggx-diffuse-f32-shadow_map",
+        id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_11,
         binding_names: shade::NAMES_11,
     },
     Variant {
-        id: "shade-fitted-ndf_filtered-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-fitted-ndf_filtered-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-fitted-none-none-both-f16-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_4,
-        binding_names: shade::NAMES_4,
-    },
-    Variant {
-        id: "shade-fitted-none-none-both-f32-imperfect",
+        id: "shade-cosine-fitted-none-none-diffuse-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_12,
         binding_names: shade::NAMES_12,
     },
     Variant {
-        id: "shade-fitted-none-none-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_5,
-        binding_names: shade::NAMES_5,
-    },
-    Variant {
-        id: "shade-fitted-none-none-both-f32-shadow_map",
+        id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_13,
         binding_names: shade::NAMES_13,
     },
     Variant {
-        id: "shade-fitted-none-none-diffuse-f16-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
-    },
-    Variant {
-        id: "shade-fitted-none-none-diffuse-f32-imperfect",
+        id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_14,
         binding_names: shade::NAMES_14,
     },
     Variant {
-        id: "shade-fitted-none-none-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_7,
-        binding_names: shade::NAMES_7,
-    },
-    Variant {
-        id: "shade-fitted-none-none-diffuse-f32-shadow_map",
+        id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_15,
         binding_names: shade::NAMES_15,
     },
     Variant {
-        id: "shade-fitted-sg-ggx-both-f32-none",
+        id: "shade-cosine-fitted-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-cosine-none-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_16,
+        binding_names: shade::NAMES_16,
+    },
+    Variant {
+        id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
+    },
+    Variant {
+        id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_16,
+        binding_names: shade::NAMES_16,
+    },
+    Variant {
+        id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
+    },
+    Variant {
+        id: "shade-cosine-none-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_16,
+        binding_names: shade::NAMES_16,
+    },
+    Variant {
+        id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
+    },
+    Variant {
+        id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_10,
+        binding_names: shade::NAMES_10,
+    },
+    Variant {
+        id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_14,
+        binding_names: shade::NAMES_14,
+    },
+    Variant {
+        id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_10,
+        binding_names: shade::NAMES_10,
+    },
+    Variant {
+        id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_14,
+        binding_names: shade::NAMES_14,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-fitted-sg-ggx-diffuse-f32-none",
+        id: "shade-disc-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-gaussian-asg-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-gaussian-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-gaussian-ndf_filtered-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-gaussian-none-none-both-f32-none",
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_5,
         binding_names: shade::NAMES_5,
     },
     Variant {
-        id: "shade-gaussian-none-none-diffuse-f32-none",
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_7,
         binding_names: shade::NAMES_7,
     },
     Variant {
-        id: "shade-gaussian-sg-ggx-both-f32-none",
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-gaussian-sg-ggx-diffuse-f32-none",
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-none-asg-ggx-both-f32-none",
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_16,
-        binding_names: shade::NAMES_16,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
     },
     Variant {
-        id: "shade-none-asg-ggx-diffuse-f32-none",
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_17,
-        binding_names: shade::NAMES_17,
+        bind_groups: shade::LAYOUT_7,
+        binding_names: shade::NAMES_7,
     },
     Variant {
-        id: "shade-none-ndf_filtered-ggx-both-f32-none",
+        id: "shade-disc-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_16,
-        binding_names: shade::NAMES_16,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
     },
     Variant {
-        id: "shade-none-ndf_filtered-ggx-diffuse-f32-none",
+        id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_17,
-        binding_names: shade::NAMES_17,
+        bind_groups: shade::LAYOUT_10,
+        binding_names: shade::NAMES_10,
     },
     Variant {
-        id: "shade-none-sg-ggx-both-f32-none",
+        id: "shade-disc-fitted-none-none-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_16,
-        binding_names: shade::NAMES_16,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
     },
     Variant {
-        id: "shade-none-sg-ggx-diffuse-f32-none",
+        id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_17,
-        binding_names: shade::NAMES_17,
+        bind_groups: shade::LAYOUT_13,
+        binding_names: shade::NAMES_13,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_14,
+        binding_names: shade::NAMES_14,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-lobe-constant-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-lobe-constant-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_10,
+        binding_names: shade::NAMES_10,
+    },
+    Variant {
+        id: "shade-lobe-constant-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_14,
+        binding_names: shade::NAMES_14,
+    },
+    Variant {
+        id: "shade-lobe-constant-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_7,
+        binding_names: shade::NAMES_7,
+    },
+    Variant {
+        id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_1,
+        binding_names: shade::NAMES_1,
+    },
+    Variant {
+        id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_7,
+        binding_names: shade::NAMES_7,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_10,
+        binding_names: shade::NAMES_10,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_13,
+        binding_names: shade::NAMES_13,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_14,
+        binding_names: shade::NAMES_14,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-lobe-fitted-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_10,
+        binding_names: shade::NAMES_10,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_14,
+        binding_names: shade::NAMES_14,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
     },
     Variant {
         id: "shadow-constant-opaque",
@@ -910,25 +1330,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "check-both-f16",
         pass: check::PASS,
         text: include_str!("../wgsl/check-both-f16.wgsl"),
-        sha256: "8b13e7fc7a189d7897f809a5e806f76b093fad163be2f3e59fc1efabb4e1018b",
+        sha256: "4a5f4d6c0c58410a3a4557673e320c9d476f70ab8923d6f87c7c1e43af212dac",
     },
     Embedded {
         id: "check-both-f32",
         pass: check::PASS,
         text: include_str!("../wgsl/check-both-f32.wgsl"),
-        sha256: "369c56d66b6f6e6717a70039ad6b81c3c96f029723602f0a2605708fbf2caed5",
+        sha256: "7fee5a10fa206f70a724d6a017930cd14fb2ceb676095ef1dbd6a05a909bf277",
     },
     Embedded {
         id: "check-diffuse-f16",
         pass: check::PASS,
         text: include_str!("../wgsl/check-diffuse-f16.wgsl"),
-        sha256: "6c6b5afaaf40398272358225824383b185eb21272dfc51d9ee09499ed4b18dac",
+        sha256: "6551655be0667ab2f487f52d4d9ea4f79a701532375ecf9886bc7273dc869ca8",
     },
     Embedded {
         id: "check-diffuse-f32",
         pass: check::PASS,
         text: include_str!("../wgsl/check-diffuse-f32.wgsl"),
-        sha256: "27cb553f372b4f64eb5fd6344764441469b435f83f96e1530115977c4fe327f0",
+        sha256: "c6022a7af260d29a90a0b46631f6b440a39dbad1820ed87ac07865d4b8aee46c",
     },
     Embedded {
         id: "compose-both-none",
@@ -967,40 +1387,52 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "821c847ee0014b87a1a30dd6b9ac8794f6e8b372146e64ec2d82a610ee737163",
     },
     Embedded {
-        id: "density-bidirectional-both",
+        id: "density-bidirectional-cosine-both",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-both.wgsl"),
-        sha256: "a5615e91b4d34f592bf780fba229e7ac79464593638d6cedac68e36f651a1b9a",
+        text: include_str!("../wgsl/density-bidirectional-cosine-both.wgsl"),
+        sha256: "428dde2178dda128fd9f49d8d22ea1c34dbb5d7e22398d8d43e27416b6fbf0ca",
     },
     Embedded {
-        id: "density-bidirectional-diffuse",
+        id: "density-bidirectional-cosine-diffuse",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-diffuse.wgsl"),
-        sha256: "5f88ba9a9fa98aa1df16db989ffcf48f7f47bdaf06aec842fe92b8c702af684c",
+        text: include_str!("../wgsl/density-bidirectional-cosine-diffuse.wgsl"),
+        sha256: "45e8b9fe5278b09f5e428f9765a4c1164c70fe9ae8f45746934727f3c19cb277",
     },
     Embedded {
-        id: "density-power-both",
+        id: "density-bidirectional-lobe-both",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-power-both.wgsl"),
-        sha256: "2e18f6a435778474009065b153b5c21cbbcebc4b2fa66e264b5cbd7db06d7199",
+        text: include_str!("../wgsl/density-bidirectional-lobe-both.wgsl"),
+        sha256: "037f0f8bc4c27ca5051c37d15e85588fbba1ed76d2a87bc5f343d819f6f72465",
     },
     Embedded {
-        id: "density-power-diffuse",
+        id: "density-bidirectional-lobe-diffuse",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-power-diffuse.wgsl"),
-        sha256: "d487f9151b776dd804f0adc8bab7c88ac5ffef84b5883ee536314d56796e61da",
+        text: include_str!("../wgsl/density-bidirectional-lobe-diffuse.wgsl"),
+        sha256: "ae777e9d259b15df8e8ab351fbb032e6914e8cef234e3119d462b13e58668a69",
     },
     Embedded {
-        id: "density-reflectance-both",
+        id: "density-power-none-both",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-reflectance-both.wgsl"),
-        sha256: "29bd105e67761f92a71de35c285e8e29d117f7a6c440b63963542b7198d4b1ec",
+        text: include_str!("../wgsl/density-power-none-both.wgsl"),
+        sha256: "a6d8696c0a5e64fba875df3f2c86279214d7e2058167c1e2d982fe2771f4ea2d",
     },
     Embedded {
-        id: "density-reflectance-diffuse",
+        id: "density-power-none-diffuse",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-reflectance-diffuse.wgsl"),
-        sha256: "918087ece42c789763f2eafd52c589b11a787a85cd8306bf39d4f275558e8459",
+        text: include_str!("../wgsl/density-power-none-diffuse.wgsl"),
+        sha256: "31b93c32ed4edf56db3f4c1ed381a6142e7fd3ca5a08f9ebcd371cd015b4b676",
+    },
+    Embedded {
+        id: "density-reflectance-none-both",
+        pass: density::PASS,
+        text: include_str!("../wgsl/density-reflectance-none-both.wgsl"),
+        sha256: "9775e45221f3fa121c5af2e79166722cfdab0ecaf406a0c9fa9bd61ad38c83c5",
+    },
+    Embedded {
+        id: "density-reflectance-none-diffuse",
+        pass: density::PASS,
+        text: include_str!("../wgsl/density-reflectance-none-diffuse.wgsl"),
+        sha256: "0af5acf6d71063cba4e7c2437bf8ad6b6657b666373015ccb8cde3620eded52d",
     },
     Embedded {
         id: "direct-directional-beckmann",
@@ -1084,49 +1516,49 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "light_points-both-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-both-f16.wgsl"),
-        sha256: "88a37b5bd62461ff48aed066f39b521a2a37ec86c6b5c006a7f8a8f9879ce9cb",
+        sha256: "75286cdb41674f0724e3aa3e16a5138bcbe66e45d27c74787f1982bb9edf7a54",
     },
     Embedded {
         id: "light_points-both-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-both-f32.wgsl"),
-        sha256: "0d8f45df8a71a4c5dbb6e51c2d1577673a41b4fcdf910082c398a001f03a23c2",
+        sha256: "6626c8089e6f5771756ec398e111740ac846a5bb0a3a700a3b122c6ec7271bb5",
     },
     Embedded {
         id: "light_points-diffuse-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-diffuse-f16.wgsl"),
-        sha256: "f8d765af27f18d6c21da74b83f9b27ed6560e2947435ca7e31b7543132756c5c",
+        sha256: "3034a884e032399fc9d6bdc95c22b3346d4fed89b3f3bdeb6e146d36716ba71e",
     },
     Embedded {
         id: "light_points-diffuse-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-diffuse-f32.wgsl"),
-        sha256: "0c421dd86c39d8acdc74f137086dd2f0059198447c2e3030a0e48981d8b6aa43",
+        sha256: "72f1f5e2ef22dac8678774ae7f57a428da114d7e3876d1ab137e9433bada7b45",
     },
     Embedded {
         id: "light_shadow-both-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-both-f16.wgsl"),
-        sha256: "e4ad2f44bd96af0de29343643c4d7fbee7d25c411ecf67f4dd83b8a49d4c2f8e",
+        sha256: "f127eba59ad47dc7911c68cf9155fc2e1ea3f79911e6cd36153fa07de25e1069",
     },
     Embedded {
         id: "light_shadow-both-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-both-f32.wgsl"),
-        sha256: "2b71072a59735e72c238ba61c2472bcea2bb6792105865457f1b7e04bf923742",
+        sha256: "09c95d938340616f9d035ed5bbb42fe26625f32b6e98028df6aa1e97401f5a30",
     },
     Embedded {
         id: "light_shadow-diffuse-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-diffuse-f16.wgsl"),
-        sha256: "2c0c73fb7b0bcb1ed4b10b1bfcc9460b0c6ac100480afd428f78cc3df3282d90",
+        sha256: "350d7454f4d1acb9823a2b16a920a2d595809115e12b74642c7fb0729ac6975a",
     },
     Embedded {
         id: "light_shadow-diffuse-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-diffuse-f32.wgsl"),
-        sha256: "4aa4a988018ed2593cdf1d33162df8130d8b9a5b3dc2a29494c64ab0ceb085ef",
+        sha256: "11a4fab9cead4c5dc271585a4511ada0dccafcc6da17da55df0c0758285e0642",
     },
     Embedded {
         id: "mip-r32float-one",
@@ -1183,488 +1615,940 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "5ba223a6927a8faa399d7341c5e71c38fa441d1261a21311cbd02329458401ba",
     },
     Embedded {
-        id: "moments-camera-both-f16",
+        id: "moments-camera-both-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-f16.wgsl"),
-        sha256: "ed09a05d7699961ec9c02421ad4afe02b1e0c73bbb1bc9bf37f4dadee1916517",
+        text: include_str!("../wgsl/moments-camera-both-exact-f16.wgsl"),
+        sha256: "a6668729f24bf0a4093ede98a54ed45648deedbed4f9e6682330e9f7202a1715",
     },
     Embedded {
-        id: "moments-camera-both-f32",
+        id: "moments-camera-both-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-f32.wgsl"),
-        sha256: "171fb0c48b70c5e8e9628ba47582f9abc08a629360656f1cfe3fb96cba40286e",
+        text: include_str!("../wgsl/moments-camera-both-exact-f32.wgsl"),
+        sha256: "a7b2c20fbd70a398cf278c6da26c2f6fbb162a9389d1f9d4728f4db985232658",
     },
     Embedded {
-        id: "moments-camera-diffuse-f16",
+        id: "moments-camera-both-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-f16.wgsl"),
-        sha256: "1721b80dbde27e3ca38c2c4b52e87ac2feb9fb9d4426b72697994dc23270eff1",
+        text: include_str!("../wgsl/moments-camera-both-toksvig-f16.wgsl"),
+        sha256: "cfc19399dcb59cf559f0b69fc8fef4201adf9ea392478af11481fdd997328ebf",
     },
     Embedded {
-        id: "moments-camera-diffuse-f32",
+        id: "moments-camera-both-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-f32.wgsl"),
-        sha256: "f92ba26a9e9df0ec0fd0b460b2de97380655a9eef8a8fa0dec37cab7e11f7229",
+        text: include_str!("../wgsl/moments-camera-both-toksvig-f32.wgsl"),
+        sha256: "f52b4e9f51dfe31fe0a7013acfdbf753b85651400220be5a75ed60732e5310c9",
     },
     Embedded {
-        id: "moments-directional-both-f16",
+        id: "moments-camera-diffuse-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-f16.wgsl"),
-        sha256: "2b789438c4580ef53b811a8d339db06cfefcce6737d1fc19a2f40ad67ecc8312",
+        text: include_str!("../wgsl/moments-camera-diffuse-exact-f16.wgsl"),
+        sha256: "5708f4f092ef6a1f52747487dcd1a43e59dd02f59550ced5ef89b49445dc0947",
     },
     Embedded {
-        id: "moments-directional-both-f32",
+        id: "moments-camera-diffuse-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-f32.wgsl"),
-        sha256: "05b694511d456daf84ef796ff7dbc5da421beaea8847c780f99c8d85021fc5df",
+        text: include_str!("../wgsl/moments-camera-diffuse-exact-f32.wgsl"),
+        sha256: "aef86749a156c1621366240afa2d56f8f2f4fa1705840355c38a6b76f9e5cf71",
     },
     Embedded {
-        id: "moments-directional-diffuse-f16",
+        id: "moments-camera-diffuse-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-f16.wgsl"),
-        sha256: "ecb47ccaaa687a73e949afed3348f72744978a1a1644853f0622271280e9cecb",
+        text: include_str!("../wgsl/moments-camera-diffuse-toksvig-f16.wgsl"),
+        sha256: "7d068cf2a7e53088804eda12d23be0b279362966458489b149c88126d79d4b2b",
     },
     Embedded {
-        id: "moments-directional-diffuse-f32",
+        id: "moments-camera-diffuse-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-f32.wgsl"),
-        sha256: "d71bac56c45ad153cda311c9b23fcbf783cf1adad0ba30d21a61af7861c42668",
+        text: include_str!("../wgsl/moments-camera-diffuse-toksvig-f32.wgsl"),
+        sha256: "933b37afccbccb081c0384ff5e873d4002666071c74c1361a5a4752456c411e1",
     },
     Embedded {
-        id: "moments-point-both-f16",
+        id: "moments-directional-both-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-f16.wgsl"),
-        sha256: "feb9bcf92baee0653df42af5cb60f9db13811c7530ce7ab78b41103957f938b4",
+        text: include_str!("../wgsl/moments-directional-both-exact-f16.wgsl"),
+        sha256: "bf57d030325a65bcde8a6240a5604de1f36c24fc056c679ebbc31cd7cefafdfb",
     },
     Embedded {
-        id: "moments-point-both-f32",
+        id: "moments-directional-both-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-f32.wgsl"),
-        sha256: "46b36d04fdb3427e1c61550ee008a5683e6ee314f7916bf13fba9182760dcef2",
+        text: include_str!("../wgsl/moments-directional-both-exact-f32.wgsl"),
+        sha256: "bbf9481d3a64e81d9fd99c0238fda48241365b560299e38ddc7ba63bc71ae7c1",
     },
     Embedded {
-        id: "moments-point-diffuse-f16",
+        id: "moments-directional-both-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-f16.wgsl"),
-        sha256: "231d0dba23650b60c754cd8bdc4939c4e55464b09eed4755ecee89f59e1ea6eb",
+        text: include_str!("../wgsl/moments-directional-both-toksvig-f16.wgsl"),
+        sha256: "e708158319fe706f87f8b07eed7979376c5e8508a908f59a3525feffd5d53d6a",
     },
     Embedded {
-        id: "moments-point-diffuse-f32",
+        id: "moments-directional-both-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-f32.wgsl"),
-        sha256: "2b212fd7e28a46953ddcea46c89fd22222b9af0455b11fd52f4906b54e78e146",
+        text: include_str!("../wgsl/moments-directional-both-toksvig-f32.wgsl"),
+        sha256: "1b9604da1105cd2244b2821a8ae69fbb04f8e0360ac9f2c59e4e3d749b0e692b",
     },
     Embedded {
-        id: "moments-spot-both-f16",
+        id: "moments-directional-diffuse-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-f16.wgsl"),
-        sha256: "cb6f54de2aaa2d4c3263638009918b766a09338e33f7db6c559c5f107ad9a074",
+        text: include_str!("../wgsl/moments-directional-diffuse-exact-f16.wgsl"),
+        sha256: "5d1fde942998b251cccc661c0894ef4f0af9571c3bf7c708ba3174733953b6af",
     },
     Embedded {
-        id: "moments-spot-both-f32",
+        id: "moments-directional-diffuse-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-f32.wgsl"),
-        sha256: "3ee6bdc0af06f82cf6b356b61885c72dc54a1515dade825124ee55e984fe440a",
+        text: include_str!("../wgsl/moments-directional-diffuse-exact-f32.wgsl"),
+        sha256: "2251ce65bbf33693ed83d560b632fd43992cce09ab39f530cc9a4b4a3f68ecbe",
     },
     Embedded {
-        id: "moments-spot-diffuse-f16",
+        id: "moments-directional-diffuse-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-f16.wgsl"),
-        sha256: "d70fd2118950e6348f970d53f86f0279a1129badf69ab58b22a7d6aa0382454a",
+        text: include_str!("../wgsl/moments-directional-diffuse-toksvig-f16.wgsl"),
+        sha256: "fa107f05932d493e2d21d8f4be8d6037602cb71cd07e2f11b1d575dc00cb7010",
     },
     Embedded {
-        id: "moments-spot-diffuse-f32",
+        id: "moments-directional-diffuse-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-f32.wgsl"),
-        sha256: "1277f5b2e8a70d6f14a66d40ccb063db8486e80efbd759c675b8a84aa59d1e27",
+        text: include_str!("../wgsl/moments-directional-diffuse-toksvig-f32.wgsl"),
+        sha256: "b345389d33d218c760f9bd9df5a86e999df830cc431464746b94d8bb5982292a",
     },
     Embedded {
-        id: "sample-warped-modified-bisection-exact-both-f32",
+        id: "moments-point-both-exact-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-both-exact-f16.wgsl"),
+        sha256: "dec110537268b3ee262974f64cfc94b0f84bb4daa9aa863747ae7e293f620904",
+    },
+    Embedded {
+        id: "moments-point-both-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-both-exact-f32.wgsl"),
+        sha256: "4914f3a9c8a04f6da58c723c611a1cb370a123328ea851c7eb6a33b93671e933",
+    },
+    Embedded {
+        id: "moments-point-both-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-both-toksvig-f16.wgsl"),
+        sha256: "5dd6e9d2ebc4dbf72098423f40f03826049b9c8809cc3f3f2f6867a303c276d3",
+    },
+    Embedded {
+        id: "moments-point-both-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-both-toksvig-f32.wgsl"),
+        sha256: "2a358f2cc04b8ef1f2b21eee1b7c253294df1acd847cf7592b8a94f980eeec41",
+    },
+    Embedded {
+        id: "moments-point-diffuse-exact-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-diffuse-exact-f16.wgsl"),
+        sha256: "29dd0bfd4eeb77f4472df0e079aac22862cd7032133faa3b36f96f67427b40de",
+    },
+    Embedded {
+        id: "moments-point-diffuse-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-diffuse-exact-f32.wgsl"),
+        sha256: "e741d6ae6b62051138d9943b44ec5aef3fe39fd16ed122825da172ed7629af35",
+    },
+    Embedded {
+        id: "moments-point-diffuse-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-diffuse-toksvig-f16.wgsl"),
+        sha256: "e4ac5f8759e0442b290e4c1f8ade9621f813c12a59ed731c9dbfd20ab23a09ee",
+    },
+    Embedded {
+        id: "moments-point-diffuse-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-point-diffuse-toksvig-f32.wgsl"),
+        sha256: "87a9de8e5cab5374691ee709f7ab8815b0cc0452f5d5f9bb31ea4f32dda3fa26",
+    },
+    Embedded {
+        id: "moments-spot-both-exact-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-both-exact-f16.wgsl"),
+        sha256: "b91c82426125eeffe88fd9c445c94d31a10febe4b846e9873f1c5f3b43c3a67f",
+    },
+    Embedded {
+        id: "moments-spot-both-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-both-exact-f32.wgsl"),
+        sha256: "351cbc5126a2b7946735aee5a993a66ea85d14eeba6c4f1455f9f11e4c8de311",
+    },
+    Embedded {
+        id: "moments-spot-both-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-both-toksvig-f16.wgsl"),
+        sha256: "b39e4d03dc3e12f0564e2cb8028028b0d55cc77c28c3f3d5aa7e455d7ee211dd",
+    },
+    Embedded {
+        id: "moments-spot-both-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-both-toksvig-f32.wgsl"),
+        sha256: "32adb27429fa3478c0a5de48528a53591ab9ee11a0b1cb0e7dafff6c389e90cc",
+    },
+    Embedded {
+        id: "moments-spot-diffuse-exact-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-diffuse-exact-f16.wgsl"),
+        sha256: "68fdb66354873a8f7335e8e8b96e55d8a4f1e516525ded6574101f379600d734",
+    },
+    Embedded {
+        id: "moments-spot-diffuse-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-diffuse-exact-f32.wgsl"),
+        sha256: "6322c05f364b14717831edbf16138f63c293b95096387624ad1fd51528154a73",
+    },
+    Embedded {
+        id: "moments-spot-diffuse-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-diffuse-toksvig-f16.wgsl"),
+        sha256: "09e376a0da3ea14166f193c2093cf54bc7df2d919b9011e92f38f15464470392",
+    },
+    Embedded {
+        id: "moments-spot-diffuse-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-spot-diffuse-toksvig-f32.wgsl"),
+        sha256: "14b4d547d4a5b672b088763a2a669084deb2b9f82bba51d0cfa4261c2ca7ad12",
+    },
+    Embedded {
+        id: "sample-warped-modified-bisection-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-exact-both-f32.wgsl"
+            "../wgsl/sample-warped-modified-bisection-exact-trace-exact-both-f32.wgsl"
         ),
-        sha256: "1ad4c275f7349cc9a1597f836bfac8d1e885a8807221014d83dea74128f49f35",
+        sha256: "4e7f82669b89a67303c54223c3685593931fa1f02fd68f4d1eb1af45b19ae725",
     },
     Embedded {
-        id: "sample-warped-modified-bisection-exact-diffuse-f32",
+        id: "sample-warped-modified-bisection-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-exact-diffuse-f32.wgsl"
+            "../wgsl/sample-warped-modified-bisection-exact-trace-exact-diffuse-f32.wgsl"
         ),
-        sha256: "c1418c0db672c4016e545acf27394fcfceb803544000f7650225e29b6da0e193",
+        sha256: "340ac8188bd2a087ad0b3b878f43d987f7045194224a932bfd8b27d5f23e902d",
     },
     Embedded {
-        id: "sample-warped-modified-bisection-hardware-both-f32",
+        id: "sample-warped-modified-bisection-exact-trace-toksvig-both-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-hardware-both-f32.wgsl"
+            "../wgsl/sample-warped-modified-bisection-exact-trace-toksvig-both-f32.wgsl"
         ),
-        sha256: "64d5959d826789deddb22f6c8eaaadcec3a0eccb128fdfc79f109d0996f75da4",
+        sha256: "c7a613b3fd5aeaa48249b05649a1d4641ce44a67cf4ee21ee6b00f7f578786d5",
     },
     Embedded {
-        id: "sample-warped-modified-bisection-hardware-diffuse-f32",
+        id: "sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-hardware-diffuse-f32.wgsl"
+            "../wgsl/sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32.wgsl"
         ),
-        sha256: "509b77c208cb6b7931018f6ae82db718fa5d7b0c630722d0e0ee0bb8c29a52e8",
+        sha256: "7b883eb3494819b82d968e5973ec77f7cedfe80be89432760345ac62c808ccdc",
     },
     Embedded {
-        id: "sample-warped-modified-bracketed-exact-both-f16",
+        id: "sample-warped-modified-bisection-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-exact-both-f16.wgsl"
+            "../wgsl/sample-warped-modified-bisection-hardware-trace-exact-both-f32.wgsl"
         ),
-        sha256: "a1fb11a5ec2b70976d3e459153e7294bd53513110364747f498e01fb5d02a0f6",
+        sha256: "485d96bf71e48d2570aa743b82b5dd4d59fe0df75d91f830e52cd5ca9b3ae779",
     },
     Embedded {
-        id: "sample-warped-modified-bracketed-exact-both-f32",
+        id: "sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-exact-both-f32.wgsl"
+            "../wgsl/sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32.wgsl"
         ),
-        sha256: "3947015e079bb1009f308d336bcf1edb3279eecd306b11eaab788436bee0f48c",
+        sha256: "edc0906e4909cc81c2659cf68c5d1b4bca8a19ee4ee86b314ca70125ee39f026",
     },
     Embedded {
-        id: "sample-warped-modified-bracketed-exact-diffuse-f16",
+        id: "sample-warped-modified-bisection-hardware-trace-toksvig-both-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-exact-diffuse-f16.wgsl"
+            "../wgsl/sample-warped-modified-bisection-hardware-trace-toksvig-both-f32.wgsl"
         ),
-        sha256: "e8647f2ae1571a29b4f53504d9d8d95d5d3ed3095dca5119845a54fd9b92f581",
+        sha256: "139aef81bd3627174834349476bf37b2af4c16f6a966d3657300e88b0698e158",
     },
     Embedded {
-        id: "sample-warped-modified-bracketed-exact-diffuse-f32",
+        id: "sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-exact-diffuse-f32.wgsl"
+            "../wgsl/sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32.wgsl"
         ),
-        sha256: "3b99470381af8b672a5172693356f40b870a9b0be2b8e447caa2ffe3909c0438",
+        sha256: "53096fe9b8db4645636e04c244d4151c9464e41ba67ede1b5da6e14053e0d465",
     },
     Embedded {
-        id: "sample-warped-modified-bracketed-hardware-both-f32",
+        id: "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-hardware-both-f32.wgsl"
+            "../wgsl/sample-warped-modified-bracketed-exact-trace-exact-both-f16.wgsl"
         ),
-        sha256: "a35205c5e9db4d70972df17e4f95f5c00155018f54e0629493a94f3224ebf9f7",
+        sha256: "3daa5fae94999041986db08b8261436ed26c077724fa5f5be6b868c2a78484e6",
     },
     Embedded {
-        id: "sample-warped-modified-bracketed-hardware-diffuse-f32",
+        id: "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-hardware-diffuse-f32.wgsl"
+            "../wgsl/sample-warped-modified-bracketed-exact-trace-exact-both-f32.wgsl"
         ),
-        sha256: "138663d2464a5bbda86472e1f2db11392a316400aab3ed7e7c54f4e5515c3e9d",
+        sha256: "2deb670815137e15f03dcda7f84dfe8d9ee898d4625cbea5e61599134c67e0ae",
     },
     Embedded {
-        id: "sample-warped-previous-none-exact-both-f32",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-warped-previous-none-exact-both-f32.wgsl"),
-        sha256: "23676133c27f762b33c269cc1a6cbe8cc06e1c5b9322ecbd526cddcc37937c16",
-    },
-    Embedded {
-        id: "sample-warped-previous-none-exact-diffuse-f32",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-warped-previous-none-exact-diffuse-f32.wgsl"),
-        sha256: "0d6196fbad63bcc3ffda6385610003b57d48610999803cd238f326070ce3a883",
-    },
-    Embedded {
-        id: "sample-warped-previous-none-hardware-both-f32",
-        pass: sample::PASS,
-        text: include_str!("../wgsl/sample-warped-previous-none-hardware-both-f32.wgsl"),
-        sha256: "227b2f96d7b0285e7b5942294b4433fa7b5ae266dc5a580596bc6aba4eb9b08c",
-    },
-    Embedded {
-        id: "sample-warped-previous-none-hardware-diffuse-f32",
+        id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-previous-none-hardware-diffuse-f32.wgsl"
+            "../wgsl/sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16.wgsl"
         ),
-        sha256: "0ba5ebe0c4005568e88806ea3aca2fb771c6ea0509e592a6097782167c24d172",
+        sha256: "2a273aa9419eeb18b0bda18c56e0cdb9123ec83e590d3542eb389c650a3c2984",
     },
     Embedded {
-        id: "shade-constant-asg-ggx-both-f16-none",
+        id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32.wgsl"
+        ),
+        sha256: "699827a8da7ae3b14571aa4b062e0f953486ffeb2f0aed1b81caaf6f423419ef",
+    },
+    Embedded {
+        id: "sample-warped-modified-bracketed-hardware-trace-exact-both-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bracketed-hardware-trace-exact-both-f32.wgsl"
+        ),
+        sha256: "784ab4a30467d24fe642d8f1aec0f8a869e4e329e428c2bcae6b6c6169be9831",
+    },
+    Embedded {
+        id: "sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32.wgsl"
+        ),
+        sha256: "93d8061a2d6e375feeac7d63a58f7300df9b444bc777c1fb923ae9d1a793b5cf",
+    },
+    Embedded {
+        id: "sample-warped-previous-none-exact-trace-exact-both-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-previous-none-exact-trace-exact-both-f32.wgsl"
+        ),
+        sha256: "0eee22faeac1f871521f345652460e1fd8402d48448135efe11a9a24d1211e48",
+    },
+    Embedded {
+        id: "sample-warped-previous-none-exact-trace-exact-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-previous-none-exact-trace-exact-diffuse-f32.wgsl"
+        ),
+        sha256: "da2e2710ba09a44be967ece721e39059081a76741828c626fc5e5d513f873815",
+    },
+    Embedded {
+        id: "sample-warped-previous-none-hardware-trace-exact-both-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-previous-none-hardware-trace-exact-both-f32.wgsl"
+        ),
+        sha256: "29991692d0ee181aababf987fd88520bc8ffe1930084cbfaafa595bca4ae94f9",
+    },
+    Embedded {
+        id: "sample-warped-previous-none-hardware-trace-exact-diffuse-f32",
+        pass: sample::PASS,
+        text: include_str!(
+            "../wgsl/sample-warped-previous-none-hardware-trace-exact-diffuse-f32.wgsl"
+        ),
+        sha256: "c869a5e159de8859eece03d205c5db8df43161fec416eb8de3856857709979c7",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-both-f16-none.wgsl"),
-        sha256: "9cfa8ac4564399bca4aa8127996c46addae08b1df5a4d3cf2e46f4d2a0c5dbe6",
+        text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-both-f16-none.wgsl"),
+        sha256: "42fd2248790a4c64f6835e73ce6dc71995d92ad1978a7ef86b1eac89cb8d47ea",
     },
     Embedded {
-        id: "shade-constant-asg-ggx-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-both-f32-none.wgsl"),
-        sha256: "3af5b9df264ad8c48df0b24b9c72bde2474fc033b9918cac2b28f452ea04503c",
-    },
-    Embedded {
-        id: "shade-constant-asg-ggx-diffuse-f16-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f16-none.wgsl"),
-        sha256: "f2e7c41c7f58ca86540413b83fdaadf77656ce5d6dc28ac0eb58326ea6a51166",
-    },
-    Embedded {
-        id: "shade-constant-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "9fd8df93040da63c583988ca97333ad73b2dad3bb3c2165ec5494b756b05c3bd",
-    },
-    Embedded {
-        id: "shade-constant-ndf_filtered-ggx-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-both-f32-none.wgsl"),
-        sha256: "533b1762a57ad7ddc6d57f91f390a41dfcb09e6ce3275dca43266885d81a82a6",
-    },
-    Embedded {
-        id: "shade-constant-ndf_filtered-ggx-diffuse-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-constant-ndf_filtered-ggx-diffuse-f32-none.wgsl"
+            "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "4f3b1d296513a7d16b95694d483173bd0b87d3ccaf79f576f12d332f43135a37",
+        sha256: "3d6ce3c3bd91720c3349272ab654b4a5523f457a4f934a330dce9c81ab40c20f",
     },
     Embedded {
-        id: "shade-constant-none-none-both-f16-none",
+        id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-both-f16-none.wgsl"),
-        sha256: "f3ca79af981246db47d9a6d85a8010ea6a6f17b5147beb59837d89a7ffe62660",
+        text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-both-f32-none.wgsl"),
+        sha256: "4098be6251d3f55f343c1c9f2a2b7ea0389008f0d42002a9bb8c3aca25bffca5",
     },
     Embedded {
-        id: "shade-constant-none-none-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-both-f32-none.wgsl"),
-        sha256: "4e11c23d1e442ef0d568e1c076c11f08b5f2df21f9de91a932725d1b84c3271b",
-    },
-    Embedded {
-        id: "shade-constant-none-none-diffuse-f16-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-diffuse-f16-none.wgsl"),
-        sha256: "c7ae9bca9d74871af2bc9e7e29a64c4fcf62670b859fdc4a8b8bd537308fb522",
-    },
-    Embedded {
-        id: "shade-constant-none-none-diffuse-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-none-none-diffuse-f32-none.wgsl"),
-        sha256: "303f3a1f3e172baab1f6012e7571580b305ec96b9ac77fcd843f8aef3eb3fcf2",
-    },
-    Embedded {
-        id: "shade-constant-sg-ggx-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-sg-ggx-both-f32-none.wgsl"),
-        sha256: "8f160c164cafa33b09b0b617bd0524e69ada789c45feb551b20ae1c4a4dd4a44",
-    },
-    Embedded {
-        id: "shade-constant-sg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-constant-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "27c014876a8579d9ce17691f680379d04bf55b349189ed76641d9b3883e8c721",
-    },
-    Embedded {
-        id: "shade-fitted-asg-ggx-both-f16-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f16-none.wgsl"),
-        sha256: "75764c32146952cc78bb7c83837b89a2d4ade4d3695e5070aed2602d8f4e9132",
-    },
-    Embedded {
-        id: "shade-fitted-asg-ggx-both-f32-imperfect",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "d114914baa1bb1f1d110d3d9731ffccb11426ea2229aea9f2e0812211b0900dd",
-    },
-    Embedded {
-        id: "shade-fitted-asg-ggx-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "6c7524449c85f9dc50ead3554de0ebea479fed309e693208877ac1a21b39cd1c",
-    },
-    Embedded {
-        id: "shade-fitted-asg-ggx-both-f32-shadow_map",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "2fafbad46c49cbc3ca529518bc191484b8ef4b2dbe2a497f9de9a802170bada0",
-    },
-    Embedded {
-        id: "shade-fitted-asg-ggx-diffuse-f16-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f16-none.wgsl"),
-        sha256: "2e48730897d934733c2988c514c48b1aad58f1e25be9dfb371f561caadd6713a",
-    },
-    Embedded {
-        id: "shade-fitted-asg-ggx-diffuse-f32-imperfect",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"),
-        sha256: "ed1eccd842529ed0cfc0c00824d217ee7983809fc9a5a72e373f122145b7a3c2",
-    },
-    Embedded {
-        id: "shade-fitted-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "a4415a95a2b2726984bd3476f17784ca64fdabad3d1679ace9aa81f546082e82",
-    },
-    Embedded {
-        id: "shade-fitted-asg-ggx-diffuse-f32-shadow_map",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"),
-        sha256: "4146c042875981d8de4dc8bfcef23db4ccf20a1f784dd7fae82193ccd3b5dcfd",
-    },
-    Embedded {
-        id: "shade-fitted-ndf_filtered-ggx-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-both-f32-none.wgsl"),
-        sha256: "8d39b77231ca393286516acd5466e062eaf0b2edd8e9dcaec3217396da0c881e",
-    },
-    Embedded {
-        id: "shade-fitted-ndf_filtered-ggx-diffuse-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-fitted-ndf_filtered-ggx-diffuse-f32-none.wgsl"
+            "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "ee7eff37207f023fb9a8a9df1ac483062d98f2bf58c0c65a80b2919d6c3d0701",
+        sha256: "80a617788c12c2814d17a0b5ff2e1e5a867a89e5df0f4e542f7194658ada7a68",
     },
     Embedded {
-        id: "shade-fitted-none-none-both-f16-none",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-both-f16-none.wgsl"),
-        sha256: "e521bf1535c8acd37d53c93302e2ba1353c93b16d17477e6693bea833a084a22",
+        text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f16-none.wgsl"),
+        sha256: "5b5f2b6f604fd27962bfd8f4bf723076726be743b1a2f8d79976528f83f0eacc",
     },
     Embedded {
-        id: "shade-fitted-none-none-both-f32-imperfect",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-both-f32-imperfect.wgsl"),
-        sha256: "25fd0b016d8362676aa090e253f67f4ed170a61f2b21531ec1199a6483e6e753",
-    },
-    Embedded {
-        id: "shade-fitted-none-none-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-both-f32-none.wgsl"),
-        sha256: "bb81a8be6d32f9d6af1209548ba907de6d0a3f770c4cedf0f393e8535109a7d2",
-    },
-    Embedded {
-        id: "shade-fitted-none-none-both-f32-shadow_map",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-both-f32-shadow_map.wgsl"),
-        sha256: "efd26619855a0420e99377958da54b3e6eab84d7bddb6932152bf936c234708b",
-    },
-    Embedded {
-        id: "shade-fitted-none-none-diffuse-f16-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f16-none.wgsl"),
-        sha256: "81cff69ea8f4612d889615e85eca72956995743feb86e66515707cbabde5ca19",
-    },
-    Embedded {
-        id: "shade-fitted-none-none-diffuse-f32-imperfect",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f32-imperfect.wgsl"),
-        sha256: "bf88bc7dbd1e9eddb63fa2326ee759252f986baaf24c46cf5f6f374849168957",
-    },
-    Embedded {
-        id: "shade-fitted-none-none-diffuse-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f32-none.wgsl"),
-        sha256: "01e1008994a80bad9319d99fa8d543106e391298c09dff2137617ce8c0a24b57",
-    },
-    Embedded {
-        id: "shade-fitted-none-none-diffuse-f32-shadow_map",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-none-none-diffuse-f32-shadow_map.wgsl"),
-        sha256: "74fe3f4c74742a485b16fd257dfbf760f2bd0f58e70b42f51a1b9aa580c726cf",
-    },
-    Embedded {
-        id: "shade-fitted-sg-ggx-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-sg-ggx-both-f32-none.wgsl"),
-        sha256: "afe2b273f7e12a9b6e93fa2dbf52a9991deaf9464108a18ecb7cfad9f4ae18c6",
-    },
-    Embedded {
-        id: "shade-fitted-sg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-fitted-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "3540dfd9cad07fda7fae016e7132bf40b3c5847e8942d6c33cf6f8dea1fe2781",
-    },
-    Embedded {
-        id: "shade-gaussian-asg-ggx-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-asg-ggx-both-f32-none.wgsl"),
-        sha256: "b9ca971fef7c72e39d74c8fe8d2df8b80698cf0754b49226837acb06413a4d3d",
-    },
-    Embedded {
-        id: "shade-gaussian-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "4f18802668f50079cb5063c676ecb31c7182d1b07f0b90bbbe8c42c26637587d",
-    },
-    Embedded {
-        id: "shade-gaussian-ndf_filtered-ggx-both-f32-none",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-both-f32-none.wgsl"),
-        sha256: "f93631105d50f2fc9675bab8f7766d6d8b355d479b005bd4ea9b8ff52c9bc2b3",
-    },
-    Embedded {
-        id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-gaussian-ndf_filtered-ggx-diffuse-f32-none.wgsl"
+            "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "77266ffd7e121866fad5bfddaf695c1a8b9831c646bcc3b49abee2d66289f158",
+        sha256: "b64ada77b3c16874e7eb179fed81b217091e21d2ca3828f728aaae64acc0a80a",
     },
     Embedded {
-        id: "shade-gaussian-none-none-both-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-none-none-both-f32-none.wgsl"),
-        sha256: "830a21f0e20750ea3791af36d1775f0cf9e21dd1f84b00b364140fb2796554cc",
+        text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "d2d1632437e2e18b7647c3be0b5e476d25d3cdbcd107067933ecb7d7ec8cd760",
     },
     Embedded {
-        id: "shade-gaussian-none-none-diffuse-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-none-none-diffuse-f32-none.wgsl"),
-        sha256: "e28cbf9d85f894ea4df5d99636c03fca9b66ceb48d3ec1caca975ae6fe137d0d",
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
+        ),
+        sha256: "ca38c4f1a2e6a71d29ecd41c188c5351c8c044e57d697ffe7d8dd2a79000e056",
     },
     Embedded {
-        id: "shade-gaussian-sg-ggx-both-f32-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-sg-ggx-both-f32-none.wgsl"),
-        sha256: "05f424ed95011e8b1dc3f0ea1285006fe44f7ce5e428a1988e4596fb0a80d1e0",
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
+        ),
+        sha256: "f2895c2dc33f25cdfaee7eecdc87881c3cbd757fabe679a1a7e7ea1aba029188",
     },
     Embedded {
-        id: "shade-gaussian-sg-ggx-diffuse-f32-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-gaussian-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "c3954dd8c88e7994526b5ab9606223899e86fdef1705f6a85b36915618804f6d",
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-none.wgsl"
+        ),
+        sha256: "0c855c63d671e9befa452fa50dba0bcea6e66dcc41837c1d382c0cc772af70fb",
     },
     Embedded {
-        id: "shade-none-asg-ggx-both-f32-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-asg-ggx-both-f32-none.wgsl"),
-        sha256: "ef4ea561590cfe48d3551ba7bf458528bb90cf8dee4333a1edd9bf743ea5482d",
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
+        ),
+        sha256: "8fc740ccde8985e201f798ae1edb256aa72eac3407ffd288985dab5300d11d15",
     },
     Embedded {
-        id: "shade-none-asg-ggx-diffuse-f32-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "d82cbb3696fc9594a4ddd87d16fef1832a632a567cb514b4755822c290febd95",
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
+        ),
+        sha256: "9dc524376628ff62fc19cfae747abb8a9dca2dea6fde6142f1e673d6edaab36a",
     },
     Embedded {
-        id: "shade-none-ndf_filtered-ggx-both-f32-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-both-f32-none.wgsl"),
-        sha256: "7fd62ef3f12c443a7903f103042c21199e2251127bd7b1b3016f24b3b9abb596",
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none.wgsl"
+        ),
+        sha256: "2df60d79390b0b09efed15d1224bde80ce68f46bfad2df49554079feb467cef6",
     },
     Embedded {
-        id: "shade-none-ndf_filtered-ggx-diffuse-f32-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-diffuse-f32-none.wgsl"),
-        sha256: "edfb9e5ad0ef0ded7586499b6573ca315b1570a05395a2de66bf7dbdd3802f37",
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
+        ),
+        sha256: "448e73048f7467672e22150a9df99854b75e48392cce640021504ac910573988",
     },
     Embedded {
-        id: "shade-none-sg-ggx-both-f32-none",
+        id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-sg-ggx-both-f32-none.wgsl"),
-        sha256: "e0eefe7aa7b95dfdf14c84d6123ea69b3ae91d0f8c3da13dbcda4f659c22ceff",
+        text: include_str!("../wgsl/shade-cosine-fitted-none-none-both-f16-none.wgsl"),
+        sha256: "5dbbd5ce5fcc4ac2ade700e47b13fc07da93210e768145b68d5d851a2f94325d",
     },
     Embedded {
-        id: "shade-none-sg-ggx-diffuse-f32-none",
+        id: "shade-cosine-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-none-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "06187ad3d7d026a6b751453128535a7f98a7f48d83e8dd23c433605567f4d8eb",
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-both-f32-imperfect.wgsl"
+        ),
+        sha256: "bfd741046b24f21b1cf78f720051cac62e0f29deb6043033798d29dc8e1deeaf",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-cosine-fitted-none-none-both-f32-none.wgsl"),
+        sha256: "f8c9a8f1dbf03f397ebdac32fc3947d8a6d3d9684e909eb17500874c5de925e3",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-both-f32-shadow_map.wgsl"
+        ),
+        sha256: "b16bf3d63d02791167b5886b70e18c1449c6fc2021984b78feec410c38e0e9f6",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-none-none-diffuse-f16-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-diffuse-f16-none.wgsl"
+        ),
+        sha256: "690483fa08e7b158f3214250b7be6c10739edbb21699f2d7d29ef352dc0c3223",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-imperfect.wgsl"
+        ),
+        sha256: "1240bd2740e13ac05b11eeeedde5eb5fd6ec16985ae5c4b5a3776108606fae2d",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-none.wgsl"
+        ),
+        sha256: "9e5fdb0f1178e053f78b8addd8b4121d7dd9a0b08c0b0f877464354d6498e080",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-shadow_map.wgsl"
+        ),
+        sha256: "8ae697c0e2bad573545b9de81f24203c634bde635d0d77f6bd4b91c8f884cd8c",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-cosine-fitted-sg-ggx-both-f32-none.wgsl"),
+        sha256: "4ca65a50511fee03e4637d374b42159b6436b321cbee83bfab452ab6b9f32c3e",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-cosine-fitted-sg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "7f1175fd9b9c40262ab735d4ed7051978cb7796a39f8e43da7fb1b5a69dfc397",
+    },
+    Embedded {
+        id: "shade-cosine-none-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-cosine-none-asg-ggx-both-f32-none.wgsl"),
+        sha256: "3cfa9d13ef5eb39d1b4efece04166f6b267dbfe9ddd2e8c7ff07ca7552496980",
+    },
+    Embedded {
+        id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-cosine-none-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "6e3710ce9b83d7c4ead0acddca65f7f92b56289087e6d1c5d85167325211faa6",
+    },
+    Embedded {
+        id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-none-ndf_filtered-ggx-both-f32-none.wgsl"
+        ),
+        sha256: "fba3de299c805991d2f3630784dae04163ed6f6a93087d135821f0c1183cfc07",
+    },
+    Embedded {
+        id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none.wgsl"
+        ),
+        sha256: "ac0b1f259951b85feb99a1e0f9f8fbf0b3ed538a60cb67b3f070305d06d43cb3",
+    },
+    Embedded {
+        id: "shade-cosine-none-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-cosine-none-sg-ggx-both-f32-none.wgsl"),
+        sha256: "20cf454ffe0b1796a009305aa54a401ee5b814c268c17d2f388fa6bc8843d849",
+    },
+    Embedded {
+        id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-cosine-none-sg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "c26920ab7b2525c016a7af648ff5aab512b67c8ec8b14029b8015a6c1505af83",
+    },
+    Embedded {
+        id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine_convolved-fitted-asg-ggx-both-f32-none.wgsl"
+        ),
+        sha256: "b69e741dd4f191591e223e4b157a5809506ce17350636f897332ef1b9c84da3a",
+    },
+    Embedded {
+        id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none.wgsl"
+        ),
+        sha256: "64e42bb9cd3bce0fbdb195798c401b4156df93ee2d967f09c56d1725c62d3bba",
+    },
+    Embedded {
+        id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine_convolved-fitted-none-none-both-f32-none.wgsl"
+        ),
+        sha256: "006cdb65854d7a3451e08f99a493396f30a55dffffa22a63bbdf736726beacc3",
+    },
+    Embedded {
+        id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine_convolved-fitted-none-none-diffuse-f32-none.wgsl"
+        ),
+        sha256: "b40eee3580250797a7a2034592df9f23f1b845a19be7ce69e6e4c8fbe265176a",
+    },
+    Embedded {
+        id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine_quadratic-fitted-asg-ggx-both-f32-none.wgsl"
+        ),
+        sha256: "0b4894db81608cf7fdcd4858c41b393a7267dc9a9a0f88d223826251aee270ba",
+    },
+    Embedded {
+        id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none.wgsl"
+        ),
+        sha256: "0a79eb3f46ca21f68f8516163490b6243d51b0526aa69f6eb0c5ef6de6253ae5",
+    },
+    Embedded {
+        id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine_quadratic-fitted-none-none-both-f32-none.wgsl"
+        ),
+        sha256: "95dfb0fb900d19386199bc411ce3efd5bd42c2c3878a8003a54f2f187c539afa",
+    },
+    Embedded {
+        id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine_quadratic-fitted-none-none-diffuse-f32-none.wgsl"
+        ),
+        sha256: "b9a5aab5c505805cbe87c95671093f6ad8a157a60c3754352b2832de4f25e1c9",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-imperfect.wgsl"),
+        sha256: "4e81e97357c5e9dd4290322bed731b69c278c649cf2ea60040b84183401d04cc",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-none.wgsl"),
+        sha256: "7847e666f67fa98c0880bfafa87278eb1ddd13456557257866844996ef30e4a5",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
+        sha256: "ee3aaa86daa4cc7406e1c84806b1d4dbe6c34a39ca5b352713168cda08a5dda2",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
+        ),
+        sha256: "cde31659dac169e9322589146d5365d2af352e47d5945188cb046c2908791d15",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "e81ca0bad10228ebe832871340ef2b7616cf28edc0a15faeb985af1779744994",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
+        ),
+        sha256: "d3f3409c32c29daa23db875b4ba253f8e2914eec72d7bb7d0dd8adb771f91ac5",
+    },
+    Embedded {
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
+        ),
+        sha256: "4a9cc5947d64e30be10bd9015927cb587244ed6dc6914065b335f0d939d7bb2b",
+    },
+    Embedded {
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
+        ),
+        sha256: "fe699006644446c05929ef80768d64b9af33ec205f37dfb6ce6cea712bfa4d44",
+    },
+    Embedded {
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
+        ),
+        sha256: "aaa0ec2fc3672b4d23acf96629b13d642f19b17fe68a19d6dab6a0d91ba880e8",
+    },
+    Embedded {
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
+        ),
+        sha256: "3e094ab6f1dc756780917f4872fc7e07d97bc77bcf9238f839db5f77e15197e7",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-both-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-none-none-both-f32-imperfect.wgsl"
+        ),
+        sha256: "cf82f2c214c07537cde929c94272c96b34a9461a8891fd6cfef0fce0d57c3058",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-disc-fitted-none-none-both-f32-none.wgsl"),
+        sha256: "4bd6a69ef6c1d4e9d92a2309fe6e3c94c15112439ac94a40d35689cfc514a304",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-none-none-both-f32-shadow_map.wgsl"
+        ),
+        sha256: "bf6861b1bca5ff74d52e6e6f24542303a87b072e2059fd4ebdec2acc5907d47b",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-none-none-diffuse-f32-imperfect.wgsl"
+        ),
+        sha256: "89eb47ffe4219f55c406e4a052cbd2ce54dcf9702f19ac410f12476ba539e528",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-disc-fitted-none-none-diffuse-f32-none.wgsl"),
+        sha256: "f6468cd0d3078a097b3310511e8a6bc5a9a28368742e1c625cbb7cffabd40f55",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-none-none-diffuse-f32-shadow_map.wgsl"
+        ),
+        sha256: "d7187efa73cac5eae96dee9b609947271210d4a5a6c9c57b23da044607cbd72a",
+    },
+    Embedded {
+        id: "shade-lobe-constant-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-constant-asg-ggx-both-f32-none.wgsl"),
+        sha256: "645c0f5613464e202e33aff79d8a9eb4e94226f2f6b31e6aa2ac1dce8a9b0061",
+    },
+    Embedded {
+        id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-constant-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "3fe406f27051be7a56803f79f31c095c485621f57d7cc967124229be9e1bec16",
+    },
+    Embedded {
+        id: "shade-lobe-constant-none-none-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-constant-none-none-both-f32-none.wgsl"),
+        sha256: "e87df0f280ac4989c6024714eab2e0f3543bbf306348d877e3dc5a199b4a89c4",
+    },
+    Embedded {
+        id: "shade-lobe-constant-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-constant-none-none-diffuse-f32-none.wgsl"
+        ),
+        sha256: "9181f318c15c95015c36e60a2c5196427e34d73a8f0a9bd58f2deb334911d84d",
+    },
+    Embedded {
+        id: "shade-lobe-constant-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-constant-sg-ggx-both-f32-none.wgsl"),
+        sha256: "b4dfdea6d76bdf170256f10d054fa1dbff0bf44dd9cd88f487b4fd3a35ccdd76",
+    },
+    Embedded {
+        id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-constant-sg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "cdc1b6612bfffd01d9d26d70d98c03845c7fd5c6101ef1c3fb7350cf22144251",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-imperfect.wgsl"),
+        sha256: "3d3ebd541951bc9a93bb62f8c0c59e0f5c5699bdca967883bf09cd62a2a8af79",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-none.wgsl"),
+        sha256: "5d09b63d4bfc6603efeed00b769cb2f2ade3f8900715b9f5b26a655035c43661",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
+        sha256: "de9a0d082dc1735165ba65ba9d22535e2acd1af837339be9f956327453708fa0",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
+        ),
+        sha256: "5c3e963f658f4d33ec6bac79e01a936679f25b358bddf4cd27b3776339077c61",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "2d1fb23bad7ffadff2d822e82a090cb4fabe7bf5f9509e0a6fa31f30361945a9",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
+        ),
+        sha256: "012309aafd8f900e0f44dea45b535ac0fa5f409741c64a4c4fcce3bedd9862c3",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
+        ),
+        sha256: "d0d90a6dfa51ea3b340fe8ab28e39d5575a89bf7493ed0bcb2557d8e653cb66f",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
+        ),
+        sha256: "0af5acae0692a007c4e3ea27ca94947796ce0db4fe79194a02615d03437c20b4",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
+        ),
+        sha256: "f926998ab16355162fc17cc88d075fa6eaa25d471060477c62c1bfff311adde3",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
+        ),
+        sha256: "ee971c1c06832de46a8a047e4429c4d08fa787084a9dec9c9be8f1fd57e73332",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-none-none-both-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-none-none-both-f32-imperfect.wgsl"
+        ),
+        sha256: "702407495cc2f9335895a6925025273156e6bc08f6a3b7f78c6682afadf4025a",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-fitted-none-none-both-f32-none.wgsl"),
+        sha256: "51d04ff37479e2289aa1f1c736c494c878d6179e9be75bb796844f50528e4e48",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-none-none-both-f32-shadow_map.wgsl"
+        ),
+        sha256: "9014f439fb306e7afc7bf0847d584c7ef6e76513d117e5cab893571f274d03c9",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-none-none-diffuse-f32-imperfect.wgsl"
+        ),
+        sha256: "46749c71c049f2645dfe4c5b80720967798b70dd894e7926dc1fe65732df3602",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-fitted-none-none-diffuse-f32-none.wgsl"),
+        sha256: "bb98754e89c9a42d66200c8108ba2f7d5fe3c831236aafd59b87bbb9209da147",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-fitted-none-none-diffuse-f32-shadow_map.wgsl"
+        ),
+        sha256: "ae68fee3ea3f4b8d09a83bce93cd476a532bf959c22def9e2f40194349f80253",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-fitted-sg-ggx-both-f32-none.wgsl"),
+        sha256: "750edffb1bf000a330414b5153ac050cbdcaa18b7672556e5547c7fbbfb4f92c",
+    },
+    Embedded {
+        id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-fitted-sg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "7b2d55b79794203497a5b9bc27f5a4c40d8ea9b2e4aebf784b84fb002ea6b09d",
+    },
+    Embedded {
+        id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-gaussian-asg-ggx-both-f32-none.wgsl"),
+        sha256: "fd7540a366ac2020a58b2f554c66f708a96d8651841698616c1686114b2caf22",
+    },
+    Embedded {
+        id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-gaussian-asg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "aa99efa997d85f8ae845b0ac66f79a1c21311d25168b9567f12e432629e96c10",
+    },
+    Embedded {
+        id: "shade-lobe-gaussian-none-none-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-gaussian-none-none-both-f32-none.wgsl"),
+        sha256: "811f182f841f34433926502e6472a1907ad05e103f5bfc64d7f9debf50c6ae86",
+    },
+    Embedded {
+        id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-lobe-gaussian-none-none-diffuse-f32-none.wgsl"
+        ),
+        sha256: "193ea0eab82aa5372c16bec45cbb6e98beac0f585010b44360a2502ba352dd61",
+    },
+    Embedded {
+        id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-gaussian-sg-ggx-both-f32-none.wgsl"),
+        sha256: "1a78e16c9139607a5854c51d4f21c72ca7c878e26e0d9d5ebe18ab506d4cbc25",
+    },
+    Embedded {
+        id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-lobe-gaussian-sg-ggx-diffuse-f32-none.wgsl"),
+        sha256: "b02aa9dc9d935ee2bed51a1668223d6b34239a31dce32a2fcf13003e7c66645d",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -1984,6 +2868,61 @@ impl core::str::FromStr for Emission {
             })
     }
 }
+/// How a virtual light emits what its texels reflect diffusely.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Emitter {
+    /// As a spherical Gaussian, of sharpness 2 for one texel \[Tokuyoshi 2016, Eq. (6)\].
+    Lobe,
+    /// By the mean clamped cosine over its normals; the receiver's cosine is clamped.
+    #[default]
+    Cosine,
+    /// By the mean clamped cosine over its normals; the receiver's cosine is convolved with the light's extent.
+    CosineConvolved,
+    /// By the mean clamped cosine over its normals as a parabola, without a transcendental function.
+    CosineQuadratic,
+    /// By the mean clamped cosine over its normals, from a uniform disc.
+    Disc,
+}
+impl Emitter {
+    /// The name of the axis.
+    pub const AXIS: &str = "emitter";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 5] = [
+        Self::Lobe,
+        Self::Cosine,
+        Self::CosineConvolved,
+        Self::CosineQuadratic,
+        Self::Disc,
+    ];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Lobe => "lobe",
+            Self::Cosine => "cosine",
+            Self::CosineConvolved => "cosine_convolved",
+            Self::CosineQuadratic => "cosine_quadratic",
+            Self::Disc => "disc",
+        }
+    }
+}
+impl core::fmt::Display for Emitter {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Emitter {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
 /// How mip levels are filtered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Filter {
@@ -2116,6 +3055,12 @@ pub enum Function {
     NdfFilteredReflection,
     /// One lobe of a virtual light from its moments.
     Emission,
+    /// The integral of a lobe times any cosine: by a parabola.
+    CosineQuadratic,
+    /// Radiance that arrives from emission by the cosine.
+    Emitted,
+    /// Irradiance of a disc.
+    DiscIrradiance,
     /// Radiance that arrives from one lobe.
     Incoming,
 }
@@ -2123,7 +3068,7 @@ impl Function {
     /// The name of the axis.
     pub const AXIS: &str = "function";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 45] = [
+    pub const ALL: [Self; 48] = [
         Self::None,
         Self::Erf,
         Self::Erfc,
@@ -2168,6 +3113,9 @@ impl Function {
         Self::SgReflectionDominant,
         Self::NdfFilteredReflection,
         Self::Emission,
+        Self::CosineQuadratic,
+        Self::Emitted,
+        Self::DiscIrradiance,
         Self::Incoming,
     ];
     /// The name of the value.
@@ -2217,6 +3165,9 @@ impl Function {
             Self::SgReflectionDominant => "sg_reflection_dominant",
             Self::NdfFilteredReflection => "ndf_filtered_reflection",
             Self::Emission => "emission",
+            Self::CosineQuadratic => "cosine_quadratic",
+            Self::Emitted => "emitted",
+            Self::DiscIrradiance => "disc_irradiance",
             Self::Incoming => "incoming",
         }
     }
@@ -2227,6 +3178,49 @@ impl core::fmt::Display for Function {
     }
 }
 impl core::str::FromStr for Function {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
+/// How the camera's virtual lights send importance to a light's map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Importance {
+    /// There is no importance.
+    #[default]
+    None,
+    /// As a spherical Gaussian, as the emitter lobe.
+    Lobe,
+    /// By the mean clamped cosine over their normals: for all emitters but the lobe, since a density biases nothing.
+    Cosine,
+}
+impl Importance {
+    /// The name of the axis.
+    pub const AXIS: &str = "importance";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 3] = [Self::None, Self::Lobe, Self::Cosine];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Lobe => "lobe",
+            Self::Cosine => "cosine",
+        }
+    }
+}
+impl core::fmt::Display for Importance {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Importance {
     type Err = UnknownValue;
     fn from_str(name: &str) -> Result<Self, UnknownValue> {
         Self::ALL
@@ -2619,6 +3613,49 @@ impl core::str::FromStr for Precision {
             })
     }
 }
+/// How the sharpness of a virtual light's directions follows from their mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Sharpness {
+    /// Toksvig's approximation, up to 67 % too low \[Toksvig 2005; Tokuyoshi 2016, Appendix B.1\].
+    Toksvig,
+    /// Banerjee's approximation, within 4.94 % \[Banerjee 2005\].
+    Banerjee,
+    /// The inverse Langevin function, within 5e-6 \[Kroeger 2015\].
+    #[default]
+    Exact,
+}
+impl Sharpness {
+    /// The name of the axis.
+    pub const AXIS: &str = "sharpness";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 3] = [Self::Toksvig, Self::Banerjee, Self::Exact];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Toksvig => "toksvig",
+            Self::Banerjee => "banerjee",
+            Self::Exact => "exact",
+        }
+    }
+}
+impl core::fmt::Display for Sharpness {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Sharpness {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
 /// How the equation for the size of a kernel is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Solver {
@@ -2822,6 +3859,46 @@ impl core::fmt::Display for Texel {
     }
 }
 impl core::str::FromStr for Texel {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
+/// The variance of a virtual light's positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Variance {
+    /// The trace of their covariance \[Tokuyoshi 2016, Appendix B.2\].
+    #[default]
+    Trace,
+    /// Half of the trace: the variance along each axis of a plane.
+    Planar,
+}
+impl Variance {
+    /// The name of the axis.
+    pub const AXIS: &str = "variance";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 2] = [Self::Trace, Self::Planar];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Trace => "trace",
+            Self::Planar => "planar",
+        }
+    }
+}
+impl core::fmt::Display for Variance {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Variance {
     type Err = UnknownValue;
     fn from_str(name: &str) -> Result<Self, UnknownValue> {
         Self::ALL
@@ -3239,6 +4316,8 @@ pub mod moments {
         pub light: super::Light,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// How the sharpness of a virtual light's directions follows from their mean.
+        pub sharpness: super::Sharpness,
         /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
         pub precision: super::Precision,
     }
@@ -3248,8 +4327,15 @@ pub mod moments {
             let mut all = Vec::new();
             for light in super::Light::ALL {
                 for lobes in super::Lobes::ALL {
-                    for precision in super::Precision::ALL {
-                        all.push(Self { light, lobes, precision });
+                    for sharpness in super::Sharpness::ALL {
+                        for precision in super::Precision::ALL {
+                            all.push(Self {
+                                light,
+                                lobes,
+                                sharpness,
+                                precision,
+                            });
+                        }
                     }
                 }
             }
@@ -3258,7 +4344,10 @@ pub mod moments {
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}-{}", self.light, self.lobes, self.precision)
+            format!(
+                "{PASS}-{}-{}-{}-{}", self.light, self.lobes, self.sharpness, self
+                .precision
+            )
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -3280,10 +4369,10 @@ pub mod moments {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `moments-camera-both-f16`, `moments-camera-diffuse-f16`, `moments-directional-both-f16`, `moments-directional-diffuse-f16`, `moments-point-both-f16`, `moments-point-diffuse-f16`, `moments-spot-both-f16`, `moments-spot-diffuse-f16`.
+    /// `moments-camera-both-exact-f16`, `moments-camera-both-toksvig-f16`, `moments-camera-diffuse-exact-f16`, `moments-camera-diffuse-toksvig-f16`, `moments-directional-both-exact-f16`, `moments-directional-both-toksvig-f16`, `moments-directional-diffuse-exact-f16`, `moments-directional-diffuse-toksvig-f16`, `moments-point-both-exact-f16`, `moments-point-both-toksvig-f16`, `moments-point-diffuse-exact-f16`, `moments-point-diffuse-toksvig-f16`, `moments-spot-both-exact-f16`, `moments-spot-both-toksvig-f16`, `moments-spot-diffuse-exact-f16`, `moments-spot-diffuse-toksvig-f16`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 112),
             super::texture(
                 1,
                 wgpu::ShaderStages::COMPUTE,
@@ -3345,7 +4434,7 @@ pub mod moments {
             "sglow_weight_output",
         ],
     ];
-    /// `moments-camera-both-f32`, `moments-camera-diffuse-f32`, `moments-directional-both-f32`, `moments-directional-diffuse-f32`, `moments-point-both-f32`, `moments-point-diffuse-f32`, `moments-spot-both-f32`, `moments-spot-diffuse-f32`.
+    /// `moments-camera-both-exact-f32`, `moments-camera-both-toksvig-f32`, `moments-camera-diffuse-exact-f32`, `moments-camera-diffuse-toksvig-f32`, `moments-directional-both-exact-f32`, `moments-directional-both-toksvig-f32`, `moments-directional-diffuse-exact-f32`, `moments-directional-diffuse-toksvig-f32`, `moments-point-both-exact-f32`, `moments-point-both-toksvig-f32`, `moments-point-diffuse-exact-f32`, `moments-point-diffuse-toksvig-f32`, `moments-spot-both-exact-f32`, `moments-spot-both-toksvig-f32`, `moments-spot-diffuse-exact-f32`, `moments-spot-diffuse-toksvig-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
@@ -3406,6 +4495,8 @@ pub mod density {
     pub struct Density {
         /// The density by which kernels are drawn.
         pub density: super::Density,
+        /// How the camera's virtual lights send importance to a light's map.
+        pub importance: super::Importance,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
     }
@@ -3414,8 +4505,10 @@ pub mod density {
         pub fn all() -> Vec<Self> {
             let mut all = Vec::new();
             for density in super::Density::ALL {
-                for lobes in super::Lobes::ALL {
-                    all.push(Self { density, lobes });
+                for importance in super::Importance::ALL {
+                    for lobes in super::Lobes::ALL {
+                        all.push(Self { density, importance, lobes });
+                    }
                 }
             }
             all.retain(|variant| variant.is_legal());
@@ -3423,10 +4516,30 @@ pub mod density {
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}", self.density, self.lobes)
+            format!("{PASS}-{}-{}-{}", self.density, self.importance, self.lobes)
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(
+                self.density, super::Density::Power | super::Density::Reflectance
+            )
+                && matches!(
+                    self.importance, super::Importance::Lobe | super::Importance::Cosine
+                )
+            {
+                return Some(super::Exclusion {
+                    name: "importance-without-camera",
+                    reason: "only the bidirectional density has importance",
+                });
+            }
+            if matches!(self.density, super::Density::Bidirectional)
+                && matches!(self.importance, super::Importance::None)
+            {
+                return Some(super::Exclusion {
+                    name: "camera-without-importance",
+                    reason: "the bidirectional density is made of importance",
+                });
+            }
             None
         }
         /// Whether no rule excludes it.
@@ -3445,7 +4558,7 @@ pub mod density {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `density-bidirectional-both`.
+    /// `density-bidirectional-cosine-both`, `density-bidirectional-lobe-both`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
@@ -3506,7 +4619,7 @@ pub mod density {
             "sglow_camera_vsgls",
         ],
     ];
-    /// `density-bidirectional-diffuse`.
+    /// `density-bidirectional-cosine-diffuse`, `density-bidirectional-lobe-diffuse`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
@@ -3567,7 +4680,7 @@ pub mod density {
             "sglow_camera_vsgls",
         ],
     ];
-    /// `density-power-both`, `density-power-diffuse`.
+    /// `density-power-none-both`, `density-power-none-diffuse`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::texture(
@@ -3591,7 +4704,7 @@ pub mod density {
     pub(super) const NAMES_2: &[&[&str]] = &[
         &["sglow_moments_texture", "sglow_density_output"],
     ];
-    /// `density-reflectance-both`, `density-reflectance-diffuse`.
+    /// `density-reflectance-none-both`, `density-reflectance-none-diffuse`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
@@ -4047,6 +5160,10 @@ pub mod sample {
         pub solver: super::Solver,
         /// How mip levels are filtered.
         pub filter: super::Filter,
+        /// The variance of a virtual light's positions.
+        pub variance: super::Variance,
+        /// How the sharpness of a virtual light's directions follows from their mean.
+        pub sharpness: super::Sharpness,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
         /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
@@ -4060,16 +5177,22 @@ pub mod sample {
                 for kernel in super::Kernel::ALL {
                     for solver in super::Solver::ALL {
                         for filter in super::Filter::ALL {
-                            for lobes in super::Lobes::ALL {
-                                for precision in super::Precision::ALL {
-                                    all.push(Self {
-                                        draw,
-                                        kernel,
-                                        solver,
-                                        filter,
-                                        lobes,
-                                        precision,
-                                    });
+                            for variance in super::Variance::ALL {
+                                for sharpness in super::Sharpness::ALL {
+                                    for lobes in super::Lobes::ALL {
+                                        for precision in super::Precision::ALL {
+                                            all.push(Self {
+                                                draw,
+                                                kernel,
+                                                solver,
+                                                filter,
+                                                variance,
+                                                sharpness,
+                                                lobes,
+                                                precision,
+                                            });
+                                        }
+                                    }
                                 }
                             }
                         }
@@ -4082,8 +5205,8 @@ pub mod sample {
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
             format!(
-                "{PASS}-{}-{}-{}-{}-{}-{}", self.draw, self.kernel, self.solver, self
-                .filter, self.lobes, self.precision
+                "{PASS}-{}-{}-{}-{}-{}-{}-{}-{}", self.draw, self.kernel, self.solver,
+                self.filter, self.variance, self.sharpness, self.lobes, self.precision
             )
         }
         /// The rule that excludes it, if it is illegal.
@@ -4124,7 +5247,7 @@ pub mod sample {
             workgroup_size: Some([64, 1, 1]),
         },
     ];
-    /// `sample-warped-modified-bisection-exact-both-f32`, `sample-warped-modified-bracketed-exact-both-f32`, `sample-warped-previous-none-exact-both-f32`.
+    /// `sample-warped-modified-bisection-exact-trace-exact-both-f32`, `sample-warped-modified-bisection-exact-trace-toksvig-both-f32`, `sample-warped-modified-bracketed-exact-trace-exact-both-f32`, `sample-warped-previous-none-exact-trace-exact-both-f32`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -4159,7 +5282,7 @@ pub mod sample {
             "sglow_kernels",
         ],
     ];
-    /// `sample-warped-modified-bisection-exact-diffuse-f32`, `sample-warped-modified-bracketed-exact-diffuse-f32`, `sample-warped-previous-none-exact-diffuse-f32`.
+    /// `sample-warped-modified-bisection-exact-trace-exact-diffuse-f32`, `sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32`, `sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32`, `sample-warped-previous-none-exact-trace-exact-diffuse-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -4194,7 +5317,7 @@ pub mod sample {
             "sglow_kernels",
         ],
     ];
-    /// `sample-warped-modified-bisection-hardware-both-f32`, `sample-warped-modified-bracketed-hardware-both-f32`.
+    /// `sample-warped-modified-bisection-hardware-trace-exact-both-f32`, `sample-warped-modified-bisection-hardware-trace-toksvig-both-f32`, `sample-warped-modified-bracketed-hardware-trace-exact-both-f32`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -4235,7 +5358,7 @@ pub mod sample {
             "sglow_trilinear_sampler",
         ],
     ];
-    /// `sample-warped-modified-bisection-hardware-diffuse-f32`, `sample-warped-modified-bracketed-hardware-diffuse-f32`.
+    /// `sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32`, `sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32`, `sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -4276,7 +5399,7 @@ pub mod sample {
             "sglow_trilinear_sampler",
         ],
     ];
-    /// `sample-warped-modified-bracketed-exact-both-f16`.
+    /// `sample-warped-modified-bracketed-exact-trace-exact-both-f16`.
     pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -4331,7 +5454,7 @@ pub mod sample {
             "sglow_weight_texture",
         ],
     ];
-    /// `sample-warped-modified-bracketed-exact-diffuse-f16`.
+    /// `sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16`.
     pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -4386,7 +5509,7 @@ pub mod sample {
             "sglow_weight_texture",
         ],
     ];
-    /// `sample-warped-previous-none-hardware-both-f32`.
+    /// `sample-warped-previous-none-hardware-trace-exact-both-f32`.
     pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -4427,7 +5550,7 @@ pub mod sample {
             "sglow_trilinear_sampler",
         ],
     ];
-    /// `sample-warped-previous-none-hardware-diffuse-f32`.
+    /// `sample-warped-previous-none-hardware-trace-exact-diffuse-f32`.
     pub(super) const LAYOUT_7: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -4814,6 +5937,10 @@ pub mod cluster_sum {
     pub struct ClusterSum {
         /// The kind of the light.
         pub light: super::Light,
+        /// The variance of a virtual light's positions.
+        pub variance: super::Variance,
+        /// How the sharpness of a virtual light's directions follows from their mean.
+        pub sharpness: super::Sharpness,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
     }
@@ -4822,8 +5949,17 @@ pub mod cluster_sum {
         pub fn all() -> Vec<Self> {
             let mut all = Vec::new();
             for light in super::Light::ALL {
-                for lobes in super::Lobes::ALL {
-                    all.push(Self { light, lobes });
+                for variance in super::Variance::ALL {
+                    for sharpness in super::Sharpness::ALL {
+                        for lobes in super::Lobes::ALL {
+                            all.push(Self {
+                                light,
+                                variance,
+                                sharpness,
+                                lobes,
+                            });
+                        }
+                    }
                 }
             }
             all.retain(|variant| variant.is_legal());
@@ -4831,7 +5967,10 @@ pub mod cluster_sum {
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}", self.light, self.lobes)
+            format!(
+                "{PASS}-{}-{}-{}-{}", self.light, self.variance, self.sharpness, self
+                .lobes
+            )
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -5346,6 +6485,8 @@ pub mod shade {
     /// A variant of the pass `shade`, legal or not.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub struct Shade {
+        /// How a virtual light emits what its texels reflect diffusely.
+        pub emitter: super::Emitter,
         /// Diffuse reflection at the shading point.
         pub diffuse: super::Diffuse,
         /// Specular reflection at the shading point.
@@ -5363,20 +6504,23 @@ pub mod shade {
         /// Every legal variant.
         pub fn all() -> Vec<Self> {
             let mut all = Vec::new();
-            for diffuse in super::Diffuse::ALL {
-                for specular in super::Specular::ALL {
-                    for ndf in super::Ndf::ALL {
-                        for lobes in super::Lobes::ALL {
-                            for precision in super::Precision::ALL {
-                                for visibility in super::Visibility::ALL {
-                                    all.push(Self {
-                                        diffuse,
-                                        specular,
-                                        ndf,
-                                        lobes,
-                                        precision,
-                                        visibility,
-                                    });
+            for emitter in super::Emitter::ALL {
+                for diffuse in super::Diffuse::ALL {
+                    for specular in super::Specular::ALL {
+                        for ndf in super::Ndf::ALL {
+                            for lobes in super::Lobes::ALL {
+                                for precision in super::Precision::ALL {
+                                    for visibility in super::Visibility::ALL {
+                                        all.push(Self {
+                                            emitter,
+                                            diffuse,
+                                            specular,
+                                            ndf,
+                                            lobes,
+                                            precision,
+                                            visibility,
+                                        });
+                                    }
                                 }
                             }
                         }
@@ -5389,8 +6533,8 @@ pub mod shade {
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
             format!(
-                "{PASS}-{}-{}-{}-{}-{}-{}", self.diffuse, self.specular, self.ndf, self
-                .lobes, self.precision, self.visibility
+                "{PASS}-{}-{}-{}-{}-{}-{}-{}", self.emitter, self.diffuse, self.specular,
+                self.ndf, self.lobes, self.precision, self.visibility
             )
         }
         /// The rule that excludes it, if it is illegal.
@@ -5448,7 +6592,7 @@ pub mod shade {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `shade-constant-asg-ggx-both-f16-none`, `shade-fitted-asg-ggx-both-f16-none`.
+    /// `shade-cosine-fitted-asg-ggx-both-f16-none`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5507,7 +6651,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-asg-ggx-both-f32-none`, `shade-constant-ndf_filtered-ggx-both-f32-none`, `shade-constant-sg-ggx-both-f32-none`, `shade-fitted-asg-ggx-both-f32-none`, `shade-fitted-ndf_filtered-ggx-both-f32-none`, `shade-fitted-sg-ggx-both-f32-none`, `shade-gaussian-asg-ggx-both-f32-none`, `shade-gaussian-ndf_filtered-ggx-both-f32-none`, `shade-gaussian-sg-ggx-both-f32-none`.
+    /// `shade-cosine-fitted-asg-ggx-both-f32-imperfect`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect`, `shade-disc-fitted-asg-ggx-both-f32-imperfect`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect`, `shade-lobe-fitted-asg-ggx-both-f32-imperfect`, `shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5553,6 +6697,16 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
         ],
     ];
     pub(super) const NAMES_1: &[&[&str]] = &[
@@ -5564,179 +6718,12 @@ pub mod shade {
             "sglow_vsgls",
             "sglow_diffuse_output",
             "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
         ],
     ];
-    /// `shade-constant-asg-ggx-diffuse-f16-none`, `shade-fitted-asg-ggx-diffuse-f16-none`.
+    /// `shade-cosine-fitted-asg-ggx-both-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-none`, `shade-cosine-fitted-sg-ggx-both-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-both-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-both-f32-none`, `shade-disc-fitted-asg-ggx-both-f32-none`, `shade-lobe-constant-asg-ggx-both-f32-none`, `shade-lobe-constant-sg-ggx-both-f32-none`, `shade-lobe-fitted-asg-ggx-both-f32-none`, `shade-lobe-fitted-sg-ggx-both-f32-none`, `shade-lobe-gaussian-asg-ggx-both-f32-none`, `shade-lobe-gaussian-sg-ggx-both-f32-none`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                3,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 32),
-            super::storage_texture(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::storage_texture(
-                6,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-        ],
-    ];
-    pub(super) const NAMES_2: &[&[&str]] = &[
-        &[
-            "sglow_shade_parameters",
-            "sglow_position_texture",
-            "sglow_normal_texture",
-            "sglow_base_color_texture",
-            "sglow_vsgls",
-            "sglow_diffuse_output",
-            "sglow_specular_output",
-        ],
-    ];
-    /// `shade-constant-asg-ggx-diffuse-f32-none`, `shade-constant-ndf_filtered-ggx-diffuse-f32-none`, `shade-constant-sg-ggx-diffuse-f32-none`, `shade-fitted-asg-ggx-diffuse-f32-none`, `shade-fitted-ndf_filtered-ggx-diffuse-f32-none`, `shade-fitted-sg-ggx-diffuse-f32-none`, `shade-gaussian-asg-ggx-diffuse-f32-none`, `shade-gaussian-ndf_filtered-ggx-diffuse-f32-none`, `shade-gaussian-sg-ggx-diffuse-f32-none`.
-    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                3,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage_texture(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::storage_texture(
-                6,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-        ],
-    ];
-    pub(super) const NAMES_3: &[&[&str]] = &[
-        &[
-            "sglow_shade_parameters",
-            "sglow_position_texture",
-            "sglow_normal_texture",
-            "sglow_base_color_texture",
-            "sglow_vsgls",
-            "sglow_diffuse_output",
-            "sglow_specular_output",
-        ],
-    ];
-    /// `shade-constant-none-none-both-f16-none`, `shade-fitted-none-none-both-f16-none`.
-    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                3,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage_texture(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-        ],
-    ];
-    pub(super) const NAMES_4: &[&[&str]] = &[
-        &[
-            "sglow_shade_parameters",
-            "sglow_position_texture",
-            "sglow_normal_texture",
-            "sglow_base_color_texture",
-            "sglow_vsgls",
-            "sglow_diffuse_output",
-        ],
-    ];
-    /// `shade-constant-none-none-both-f32-none`, `shade-fitted-none-none-both-f32-none`, `shade-gaussian-none-none-both-f32-none`.
-    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -5774,9 +6761,16 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
         ],
     ];
-    pub(super) const NAMES_5: &[&[&str]] = &[
+    pub(super) const NAMES_2: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -5784,10 +6778,80 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
+            "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-none-none-diffuse-f16-none`, `shade-fitted-none-none-diffuse-f16-none`.
-    pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    /// `shade-cosine-fitted-asg-ggx-both-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-disc-fitted-asg-ggx-both-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-both-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f16-none`.
+    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -5825,6 +6889,143 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_4: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+        ],
+    ];
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect`, `shade-disc-fitted-asg-ggx-diffuse-f32-imperfect`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect`, `shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect`, `shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect`.
+    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_5: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none`, `shade-cosine-fitted-sg-ggx-diffuse-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none`, `shade-disc-fitted-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-sg-ggx-diffuse-f32-none`, `shade-lobe-fitted-asg-ggx-diffuse-f32-none`, `shade-lobe-fitted-sg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-asg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-sg-ggx-diffuse-f32-none`.
+    pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
         ],
     ];
     pub(super) const NAMES_6: &[&[&str]] = &[
@@ -5835,9 +7036,10 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
+            "sglow_specular_output",
         ],
     ];
-    /// `shade-constant-none-none-diffuse-f32-none`, `shade-fitted-none-none-diffuse-f32-none`, `shade-gaussian-none-none-diffuse-f32-none`.
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`.
     pub(super) const LAYOUT_7: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5876,6 +7078,21 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
         ],
     ];
     pub(super) const NAMES_7: &[&[&str]] = &[
@@ -5886,9 +7103,12 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
         ],
     ];
-    /// `shade-fitted-asg-ggx-both-f32-imperfect`.
+    /// `shade-cosine-fitted-none-none-both-f16-none`.
     pub(super) const LAYOUT_8: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5919,30 +7139,13 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
-            ),
-            super::storage_texture(
-                6,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
-            super::texture(
-                8,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
             ),
         ],
     ];
@@ -5954,12 +7157,9 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
-            "sglow_specular_output",
-            "sglow_light_maps",
-            "sglow_light_atlas",
         ],
     ];
-    /// `shade-fitted-asg-ggx-both-f32-shadow_map`.
+    /// `shade-cosine-fitted-none-none-both-f32-imperfect`, `shade-disc-fitted-none-none-both-f32-imperfect`, `shade-lobe-fitted-none-none-both-f32-imperfect`.
     pub(super) const LAYOUT_9: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -5998,18 +7198,13 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
-            super::storage_texture(
-                6,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
             super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
             super::texture(
                 8,
                 wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Depth,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
@@ -6023,12 +7218,11 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
-            "sglow_specular_output",
             "sglow_light_maps",
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-fitted-asg-ggx-diffuse-f32-imperfect`.
+    /// `shade-cosine-fitted-none-none-both-f32-none`, `shade-cosine_convolved-fitted-none-none-both-f32-none`, `shade-cosine_quadratic-fitted-none-none-both-f32-none`, `shade-disc-fitted-none-none-both-f32-none`, `shade-lobe-constant-none-none-both-f32-none`, `shade-lobe-fitted-none-none-both-f32-none`, `shade-lobe-gaussian-none-none-both-f32-none`.
     pub(super) const LAYOUT_10: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -6059,30 +7253,13 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
-            ),
-            super::storage_texture(
-                6,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
-            super::texture(
-                8,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
             ),
         ],
     ];
@@ -6094,12 +7271,9 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
-            "sglow_specular_output",
-            "sglow_light_maps",
-            "sglow_light_atlas",
         ],
     ];
-    /// `shade-fitted-asg-ggx-diffuse-f32-shadow_map`.
+    /// `shade-cosine-fitted-none-none-both-f32-shadow_map`, `shade-disc-fitted-none-none-both-f32-shadow_map`, `shade-lobe-fitted-none-none-both-f32-shadow_map`.
     pub(super) const LAYOUT_11: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -6130,16 +7304,9 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
             super::storage_texture(
                 5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::storage_texture(
-                6,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
                 wgpu::TextureFormat::Rgba32Float,
@@ -6163,12 +7330,11 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
-            "sglow_specular_output",
             "sglow_light_maps",
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-fitted-none-none-both-f32-imperfect`.
+    /// `shade-cosine-fitted-none-none-diffuse-f16-none`.
     pub(super) const LAYOUT_12: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -6199,23 +7365,13 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 32),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
-            ),
-            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
-            super::texture(
-                8,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
             ),
         ],
     ];
@@ -6227,11 +7383,9 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
-            "sglow_light_maps",
-            "sglow_light_atlas",
         ],
     ];
-    /// `shade-fitted-none-none-both-f32-shadow_map`.
+    /// `shade-cosine-fitted-none-none-diffuse-f32-imperfect`, `shade-disc-fitted-none-none-diffuse-f32-imperfect`, `shade-lobe-fitted-none-none-diffuse-f32-imperfect`.
     pub(super) const LAYOUT_13: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -6262,7 +7416,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
@@ -6274,7 +7428,9 @@ pub mod shade {
             super::texture(
                 8,
                 wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Depth,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
@@ -6292,7 +7448,7 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-fitted-none-none-diffuse-f32-imperfect`.
+    /// `shade-cosine-fitted-none-none-diffuse-f32-none`, `shade-cosine_convolved-fitted-none-none-diffuse-f32-none`, `shade-cosine_quadratic-fitted-none-none-diffuse-f32-none`, `shade-disc-fitted-none-none-diffuse-f32-none`, `shade-lobe-constant-none-none-diffuse-f32-none`, `shade-lobe-fitted-none-none-diffuse-f32-none`, `shade-lobe-gaussian-none-none-diffuse-f32-none`.
     pub(super) const LAYOUT_14: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -6331,16 +7487,6 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
-            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
-            super::texture(
-                8,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
         ],
     ];
     pub(super) const NAMES_14: &[&[&str]] = &[
@@ -6351,11 +7497,9 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
-            "sglow_light_maps",
-            "sglow_light_atlas",
         ],
     ];
-    /// `shade-fitted-none-none-diffuse-f32-shadow_map`.
+    /// `shade-cosine-fitted-none-none-diffuse-f32-shadow_map`, `shade-disc-fitted-none-none-diffuse-f32-shadow_map`, `shade-lobe-fitted-none-none-diffuse-f32-shadow_map`.
     pub(super) const LAYOUT_15: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -6416,7 +7560,7 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-none-asg-ggx-both-f32-none`, `shade-none-ndf_filtered-ggx-both-f32-none`, `shade-none-sg-ggx-both-f32-none`.
+    /// `shade-cosine-none-asg-ggx-both-f32-none`, `shade-cosine-none-ndf_filtered-ggx-both-f32-none`, `shade-cosine-none-sg-ggx-both-f32-none`.
     pub(super) const LAYOUT_16: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -6467,7 +7611,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-none-asg-ggx-diffuse-f32-none`, `shade-none-ndf_filtered-ggx-diffuse-f32-none`, `shade-none-sg-ggx-diffuse-f32-none`.
+    /// `shade-cosine-none-asg-ggx-diffuse-f32-none`, `shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none`, `shade-cosine-none-sg-ggx-diffuse-f32-none`.
     pub(super) const LAYOUT_17: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -7366,8 +8510,12 @@ pub struct SglowMomentsParametersF16 {
     pub light: SglowLight,
     /// Positions are kept relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 80)
     pub origin: [f32; 3],
-    /// A power of two that brings the power of every photon to at most 32768; see the halves' output. (`f32` at byte 92)
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1: of its lobe with emitter lobe, 2/3 for sharpness 2 \[Tokuyoshi 2016, Eq. (6), Appendix B.1\]; else 1, for the direction is the normal. (`f32` at byte 92)
+    pub diffuse_mean_length: f32,
+    /// A power of two that brings the power of every photon to at most 32768; see the halves' output. (`f32` at byte 96)
     pub power_scale: f32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 12],
 }
 impl Default for SglowMomentsParametersF16 {
     /// All bytes zero.
@@ -7376,10 +8524,11 @@ impl Default for SglowMomentsParametersF16 {
     }
 }
 const _: () = {
-    equal(size_of::<SglowMomentsParametersF16>(), 96);
+    equal(size_of::<SglowMomentsParametersF16>(), 112);
     equal(core::mem::offset_of!(SglowMomentsParametersF16, light), 0);
     equal(core::mem::offset_of!(SglowMomentsParametersF16, origin), 80);
-    equal(core::mem::offset_of!(SglowMomentsParametersF16, power_scale), 92);
+    equal(core::mem::offset_of!(SglowMomentsParametersF16, diffuse_mean_length), 92);
+    equal(core::mem::offset_of!(SglowMomentsParametersF16, power_scale), 96);
 };
 /// `SglowMomentsParameters` of the variants with precision = f32.
 #[repr(C)]
@@ -7389,8 +8538,8 @@ pub struct SglowMomentsParametersF32 {
     pub light: SglowLight,
     /// Positions are kept relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 80)
     pub origin: [f32; 3],
-    /// Not read by the shaders.
-    pub _padding_0: [u8; 4],
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1: of its lobe with emitter lobe, 2/3 for sharpness 2 \[Tokuyoshi 2016, Eq. (6), Appendix B.1\]; else 1, for the direction is the normal. (`f32` at byte 92)
+    pub diffuse_mean_length: f32,
 }
 impl Default for SglowMomentsParametersF32 {
     /// All bytes zero.
@@ -7402,6 +8551,7 @@ const _: () = {
     equal(size_of::<SglowMomentsParametersF32>(), 96);
     equal(core::mem::offset_of!(SglowMomentsParametersF32, light), 0);
     equal(core::mem::offset_of!(SglowMomentsParametersF32, origin), 80);
+    equal(core::mem::offset_of!(SglowMomentsParametersF32, diffuse_mean_length), 92);
 };
 /// One lobe of a virtual light in 16 bytes.
 #[repr(C)]
@@ -7643,16 +8793,16 @@ const _: () = {
 pub struct SglowVsglBoth {
     /// Mean position, in world space. (`vec3<f32>` at byte 0)
     pub position: [f32; 3],
-    /// Positional variance (the full trace), in square units; above 0. (`f32` at byte 12)
+    /// Positional variance, in square units; above 0. (`f32` at byte 12)
     pub variance: f32,
-    /// `vec3<f32>` at byte 16.
+    /// The mean direction of the diffuse emission: of lobes, or of normals; see the axis emitter. (`vec3<f32>` at byte 16)
     pub diffuse_axis: [f32; 3],
-    /// `f32` at byte 28.
+    /// The von Mises-Fisher sharpness of these directions. (`f32` at byte 28)
     pub diffuse_sharpness: f32,
-    /// Radiant intensity along the axis, W/sr. (`vec3<f32>` at byte 32)
+    /// The power over the integral of a lobe of that sharpness, W/sr: with emitter lobe the radiant intensity along the axis. (`vec3<f32>` at byte 32)
     pub diffuse_coefficient: [f32; 3],
-    /// Not read by the shaders.
-    pub _padding_0: [u8; 4],
+    /// The mean length of directions of that sharpness, 0 to 1. (`f32` at byte 44)
+    pub diffuse_mean_length: f32,
     /// `vec3<f32>` at byte 48.
     pub specular_axis: [f32; 3],
     /// `f32` at byte 60.
@@ -7660,7 +8810,7 @@ pub struct SglowVsglBoth {
     /// `vec3<f32>` at byte 64.
     pub specular_coefficient: [f32; 3],
     /// Not read by the shaders.
-    pub _padding_1: [u8; 4],
+    pub _padding_0: [u8; 4],
 }
 impl Default for SglowVsglBoth {
     /// All bytes zero.
@@ -7675,6 +8825,7 @@ const _: () = {
     equal(core::mem::offset_of!(SglowVsglBoth, diffuse_axis), 16);
     equal(core::mem::offset_of!(SglowVsglBoth, diffuse_sharpness), 28);
     equal(core::mem::offset_of!(SglowVsglBoth, diffuse_coefficient), 32);
+    equal(core::mem::offset_of!(SglowVsglBoth, diffuse_mean_length), 44);
     equal(core::mem::offset_of!(SglowVsglBoth, specular_axis), 48);
     equal(core::mem::offset_of!(SglowVsglBoth, specular_sharpness), 60);
     equal(core::mem::offset_of!(SglowVsglBoth, specular_coefficient), 64);
@@ -7687,16 +8838,16 @@ const _: () = {
 pub struct SglowVsglDiffuse {
     /// Mean position, in world space. (`vec3<f32>` at byte 0)
     pub position: [f32; 3],
-    /// Positional variance (the full trace), in square units; above 0. (`f32` at byte 12)
+    /// Positional variance, in square units; above 0. (`f32` at byte 12)
     pub variance: f32,
-    /// `vec3<f32>` at byte 16.
+    /// The mean direction of the diffuse emission: of lobes, or of normals; see the axis emitter. (`vec3<f32>` at byte 16)
     pub diffuse_axis: [f32; 3],
-    /// `f32` at byte 28.
+    /// The von Mises-Fisher sharpness of these directions. (`f32` at byte 28)
     pub diffuse_sharpness: f32,
-    /// Radiant intensity along the axis, W/sr. (`vec3<f32>` at byte 32)
+    /// The power over the integral of a lobe of that sharpness, W/sr: with emitter lobe the radiant intensity along the axis. (`vec3<f32>` at byte 32)
     pub diffuse_coefficient: [f32; 3],
-    /// Not read by the shaders.
-    pub _padding_0: [u8; 4],
+    /// The mean length of directions of that sharpness, 0 to 1. (`f32` at byte 44)
+    pub diffuse_mean_length: f32,
 }
 impl Default for SglowVsglDiffuse {
     /// All bytes zero.
@@ -7711,6 +8862,7 @@ const _: () = {
     equal(core::mem::offset_of!(SglowVsglDiffuse, diffuse_axis), 16);
     equal(core::mem::offset_of!(SglowVsglDiffuse, diffuse_sharpness), 28);
     equal(core::mem::offset_of!(SglowVsglDiffuse, diffuse_coefficient), 32);
+    equal(core::mem::offset_of!(SglowVsglDiffuse, diffuse_mean_length), 44);
 };
 const fn uniform(
     binding: u32,

@@ -48,12 +48,17 @@ fn sglow_in_basis(basis: SglowBasis, vector: vec3<f32>) -> vec3<f32> {
 struct SglowVsgl {
     /// Mean position, in world space.
     position: vec3<f32>,
-    /// Positional variance (the full trace), in square units; above 0.
+    /// Positional variance, in square units; above 0.
     variance: f32,
+    /// The mean direction of the diffuse emission: of lobes, or of normals; see the axis emitter.
     diffuse_axis: vec3<f32>,
+    /// The von Mises-Fisher sharpness of these directions.
     diffuse_sharpness: f32,
-    /// Radiant intensity along the axis, W/sr.
+    /// The power over the integral of a lobe of that sharpness, W/sr: with emitter lobe the radiant intensity along the
+    /// axis.
     diffuse_coefficient: vec3<f32>,
+    /// The mean length of directions of that sharpness, 0 to 1.
+    diffuse_mean_length: f32,
 }
 
 /// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere
