@@ -5,7 +5,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::brdf::{Ndf, ndf_filtered, reflection};
+use crate::brdf::{Ndf, albedo, ndf_filtered, ndf_filtered_2024, reflection};
 use crate::direct::direct;
 use crate::fis::stress::{Random, Stress};
 use crate::fis::{Warped, modified_level, previous_level};
@@ -464,7 +464,7 @@ fn integrals_stay_within_their_tolerances() {
 fn reflections_stay_within_their_tolerances() {
     let eye = Vector3::new(0.0, 1.0, 6.0);
     for diffuse in Diffuse::ALL {
-        for specular in [Specular::Sg, Specular::Asg, Specular::NdfFiltered] {
+        for specular in Specular::ALL {
             for ndf in [Ndf::Ggx, Ndf::Beckmann] {
                 let lights = some_lights::<Adversary>();
                 let bounds = some_lights::<Bounded>();
@@ -524,14 +524,11 @@ fn the_tolerances_tell_the_models_apart() {
             ]
         })
     };
-    let counts = [
-        outside(&right),
-        outside(&model(Diffuse::Gaussian, Specular::Sg, Ndf::Ggx)),
-        outside(&model(Diffuse::Constant, Specular::Asg, Ndf::Ggx)),
-        outside(&model(Diffuse::Constant, Specular::Sg, Ndf::Beckmann)),
-        outside(&model(Diffuse::Constant, Specular::NdfFiltered, Ndf::Ggx)),
-    ];
-    println!("{counts:?}");
+    let sg = |diffuse, ndf| outside(&model(diffuse, Specular::Sg, ndf));
+    let mut counts = vec![outside(&right), sg(Diffuse::Gaussian, Ndf::Ggx)];
+    counts.push(sg(Diffuse::Constant, Ndf::Beckmann));
+    let others = Specular::ALL.into_iter().filter(|&other| other != Specular::Sg);
+    counts.extend(others.map(|other| outside(&model(Diffuse::Constant, other, Ndf::Ggx))));
     assert_eq!(counts[0], [0, 0]);
     assert!(counts[1][0] > 20 && counts[2..].iter().all(|count| count[1] > 10), "{counts:?}");
 }
@@ -555,7 +552,7 @@ fn von_mises_fisher<R: Real>(sharpness: f64) -> [R; 7] {
 }
 
 /// Reflection lobes, and what they reflect of a lobe; polar angles from the normal.
-fn reflections<R: Real>(alpha: f64, view: f64, light: f64, sharpness: f64) -> [R; 5] {
+fn reflections<R: Real>(alpha: f64, view: f64, light: f64, sharpness: f64) -> [R; 8] {
     let at = |angle: f64| {
         Vector3::<R>::constant(Vector3::new(0.8 * angle.sin(), 0.6 * angle.sin(), angle.cos()))
     };
@@ -568,6 +565,9 @@ fn reflections<R: Real>(alpha: f64, view: f64, light: f64, sharpness: f64) -> [R
         asg::convolution(&asg::reflection(view, normal, alpha), axis, sharpness),
         filtered.radiance,
         filtered.cosine,
+        asg::convolution(&asg::reflection_flat(view, normal, alpha), axis, sharpness),
+        ndf_filtered_2024::reflection(view, normal, alpha, axis, sharpness),
+        albedo::directional(Vector3::splat(R::constant(0.04)), axis.dot(normal), alpha).x,
     ]
 }
 

@@ -5,5 +5,5 @@ pub mod moments;
 pub mod weights;
 
 pub use mip::{Pyramid, PyramidError};
-pub use moments::{Lobes, Moments, moments};
+pub use moments::{Lobes, Moments, SpecularPower, moments};
 pub use weights::Weights;
