@@ -5,8 +5,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use sglow_shaders::{
-    Draw, Light, Lobes, Precision, SglowLight, Space, centres, cluster_assign, cluster_boxes,
-    cluster_codes, cluster_starts, cluster_sum, cluster_tree,
+    Draw, Light, Lobes, Precision, SglowLight, Space, SpecularPower, centres, cluster_assign,
+    cluster_boxes, cluster_codes, cluster_starts, cluster_sum, cluster_tree,
 };
 use thiserror::Error;
 
@@ -51,12 +51,14 @@ pub struct ClusterSettings {
     pub light: Light,
     /// The lobes that virtual lights emit.
     pub lobes: Lobes,
+    /// The power of their specular lobes; F0 with diffuse lobes alone.
+    pub specular_power: SpecularPower,
 }
 
 impl ClusterSettings {
     /// The variants that they run.
     pub(crate) fn variants(&self) -> Vec<String> {
-        let Self { draw, space, light, lobes, .. } = *self;
+        let Self { draw, space, light, lobes, specular_power, .. } = *self;
         let mut variants = SortPasses::variants();
         variants.extend([
             centres::Centres { draw, space }.id(),
@@ -65,7 +67,7 @@ impl ClusterSettings {
             cluster_boxes::ClusterBoxes.id(),
             cluster_assign::ClusterAssign { space }.id(),
             cluster_starts::ClusterStarts.id(),
-            cluster_sum::ClusterSum { light, lobes }.id(),
+            cluster_sum::ClusterSum { light, lobes, specular_power }.id(),
         ]);
         variants
     }
@@ -209,7 +211,7 @@ impl Clusters {
         settings: &ClusterSettings,
     ) -> Result<Self, ClusterError> {
         check(device, settings)?;
-        let ClusterSettings { size, count, draw, space, light, lobes } = *settings;
+        let ClusterSettings { size, count, draw, space, light, lobes, specular_power } = *settings;
         let length = size[0] * size[1];
         let pass = |id: String, label| ComputePass::new(device, package, &id, label, &[]);
         let words = |label, words: u32| storage(device, label, u64::from(words));
@@ -247,7 +249,7 @@ impl Clusters {
             boxes_pass: pass(cluster_boxes::ClusterBoxes.id(), ASSIGNMENT)?,
             assign_pass: pass(cluster_assign::ClusterAssign { space }.id(), ASSIGNMENT)?,
             starts_pass: pass(cluster_starts::ClusterStarts.id(), SORT)?,
-            sum_pass: pass(cluster_sum::ClusterSum { light, lobes }.id(), SUM)?,
+            sum_pass: pass(cluster_sum::ClusterSum { light, lobes, specular_power }.id(), SUM)?,
             device: device.clone(),
             queue: queue.clone(),
             settings: *settings,

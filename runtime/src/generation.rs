@@ -4,7 +4,7 @@ use glam::Vec4;
 use sglow_shaders::{
     Density, Draw, Filter, Light, Lobes, Precision, SglowDensityParameters, SglowKernel,
     SglowMomentsParametersF16, SglowMomentsParametersF32, SglowSampleParametersF16,
-    SglowSampleParametersF32, Solver, Space, Texel, sample::Sample,
+    SglowSampleParametersF32, Solver, Space, SpecularPower, Texel, sample::Sample,
 };
 
 use crate::cluster::{ClusterInputs, ClusterSettings, Clusters};
@@ -14,6 +14,7 @@ use crate::metropolis::{Metropolis, MetropolisSettings};
 use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, uniform};
 use crate::pyramid::{Levels, MipPasses, Pyramid, pyramid_bytes, texture_bytes};
+use crate::settings::density_variant;
 use crate::timing::Timer;
 
 /// What times are called.
@@ -59,6 +60,7 @@ pub(crate) struct Recipe {
     pub(crate) iterations: u32,
     pub(crate) light: Light,
     pub(crate) lobes: Lobes,
+    pub(crate) specular_power: SpecularPower,
     pub(crate) precision: Precision,
     pub(crate) density: Density,
     pub(crate) sample: Sample,
@@ -125,9 +127,17 @@ impl Recipe {
     }
 
     fn clusters(&self) -> Option<ClusterSettings> {
-        let Self { size, count, light, lobes, space, .. } = *self;
+        let Self { size, count, light, lobes, specular_power, space, .. } = *self;
         let draw = self.sample.draw;
-        (space != Space::None).then_some(ClusterSettings { size, count, draw, space, light, lobes })
+        (space != Space::None).then_some(ClusterSettings {
+            size,
+            count,
+            draw,
+            space,
+            light,
+            lobes,
+            specular_power,
+        })
     }
 
     fn chains(&self) -> Option<MetropolisSettings> {
@@ -168,13 +178,12 @@ impl Recipe {
     }
 
     fn moments_id(&self) -> String {
-        let Self { light, lobes, precision, .. } = *self;
-        sglow_shaders::moments::Moments { light, lobes, precision }.id()
+        let Self { light, lobes, specular_power, precision, .. } = *self;
+        sglow_shaders::moments::Moments { light, lobes, specular_power, precision }.id()
     }
 
     fn density_id(&self) -> String {
-        let Self { density, lobes, .. } = *self;
-        sglow_shaders::density::Density { density, lobes }.id()
+        density_variant(self.density, self.lobes, self.specular_power).id()
     }
 
     /// The variants that it runs.

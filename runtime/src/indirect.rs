@@ -82,6 +82,7 @@ pub(crate) fn recipe(settings: &Settings) -> Recipe {
         iterations: settings.iterations,
         light: settings.light,
         lobes: settings.lobes,
+        specular_power: settings.specular_power(),
         precision: settings.precision,
         density: settings.density,
         sample: settings.sample(),

@@ -18,7 +18,7 @@ use sglow_oracle::vsgl::{
 use sglow_oracle::{Real, Vector3, shade};
 use sglow_shaders::{
     Diffuse, Light as LightAxis, Lobes, Ndf, Precision, SglowPackedLobe, SglowPackedVsglBoth,
-    SglowPackedVsglDiffuse, SglowVsglBoth, SglowVsglDiffuse, Solver, Specular,
+    SglowPackedVsglDiffuse, SglowVsglBoth, SglowVsglDiffuse, Solver, Specular, SpecularPower,
 };
 
 use crate::device::{DeviceError, Gpu};
@@ -95,6 +95,14 @@ pub fn lobes(lobes: Lobes) -> rsm::Lobes {
     }
 }
 
+/// The power of specular lobes.
+pub fn specular_power(power: SpecularPower) -> rsm::SpecularPower {
+    match power {
+        SpecularPower::F0 => rsm::SpecularPower::F0,
+        SpecularPower::Albedo => rsm::SpecularPower::Albedo,
+    }
+}
+
 /// The shading model.
 pub fn model(settings: &Settings) -> Model {
     Model {
@@ -111,6 +119,9 @@ pub fn model(settings: &Settings) -> Model {
             Specular::None => None,
             Specular::Sg => Some(shade::Specular::Sg),
             Specular::Asg => Some(shade::Specular::Asg),
+            Specular::AsgFlat => Some(shade::Specular::AsgFlat),
+            Specular::AsgProduct => Some(shade::Specular::AsgProduct),
+            Specular::NdfFiltered2024 => Some(shade::Specular::NdfFiltered2024),
             Specular::NdfFiltered => Some(shade::Specular::NdfFiltered),
         },
         ndf: ndf(settings.ndf),

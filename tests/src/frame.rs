@@ -37,7 +37,9 @@ fn difference(name: &str, settings: &Settings, package: &Package) -> f64 {
         .map(|(index, texel)| {
             let power = light.photon_power([index % size, index / size], [size; 2]);
             let (towards, _) = light.towards(texel.position);
-            rsm::moments(texel, power, towards, origin, lobes)
+            let texel =
+                reference::specular_power(settings.specular_power()).reflecting(texel, towards);
+            rsm::moments(&texel, power, towards, origin, lobes)
         })
         .collect();
     let density: Vec<f64> = moments.iter().map(sglow_oracle::density::power).collect();

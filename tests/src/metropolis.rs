@@ -10,7 +10,7 @@ use sglow_runtime::metropolis::{Metropolis, MetropolisSettings};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Draw, Light, Lobes, SglowKernel, Space, Start};
+use sglow_shaders::{Draw, Light, Lobes, SglowKernel, Space, SpecularPower, Start};
 
 use crate::common::{
     Comparison, DensityTexture, KINDS, Run, Uploaded, broken, gpu, light, random_surfaces, small,
@@ -197,6 +197,7 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
         space: Space::Image,
         light: Light::Spot,
         lobes: Lobes::Both,
+        specular_power: SpecularPower::F0,
     };
     let clusters = Clusters::new(&gpu.device, &gpu.queue, whole_space(), &settings).unwrap();
     let density = DensityTexture::new(size, Stress::Ring, 9);

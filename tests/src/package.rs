@@ -83,8 +83,8 @@ fn snapshots() {
         for id in [
             "compose-diffuse-none",
             "mip-r32float-three",
-            "moments-point-both-f32",
-            "moments-point-both-f16",
+            "moments-point-both-f0-f32",
+            "moments-point-both-f0-f16",
             "sample-warped-modified-bracketed-exact-both-f16",
             "sample-warped-modified-bracketed-exact-both-f32",
             "sample-warped-previous-none-hardware-diffuse-f32",

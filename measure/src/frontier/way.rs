@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use sglow_runtime::settings::{Settings, SettingsError};
 use sglow_shaders::{
     Density, Diffuse, Draw, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space, Specular,
-    Visibility, centres, density, light_points, light_shadow,
+    Visibility, centres, light_points, light_shadow,
 };
 
 /// The axes that ways differ in, in the order in which names tell them.
-pub const AXES: [&str; 11] = [
+pub const AXES: [&str; 12] = [
     "density",
     "draw",
     "space",
@@ -18,6 +18,7 @@ pub const AXES: [&str; 11] = [
     "solver",
     "filter",
     "lobes",
+    "specular_power",
     "precision",
     "diffuse",
     "specular",
@@ -35,6 +36,7 @@ pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
         ("solver", settings.sample().solver.name()),
         ("filter", settings.filter.name()),
         ("lobes", settings.lobes.name()),
+        ("specular_power", settings.specular_power().name()),
         ("precision", settings.precision.name()),
         ("diffuse", settings.diffuse.name()),
         ("specular", settings.specular.name()),
@@ -100,7 +102,7 @@ pub fn variants(settings: &Settings) -> Vec<String> {
     let Settings { density, lobes, precision, draw, space, .. } = *settings;
     let mut ids = Vec::new();
     if precision == Precision::F32 || density != Density::Power {
-        ids.push(density::Density { density, lobes }.id().to_string());
+        ids.push(settings.density().id().to_string());
     }
     ids.push(match space {
         Space::None => settings.sample().id().to_string(),

@@ -11,9 +11,9 @@ use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::timing::Timer;
 use sglow_shaders::{
-    Density, Draw, Kernel, Levels, Light, Lobes, Precision, Solver, Space, Texel, centres,
-    cluster_assign, cluster_boxes, cluster_codes, cluster_starts, cluster_sum, cluster_tree, mip,
-    moments, sort_count, sort_scan, sort_scatter,
+    Density, Draw, Kernel, Levels, Light, Lobes, Precision, Solver, Space, SpecularPower, Texel,
+    centres, cluster_assign, cluster_boxes, cluster_codes, cluster_starts, cluster_sum,
+    cluster_tree, mip, moments, sort_count, sort_scan, sort_scatter,
 };
 
 use super::method::Method;
@@ -173,10 +173,14 @@ pub fn code(
 ) -> Result<Code, sglow_runtime::package::PackageError> {
     let settings = method.settings(settings);
     let Settings { light, lobes, precision, draw, space, .. } = settings;
+    let specular_power = settings.specular_power();
     let shaders: Vec<String> = if method.clusters() {
-        cluster_variants(draw, space, light, lobes)
+        cluster_variants(draw, space, light, lobes, specular_power)
     } else {
-        vec![moments_variant(light, lobes, precision), settings.sample().id().to_string()]
+        vec![
+            moments_variant(light, lobes, specular_power, precision),
+            settings.sample().id().to_string(),
+        ]
     };
     let mips: Vec<String> = if method.clusters() {
         Vec::new()
@@ -192,11 +196,22 @@ pub fn code(
     Ok(Code { method, shaders, mips, lines })
 }
 
-fn moments_variant(light: Light, lobes: Lobes, precision: Precision) -> String {
-    moments::Moments { light, lobes, precision }.id().to_string()
+fn moments_variant(
+    light: Light,
+    lobes: Lobes,
+    specular_power: SpecularPower,
+    precision: Precision,
+) -> String {
+    moments::Moments { light, lobes, specular_power, precision }.id().to_string()
 }
 
-fn cluster_variants(draw: Draw, space: Space, light: Light, lobes: Lobes) -> Vec<String> {
+fn cluster_variants(
+    draw: Draw,
+    space: Space,
+    light: Light,
+    lobes: Lobes,
+    specular_power: SpecularPower,
+) -> Vec<String> {
     vec![
         centres::Centres { draw, space }.id().to_string(),
         cluster_codes::ClusterCodes { space }.id().to_string(),
@@ -207,7 +222,7 @@ fn cluster_variants(draw: Draw, space: Space, light: Light, lobes: Lobes) -> Vec
         cluster_boxes::ClusterBoxes.id().to_string(),
         cluster_assign::ClusterAssign { space }.id().to_string(),
         cluster_starts::ClusterStarts.id().to_string(),
-        cluster_sum::ClusterSum { light, lobes }.id().to_string(),
+        cluster_sum::ClusterSum { light, lobes, specular_power }.id().to_string(),
     ]
 }
 
