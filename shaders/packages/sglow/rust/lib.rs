@@ -78,42 +78,42 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: compose::NAMES_5,
     },
     Variant {
-        id: "density-bidirectional-both",
+        id: "density-bidirectional-both-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_0,
         binding_names: density::NAMES_0,
     },
     Variant {
-        id: "density-bidirectional-diffuse",
+        id: "density-bidirectional-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_1,
         binding_names: density::NAMES_1,
     },
     Variant {
-        id: "density-power-both",
+        id: "density-power-both-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_2,
         binding_names: density::NAMES_2,
     },
     Variant {
-        id: "density-power-diffuse",
+        id: "density-power-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_2,
         binding_names: density::NAMES_2,
     },
     Variant {
-        id: "density-reflectance-both",
+        id: "density-reflectance-both-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_3,
         binding_names: density::NAMES_3,
     },
     Variant {
-        id: "density-reflectance-diffuse",
+        id: "density-reflectance-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_3,
@@ -330,112 +330,112 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: mip::NAMES_8,
     },
     Variant {
-        id: "moments-camera-both-f16",
+        id: "moments-camera-both-f0-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-camera-both-f32",
+        id: "moments-camera-both-f0-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-camera-diffuse-f16",
+        id: "moments-camera-diffuse-f0-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-camera-diffuse-f32",
+        id: "moments-camera-diffuse-f0-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-directional-both-f16",
+        id: "moments-directional-both-f0-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-directional-both-f32",
+        id: "moments-directional-both-f0-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-directional-diffuse-f16",
+        id: "moments-directional-diffuse-f0-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-directional-diffuse-f32",
+        id: "moments-directional-diffuse-f0-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-point-both-f16",
+        id: "moments-point-both-f0-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-both-f32",
+        id: "moments-point-both-f0-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-point-diffuse-f16",
+        id: "moments-point-diffuse-f0-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-diffuse-f32",
+        id: "moments-point-diffuse-f0-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-spot-both-f16",
+        id: "moments-spot-both-f0-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-both-f32",
+        id: "moments-spot-both-f0-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-spot-diffuse-f16",
+        id: "moments-spot-diffuse-f0-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-diffuse-f32",
+        id: "moments-spot-diffuse-f0-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
@@ -967,52 +967,52 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "821c847ee0014b87a1a30dd6b9ac8794f6e8b372146e64ec2d82a610ee737163",
     },
     Embedded {
-        id: "density-bidirectional-both",
+        id: "density-bidirectional-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-both.wgsl"),
-        sha256: "a5615e91b4d34f592bf780fba229e7ac79464593638d6cedac68e36f651a1b9a",
+        text: include_str!("../wgsl/density-bidirectional-both-f0.wgsl"),
+        sha256: "26c5a46593bb9fde0aac43d0ecf025bbd4f0acf5ce2bbcce75fc9b5cd26890e4",
     },
     Embedded {
-        id: "density-bidirectional-diffuse",
+        id: "density-bidirectional-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-diffuse.wgsl"),
-        sha256: "5f88ba9a9fa98aa1df16db989ffcf48f7f47bdaf06aec842fe92b8c702af684c",
+        text: include_str!("../wgsl/density-bidirectional-diffuse-f0.wgsl"),
+        sha256: "ede2c99d17fdecaeb7bdb76b70daa6c252b95decc0138b4ae56785aa643450d0",
     },
     Embedded {
-        id: "density-power-both",
+        id: "density-power-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-power-both.wgsl"),
-        sha256: "2e18f6a435778474009065b153b5c21cbbcebc4b2fa66e264b5cbd7db06d7199",
+        text: include_str!("../wgsl/density-power-both-f0.wgsl"),
+        sha256: "3e75ff1c73cc252d253826c3721d5a8a1a831cb93bc82bb660333db624db3cca",
     },
     Embedded {
-        id: "density-power-diffuse",
+        id: "density-power-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-power-diffuse.wgsl"),
-        sha256: "d487f9151b776dd804f0adc8bab7c88ac5ffef84b5883ee536314d56796e61da",
+        text: include_str!("../wgsl/density-power-diffuse-f0.wgsl"),
+        sha256: "a7fcaf9d76b100da8c09412ef102449db8af5f47dbf12d36801be80db2991d46",
     },
     Embedded {
-        id: "density-reflectance-both",
+        id: "density-reflectance-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-reflectance-both.wgsl"),
-        sha256: "29bd105e67761f92a71de35c285e8e29d117f7a6c440b63963542b7198d4b1ec",
+        text: include_str!("../wgsl/density-reflectance-both-f0.wgsl"),
+        sha256: "6a442a165c7c4aedfc37b7e45bf7e7237afb671089d0ee07e701234fb6affe3e",
     },
     Embedded {
-        id: "density-reflectance-diffuse",
+        id: "density-reflectance-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-reflectance-diffuse.wgsl"),
-        sha256: "918087ece42c789763f2eafd52c589b11a787a85cd8306bf39d4f275558e8459",
+        text: include_str!("../wgsl/density-reflectance-diffuse-f0.wgsl"),
+        sha256: "57b6ef9c92bad7be2dcbd255d647d3169e70f4eb8145dc1c262671d02fc38441",
     },
     Embedded {
         id: "direct-directional-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-directional-beckmann.wgsl"),
-        sha256: "97b07bc96ff0de2e1d51357d1312273f676f393cdddf526f81d0dfdc83f0ebfe",
+        sha256: "59a1effd11629f4deffcde03cf9a63c414e0753a3e135484d8d2a601696a7e07",
     },
     Embedded {
         id: "direct-directional-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-directional-ggx.wgsl"),
-        sha256: "bf52b3631ce3743cb7864026cd5ce4988fd06861030c65745a161e185e09bad4",
+        sha256: "d2cd59392d8f9156ab1079bdaf9d132a0876ccb5eaf987726fd6e6dacf7b7af6",
     },
     Embedded {
         id: "direct-directional-none",
@@ -1024,13 +1024,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-point-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-point-beckmann.wgsl"),
-        sha256: "1a6b24fa328f949ac6dbe4dd050f4a4b5eff7686f7baa6bcf0484d4480c66fb6",
+        sha256: "9f55907b12a4eb9675abe14890f135abe0db3fa60ef64299fe1f3841c4e0b828",
     },
     Embedded {
         id: "direct-point-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-point-ggx.wgsl"),
-        sha256: "846ea2565ac599cf0da3396ad284d37fd0060771a0e9dfcb68b9cec6aa356e19",
+        sha256: "90329752069ab02eb03f80d9bb543e35738a92e6d77f2596c116858609a4935d",
     },
     Embedded {
         id: "direct-point-none",
@@ -1042,13 +1042,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-spot-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-spot-beckmann.wgsl"),
-        sha256: "e290b1f78aa1bfd9e381d2f5df1d38a7c91d44cff67a8cb99c52b87ed28ee51e",
+        sha256: "066587882b691f50080dbe7e5796fef2ad3b9b72c5b47ca0d18af6c02244e03e",
     },
     Embedded {
         id: "direct-spot-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-spot-ggx.wgsl"),
-        sha256: "7a3ae922f306addd60522bc7edaaf2ec94c9770d7f57c7efea7f1d8545bb5028",
+        sha256: "b6aded48bd6005239f336fa09ea868a4492cd0b2e65fd8a9af398fd79d0e34c1",
     },
     Embedded {
         id: "direct-spot-none",
@@ -1183,100 +1183,100 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "5ba223a6927a8faa399d7341c5e71c38fa441d1261a21311cbd02329458401ba",
     },
     Embedded {
-        id: "moments-camera-both-f16",
+        id: "moments-camera-both-f0-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-f16.wgsl"),
-        sha256: "ed09a05d7699961ec9c02421ad4afe02b1e0c73bbb1bc9bf37f4dadee1916517",
+        text: include_str!("../wgsl/moments-camera-both-f0-f16.wgsl"),
+        sha256: "a697c972ba6ee04cf267492243be958dc61198de5a1af97c7488ba4851224191",
     },
     Embedded {
-        id: "moments-camera-both-f32",
+        id: "moments-camera-both-f0-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-f32.wgsl"),
-        sha256: "171fb0c48b70c5e8e9628ba47582f9abc08a629360656f1cfe3fb96cba40286e",
+        text: include_str!("../wgsl/moments-camera-both-f0-f32.wgsl"),
+        sha256: "6309cb18bb6cb3e6662a3b1fe8c489efaa86684bc50564329f752885930116ce",
     },
     Embedded {
-        id: "moments-camera-diffuse-f16",
+        id: "moments-camera-diffuse-f0-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-f16.wgsl"),
-        sha256: "1721b80dbde27e3ca38c2c4b52e87ac2feb9fb9d4426b72697994dc23270eff1",
+        text: include_str!("../wgsl/moments-camera-diffuse-f0-f16.wgsl"),
+        sha256: "2388f1ebe9761c5c17ca617afd53de975d59ea9466a82c2458a6d6b2dd90bde3",
     },
     Embedded {
-        id: "moments-camera-diffuse-f32",
+        id: "moments-camera-diffuse-f0-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-f32.wgsl"),
-        sha256: "f92ba26a9e9df0ec0fd0b460b2de97380655a9eef8a8fa0dec37cab7e11f7229",
+        text: include_str!("../wgsl/moments-camera-diffuse-f0-f32.wgsl"),
+        sha256: "cbbdcdaf3ca6a48caf9994fa0d090405215b1988097bb8779b630d1fa0ff6e89",
     },
     Embedded {
-        id: "moments-directional-both-f16",
+        id: "moments-directional-both-f0-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-f16.wgsl"),
-        sha256: "2b789438c4580ef53b811a8d339db06cfefcce6737d1fc19a2f40ad67ecc8312",
+        text: include_str!("../wgsl/moments-directional-both-f0-f16.wgsl"),
+        sha256: "02c1cc333e0e1b930c91b68aeb9ec473e6da8fb16015d88ccd00c712d7ce23a3",
     },
     Embedded {
-        id: "moments-directional-both-f32",
+        id: "moments-directional-both-f0-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-f32.wgsl"),
-        sha256: "05b694511d456daf84ef796ff7dbc5da421beaea8847c780f99c8d85021fc5df",
+        text: include_str!("../wgsl/moments-directional-both-f0-f32.wgsl"),
+        sha256: "0d32c8c2822c4eb1634b9e8cb9d84c6d9295b7f25acdc3c2db37db9c22a6d5bf",
     },
     Embedded {
-        id: "moments-directional-diffuse-f16",
+        id: "moments-directional-diffuse-f0-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-f16.wgsl"),
-        sha256: "ecb47ccaaa687a73e949afed3348f72744978a1a1644853f0622271280e9cecb",
+        text: include_str!("../wgsl/moments-directional-diffuse-f0-f16.wgsl"),
+        sha256: "979063e35b155ce85fcd46b39bfd1e72db29f1af1cdcf3e4baf87911cdde5229",
     },
     Embedded {
-        id: "moments-directional-diffuse-f32",
+        id: "moments-directional-diffuse-f0-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-f32.wgsl"),
-        sha256: "d71bac56c45ad153cda311c9b23fcbf783cf1adad0ba30d21a61af7861c42668",
+        text: include_str!("../wgsl/moments-directional-diffuse-f0-f32.wgsl"),
+        sha256: "c823a7c77191af292e167a686156579e6040e60d69c33b77a0bc3877f8512f51",
     },
     Embedded {
-        id: "moments-point-both-f16",
+        id: "moments-point-both-f0-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-f16.wgsl"),
-        sha256: "feb9bcf92baee0653df42af5cb60f9db13811c7530ce7ab78b41103957f938b4",
+        text: include_str!("../wgsl/moments-point-both-f0-f16.wgsl"),
+        sha256: "debad5e922427e199ba2c2898b126b66de80d9c83bc65b5f3b9c6f0edf670cc4",
     },
     Embedded {
-        id: "moments-point-both-f32",
+        id: "moments-point-both-f0-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-f32.wgsl"),
-        sha256: "46b36d04fdb3427e1c61550ee008a5683e6ee314f7916bf13fba9182760dcef2",
+        text: include_str!("../wgsl/moments-point-both-f0-f32.wgsl"),
+        sha256: "6ac708b13a8fd18511fcc57c19b3b357dbc8aabc48fb3f9bda60f184f85c2426",
     },
     Embedded {
-        id: "moments-point-diffuse-f16",
+        id: "moments-point-diffuse-f0-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-f16.wgsl"),
-        sha256: "231d0dba23650b60c754cd8bdc4939c4e55464b09eed4755ecee89f59e1ea6eb",
+        text: include_str!("../wgsl/moments-point-diffuse-f0-f16.wgsl"),
+        sha256: "d3c68a67196981c715109101273da68879b825e896586597441a77e9d4d31509",
     },
     Embedded {
-        id: "moments-point-diffuse-f32",
+        id: "moments-point-diffuse-f0-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-f32.wgsl"),
-        sha256: "2b212fd7e28a46953ddcea46c89fd22222b9af0455b11fd52f4906b54e78e146",
+        text: include_str!("../wgsl/moments-point-diffuse-f0-f32.wgsl"),
+        sha256: "97e49f4877c23201326e1d121f2a32f4b38647bee6eb6b5b73eb0f7d75769073",
     },
     Embedded {
-        id: "moments-spot-both-f16",
+        id: "moments-spot-both-f0-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-f16.wgsl"),
-        sha256: "cb6f54de2aaa2d4c3263638009918b766a09338e33f7db6c559c5f107ad9a074",
+        text: include_str!("../wgsl/moments-spot-both-f0-f16.wgsl"),
+        sha256: "e54daf62b0dc2a192def0c21c2a796c1cdd2fa78c15c3dc2b04786515a99d5d6",
     },
     Embedded {
-        id: "moments-spot-both-f32",
+        id: "moments-spot-both-f0-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-f32.wgsl"),
-        sha256: "3ee6bdc0af06f82cf6b356b61885c72dc54a1515dade825124ee55e984fe440a",
+        text: include_str!("../wgsl/moments-spot-both-f0-f32.wgsl"),
+        sha256: "6ad11df7ad65bd5626dce62c2fdcb7540bd3b8aa2c320b4611e9b1b6fe4c20e9",
     },
     Embedded {
-        id: "moments-spot-diffuse-f16",
+        id: "moments-spot-diffuse-f0-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-f16.wgsl"),
-        sha256: "d70fd2118950e6348f970d53f86f0279a1129badf69ab58b22a7d6aa0382454a",
+        text: include_str!("../wgsl/moments-spot-diffuse-f0-f16.wgsl"),
+        sha256: "489a7fbd5a2aa41b7e97fa3f848d843ae3d6c9b49ca650d95f5c596b28d7b19e",
     },
     Embedded {
-        id: "moments-spot-diffuse-f32",
+        id: "moments-spot-diffuse-f0-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-f32.wgsl"),
-        sha256: "1277f5b2e8a70d6f14a66d40ccb063db8486e80efbd759c675b8a84aa59d1e27",
+        text: include_str!("../wgsl/moments-spot-diffuse-f0-f32.wgsl"),
+        sha256: "f683c669846db62d851c2ab126cf08d897d6a2cb110de72353f85a231e9d9a55",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-both-f32",
@@ -1388,31 +1388,31 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-constant-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-ggx-both-f16-none.wgsl"),
-        sha256: "9cfa8ac4564399bca4aa8127996c46addae08b1df5a4d3cf2e46f4d2a0c5dbe6",
+        sha256: "d8d92aa15a676c4d8adc027e0e0bc25d49caf32d0330e4526f4afdf6e93f81a8",
     },
     Embedded {
         id: "shade-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-ggx-both-f32-none.wgsl"),
-        sha256: "3af5b9df264ad8c48df0b24b9c72bde2474fc033b9918cac2b28f452ea04503c",
+        sha256: "a63168abbb9f17364d91a87107dd1e1c0685d8617bf4615870dc774fba6f4f68",
     },
     Embedded {
         id: "shade-constant-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f16-none.wgsl"),
-        sha256: "f2e7c41c7f58ca86540413b83fdaadf77656ce5d6dc28ac0eb58326ea6a51166",
+        sha256: "302c67cfd698469a1c9ebdcbfab1fa46cc8c65ff42a6aa6cbdc99755546a9ef4",
     },
     Embedded {
         id: "shade-constant-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "9fd8df93040da63c583988ca97333ad73b2dad3bb3c2165ec5494b756b05c3bd",
+        sha256: "533c38888bd00d01b9006dae48e355f535f1e5ef4a879c32699510758d88f504",
     },
     Embedded {
         id: "shade-constant-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-ndf_filtered-ggx-both-f32-none.wgsl"),
-        sha256: "533b1762a57ad7ddc6d57f91f390a41dfcb09e6ce3275dca43266885d81a82a6",
+        sha256: "7b6ee1a34c2960a49373e282c7294dfb183fd5dfcca8cfd6102a71d84c7b8d1a",
     },
     Embedded {
         id: "shade-constant-ndf_filtered-ggx-diffuse-f32-none",
@@ -1420,7 +1420,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-constant-ndf_filtered-ggx-diffuse-f32-none.wgsl"
         ),
-        sha256: "4f3b1d296513a7d16b95694d483173bd0b87d3ccaf79f576f12d332f43135a37",
+        sha256: "a1d8620231a2baf39e5ab89bc4f963771b3c05b0e6b0450a790b327f435b870c",
     },
     Embedded {
         id: "shade-constant-none-none-both-f16-none",
@@ -1450,67 +1450,67 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-constant-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-ggx-both-f32-none.wgsl"),
-        sha256: "8f160c164cafa33b09b0b617bd0524e69ada789c45feb551b20ae1c4a4dd4a44",
+        sha256: "bf1bd87016fb4e4508661266b8c628e8b6d9bc06d019d3a7b900c346bb4cfa20",
     },
     Embedded {
         id: "shade-constant-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-constant-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "27c014876a8579d9ce17691f680379d04bf55b349189ed76641d9b3883e8c721",
+        sha256: "9d0ccba0226b1065993467b64d67e9c4d195984343c8ba79ce0c5eb7a68ea960",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f16-none.wgsl"),
-        sha256: "75764c32146952cc78bb7c83837b89a2d4ade4d3695e5070aed2602d8f4e9132",
+        sha256: "41f2c5bc3d936f22850c8963fdc284a07e8434d30d0659da6b8f2d75b32a8460",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "d114914baa1bb1f1d110d3d9731ffccb11426ea2229aea9f2e0812211b0900dd",
+        sha256: "fd3a652b04a7a42b9b31d059fbc5dddf649f6c80cde015e21cc70615fcc9e80e",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "6c7524449c85f9dc50ead3554de0ebea479fed309e693208877ac1a21b39cd1c",
+        sha256: "b817488f32dd521d6a9686e18d489c4940017dab6fd4082777acf64de8dd41ab",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "2fafbad46c49cbc3ca529518bc191484b8ef4b2dbe2a497f9de9a802170bada0",
+        sha256: "13e0351fdb580669431a135b2b53a4357ccdc1f9c19baa536f3f61a3b885ea29",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f16-none.wgsl"),
-        sha256: "2e48730897d934733c2988c514c48b1aad58f1e25be9dfb371f561caadd6713a",
+        sha256: "d93ca8c92c856901f231309885653a0210f48f8cebc65741ec3c134f257a167a",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"),
-        sha256: "ed1eccd842529ed0cfc0c00824d217ee7983809fc9a5a72e373f122145b7a3c2",
+        sha256: "e0cc0f788823e97e9df520fb7bed745ed22af6381ba6aa75b09a2cc512a1a201",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "a4415a95a2b2726984bd3476f17784ca64fdabad3d1679ace9aa81f546082e82",
+        sha256: "f997108c8005fd44744c26ad06cc630d04c75505a35fd530b2f688207d588601",
     },
     Embedded {
         id: "shade-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"),
-        sha256: "4146c042875981d8de4dc8bfcef23db4ccf20a1f784dd7fae82193ccd3b5dcfd",
+        sha256: "9834603dd92e077bbcb6c6cc6ec11e38745eaf74d011ee6146b72061535502e6",
     },
     Embedded {
         id: "shade-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-ndf_filtered-ggx-both-f32-none.wgsl"),
-        sha256: "8d39b77231ca393286516acd5466e062eaf0b2edd8e9dcaec3217396da0c881e",
+        sha256: "8f3c27f8278f6200477a15ac00c556855c703a551de795a9f18e27720a4004a3",
     },
     Embedded {
         id: "shade-fitted-ndf_filtered-ggx-diffuse-f32-none",
@@ -1518,7 +1518,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-fitted-ndf_filtered-ggx-diffuse-f32-none.wgsl"
         ),
-        sha256: "ee7eff37207f023fb9a8a9df1ac483062d98f2bf58c0c65a80b2919d6c3d0701",
+        sha256: "c577fd042ada8c7337b938d77a0fb9d46688aba8f68b50579df16c036c9e9b58",
     },
     Embedded {
         id: "shade-fitted-none-none-both-f16-none",
@@ -1572,31 +1572,31 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-sg-ggx-both-f32-none.wgsl"),
-        sha256: "afe2b273f7e12a9b6e93fa2dbf52a9991deaf9464108a18ecb7cfad9f4ae18c6",
+        sha256: "dbc19cad594db06abb63afb0de9bf9c796ddb07ad22e3a7c82e9a36ec10aa8a3",
     },
     Embedded {
         id: "shade-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-fitted-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "3540dfd9cad07fda7fae016e7132bf40b3c5847e8942d6c33cf6f8dea1fe2781",
+        sha256: "c982f0ed5ac5cdc5fbf3a67927f8273ce56256d1f1464d5949ed73026c0eb43f",
     },
     Embedded {
         id: "shade-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-ggx-both-f32-none.wgsl"),
-        sha256: "b9ca971fef7c72e39d74c8fe8d2df8b80698cf0754b49226837acb06413a4d3d",
+        sha256: "5519c625caae0b285fb88919e95c6588e80d34c55c8b7f3fe25548be3bc34bab",
     },
     Embedded {
         id: "shade-gaussian-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "4f18802668f50079cb5063c676ecb31c7182d1b07f0b90bbbe8c42c26637587d",
+        sha256: "aec6473cab1a9e98becbec44f6ffe31ed5c053362b022695e1a05490f2e350c6",
     },
     Embedded {
         id: "shade-gaussian-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-ndf_filtered-ggx-both-f32-none.wgsl"),
-        sha256: "f93631105d50f2fc9675bab8f7766d6d8b355d479b005bd4ea9b8ff52c9bc2b3",
+        sha256: "fa8dc98bba6150819faa66c7322835783e04414ef17888828b4159dafad5a03c",
     },
     Embedded {
         id: "shade-gaussian-ndf_filtered-ggx-diffuse-f32-none",
@@ -1604,7 +1604,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-gaussian-ndf_filtered-ggx-diffuse-f32-none.wgsl"
         ),
-        sha256: "77266ffd7e121866fad5bfddaf695c1a8b9831c646bcc3b49abee2d66289f158",
+        sha256: "7335e9f7751841bcc7cbd23a86133ff79ac5cae50f6839c43550e362eda0c5db",
     },
     Embedded {
         id: "shade-gaussian-none-none-both-f32-none",
@@ -1622,49 +1622,49 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-gaussian-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-ggx-both-f32-none.wgsl"),
-        sha256: "05f424ed95011e8b1dc3f0ea1285006fe44f7ce5e428a1988e4596fb0a80d1e0",
+        sha256: "4e9873ecf90fe2e33363a30304fce01085289be58f094ba8f6e3e51c020bc3e5",
     },
     Embedded {
         id: "shade-gaussian-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-gaussian-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "c3954dd8c88e7994526b5ab9606223899e86fdef1705f6a85b36915618804f6d",
+        sha256: "f27cd44b5b4df26fec4b0a48c323a4d4868709e55361ee90f56ab44cd8068450",
     },
     Embedded {
         id: "shade-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-ggx-both-f32-none.wgsl"),
-        sha256: "ef4ea561590cfe48d3551ba7bf458528bb90cf8dee4333a1edd9bf743ea5482d",
+        sha256: "d4ca5f4648e187b9e189db111d6f00c5504749f0474d38aa7c77efab9bde976e",
     },
     Embedded {
         id: "shade-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "d82cbb3696fc9594a4ddd87d16fef1832a632a567cb514b4755822c290febd95",
+        sha256: "3843d10c5a639339daedba178ade87e1a86e843e9be66d5cacbe316c442624d8",
     },
     Embedded {
         id: "shade-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-both-f32-none.wgsl"),
-        sha256: "7fd62ef3f12c443a7903f103042c21199e2251127bd7b1b3016f24b3b9abb596",
+        sha256: "b26cc407037387cfea7c86d209f325aa28060b59e3e7d2e7bf7e25f1a7cf7713",
     },
     Embedded {
         id: "shade-none-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-ndf_filtered-ggx-diffuse-f32-none.wgsl"),
-        sha256: "edfb9e5ad0ef0ded7586499b6573ca315b1570a05395a2de66bf7dbdd3802f37",
+        sha256: "363222079cd0760df5b269824e4196bea6fc6d01b06027e4d6d7a3b1887b9ab6",
     },
     Embedded {
         id: "shade-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-ggx-both-f32-none.wgsl"),
-        sha256: "e0eefe7aa7b95dfdf14c84d6123ea69b3ae91d0f8c3da13dbcda4f659c22ceff",
+        sha256: "35ee41db8c6e088abaf41f9b23067b20a7a12df3e8229b37fbb81c1550fc8338",
     },
     Embedded {
         id: "shade-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-none-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "06187ad3d7d026a6b751453128535a7f98a7f48d83e8dd23c433605567f4d8eb",
+        sha256: "fac1a8375194a433661a5527bc90c08c7302c77ae359abb2d65131a7dee9bac9",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -2098,6 +2098,8 @@ pub enum Function {
     AsgConvolution,
     /// The reflection lobe.
     AsgReflection,
+    /// The same, constant at alpha 1.
+    AsgReflectionFlat,
     /// GGX.
     GgxDistribution,
     /// Its masking and shadowing.
@@ -2114,6 +2116,10 @@ pub enum Function {
     SgReflectionDominant,
     /// Reflection by the filtered distribution.
     NdfFilteredReflection,
+    /// The same, as published.
+    NdfFiltered2024Reflection,
+    /// Directional albedo of GGX.
+    GgxAlbedo,
     /// One lobe of a virtual light from its moments.
     Emission,
     /// Radiance that arrives from one lobe.
@@ -2123,7 +2129,7 @@ impl Function {
     /// The name of the axis.
     pub const AXIS: &str = "function";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 45] = [
+    pub const ALL: [Self; 48] = [
         Self::None,
         Self::Erf,
         Self::Erfc,
@@ -2159,6 +2165,7 @@ impl Function {
         Self::AsgEvaluate,
         Self::AsgConvolution,
         Self::AsgReflection,
+        Self::AsgReflectionFlat,
         Self::GgxDistribution,
         Self::GgxVisibility,
         Self::BeckmannDistribution,
@@ -2167,6 +2174,8 @@ impl Function {
         Self::SgReflectionMirror,
         Self::SgReflectionDominant,
         Self::NdfFilteredReflection,
+        Self::NdfFiltered2024Reflection,
+        Self::GgxAlbedo,
         Self::Emission,
         Self::Incoming,
     ];
@@ -2208,6 +2217,7 @@ impl Function {
             Self::AsgEvaluate => "asg_evaluate",
             Self::AsgConvolution => "asg_convolution",
             Self::AsgReflection => "asg_reflection",
+            Self::AsgReflectionFlat => "asg_reflection_flat",
             Self::GgxDistribution => "ggx_distribution",
             Self::GgxVisibility => "ggx_visibility",
             Self::BeckmannDistribution => "beckmann_distribution",
@@ -2216,6 +2226,8 @@ impl Function {
             Self::SgReflectionMirror => "sg_reflection_mirror",
             Self::SgReflectionDominant => "sg_reflection_dominant",
             Self::NdfFilteredReflection => "ndf_filtered_reflection",
+            Self::NdfFiltered2024Reflection => "ndf_filtered_2024_reflection",
+            Self::GgxAlbedo => "ggx_albedo",
             Self::Emission => "emission",
             Self::Incoming => "incoming",
         }
@@ -2715,21 +2727,38 @@ pub enum Specular {
     /// The lobe is an anisotropic spherical Gaussian \[Tokuyoshi 2016, Appendix C.2; Xu 2013\].
     #[default]
     Asg,
-    /// The distribution of facets is filtered by the light's lobe \[Tokuyoshi 2024\].
+    /// An anisotropic spherical Gaussian of bandwidth 1/alpha^2 - 1 instead of 1/alpha^2: constant at alpha 1, where GGX is.
+    AsgFlat,
+    /// As asg_flat, with Fresnel's term, masking and cosine at the axis of the product of both lobes \[Tokuyoshi 2015 supplement, Section 3.2\].
+    AsgProduct,
+    /// The distribution of facets is filtered by the light's lobe \[Tokuyoshi 2024\], with less error than as published.
     NdfFiltered,
+    /// The distribution of facets is filtered by the light's lobe as published: widths add up, without shadowing \[Tokuyoshi 2024\].
+    NdfFiltered2024,
 }
 impl Specular {
     /// The name of the axis.
     pub const AXIS: &str = "specular";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 4] = [Self::None, Self::Sg, Self::Asg, Self::NdfFiltered];
+    pub const ALL: [Self; 7] = [
+        Self::None,
+        Self::Sg,
+        Self::Asg,
+        Self::AsgFlat,
+        Self::AsgProduct,
+        Self::NdfFiltered,
+        Self::NdfFiltered2024,
+    ];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
             Self::Sg => "sg",
             Self::Asg => "asg",
+            Self::AsgFlat => "asg_flat",
+            Self::AsgProduct => "asg_product",
             Self::NdfFiltered => "ndf_filtered",
+            Self::NdfFiltered2024 => "ndf_filtered_2024",
         }
     }
 }
@@ -2739,6 +2768,46 @@ impl core::fmt::Display for Specular {
     }
 }
 impl core::str::FromStr for Specular {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
+/// The power of a virtual light's specular lobe.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum SpecularPower {
+    /// By the specular reflectance at normal incidence, without Fresnel's term and masking \[Tokuyoshi 2016, Eq. (7)\].
+    #[default]
+    F0,
+    /// By the directional albedo of GGX with Fresnel's term, a fit within 0.0101 of white metal and 5.5 % of a dielectric.
+    Albedo,
+}
+impl SpecularPower {
+    /// The name of the axis.
+    pub const AXIS: &str = "specular_power";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 2] = [Self::F0, Self::Albedo];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F0 => "f0",
+            Self::Albedo => "albedo",
+        }
+    }
+}
+impl core::fmt::Display for SpecularPower {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for SpecularPower {
     type Err = UnknownValue;
     fn from_str(name: &str) -> Result<Self, UnknownValue> {
         Self::ALL
@@ -3239,6 +3308,8 @@ pub mod moments {
         pub light: super::Light,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// The power of a virtual light's specular lobe.
+        pub specular_power: super::SpecularPower,
         /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
         pub precision: super::Precision,
     }
@@ -3248,8 +3319,15 @@ pub mod moments {
             let mut all = Vec::new();
             for light in super::Light::ALL {
                 for lobes in super::Lobes::ALL {
-                    for precision in super::Precision::ALL {
-                        all.push(Self { light, lobes, precision });
+                    for specular_power in super::SpecularPower::ALL {
+                        for precision in super::Precision::ALL {
+                            all.push(Self {
+                                light,
+                                lobes,
+                                specular_power,
+                                precision,
+                            });
+                        }
                     }
                 }
             }
@@ -3258,10 +3336,21 @@ pub mod moments {
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}-{}", self.light, self.lobes, self.precision)
+            format!(
+                "{PASS}-{}-{}-{}-{}", self.light, self.lobes, self.specular_power, self
+                .precision
+            )
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.lobes, super::Lobes::Diffuse)
+                && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "specular-power-without-specular-lobe",
+                    reason: "a virtual light without a specular lobe has no specular power",
+                });
+            }
             None
         }
         /// Whether no rule excludes it.
@@ -3280,7 +3369,7 @@ pub mod moments {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `moments-camera-both-f16`, `moments-camera-diffuse-f16`, `moments-directional-both-f16`, `moments-directional-diffuse-f16`, `moments-point-both-f16`, `moments-point-diffuse-f16`, `moments-spot-both-f16`, `moments-spot-diffuse-f16`.
+    /// `moments-camera-both-f0-f16`, `moments-camera-diffuse-f0-f16`, `moments-directional-both-f0-f16`, `moments-directional-diffuse-f0-f16`, `moments-point-both-f0-f16`, `moments-point-diffuse-f0-f16`, `moments-spot-both-f0-f16`, `moments-spot-diffuse-f0-f16`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
@@ -3345,7 +3434,7 @@ pub mod moments {
             "sglow_weight_output",
         ],
     ];
-    /// `moments-camera-both-f32`, `moments-camera-diffuse-f32`, `moments-directional-both-f32`, `moments-directional-diffuse-f32`, `moments-point-both-f32`, `moments-point-diffuse-f32`, `moments-spot-both-f32`, `moments-spot-diffuse-f32`.
+    /// `moments-camera-both-f0-f32`, `moments-camera-diffuse-f0-f32`, `moments-directional-both-f0-f32`, `moments-directional-diffuse-f0-f32`, `moments-point-both-f0-f32`, `moments-point-diffuse-f0-f32`, `moments-spot-both-f0-f32`, `moments-spot-diffuse-f0-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
@@ -3408,6 +3497,8 @@ pub mod density {
         pub density: super::Density,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// The power of a virtual light's specular lobe.
+        pub specular_power: super::SpecularPower,
     }
     impl Density {
         /// Every legal variant.
@@ -3415,7 +3506,13 @@ pub mod density {
             let mut all = Vec::new();
             for density in super::Density::ALL {
                 for lobes in super::Lobes::ALL {
-                    all.push(Self { density, lobes });
+                    for specular_power in super::SpecularPower::ALL {
+                        all.push(Self {
+                            density,
+                            lobes,
+                            specular_power,
+                        });
+                    }
                 }
             }
             all.retain(|variant| variant.is_legal());
@@ -3423,10 +3520,27 @@ pub mod density {
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}", self.density, self.lobes)
+            format!("{PASS}-{}-{}-{}", self.density, self.lobes, self.specular_power)
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.lobes, super::Lobes::Diffuse)
+                && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "specular-power-without-specular-lobe",
+                    reason: "a virtual light without a specular lobe has no specular power",
+                });
+            }
+            if matches!(
+                self.density, super::Density::Power | super::Density::Reflectance
+            ) && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "density-without-specular-power",
+                    reason: "only the bidirectional density divides by the specular power; the power is that of the moments, and the reflectance that at normal incidence, whatever light reaches it",
+                });
+            }
             None
         }
         /// Whether no rule excludes it.
@@ -3445,7 +3559,7 @@ pub mod density {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `density-bidirectional-both`.
+    /// `density-bidirectional-both-f0`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
@@ -3506,7 +3620,7 @@ pub mod density {
             "sglow_camera_vsgls",
         ],
     ];
-    /// `density-bidirectional-diffuse`.
+    /// `density-bidirectional-diffuse-f0`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
@@ -3567,7 +3681,7 @@ pub mod density {
             "sglow_camera_vsgls",
         ],
     ];
-    /// `density-power-both`, `density-power-diffuse`.
+    /// `density-power-both-f0`, `density-power-diffuse-f0`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::texture(
@@ -3591,7 +3705,7 @@ pub mod density {
     pub(super) const NAMES_2: &[&[&str]] = &[
         &["sglow_moments_texture", "sglow_density_output"],
     ];
-    /// `density-reflectance-both`, `density-reflectance-diffuse`.
+    /// `density-reflectance-both-f0`, `density-reflectance-diffuse-f0`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
@@ -4816,6 +4930,8 @@ pub mod cluster_sum {
         pub light: super::Light,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// The power of a virtual light's specular lobe.
+        pub specular_power: super::SpecularPower,
     }
     impl ClusterSum {
         /// Every legal variant.
@@ -4823,7 +4939,13 @@ pub mod cluster_sum {
             let mut all = Vec::new();
             for light in super::Light::ALL {
                 for lobes in super::Lobes::ALL {
-                    all.push(Self { light, lobes });
+                    for specular_power in super::SpecularPower::ALL {
+                        all.push(Self {
+                            light,
+                            lobes,
+                            specular_power,
+                        });
+                    }
                 }
             }
             all.retain(|variant| variant.is_legal());
@@ -4831,10 +4953,18 @@ pub mod cluster_sum {
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}", self.light, self.lobes)
+            format!("{PASS}-{}-{}-{}", self.light, self.lobes, self.specular_power)
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.lobes, super::Lobes::Diffuse)
+                && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "specular-power-without-specular-lobe",
+                    reason: "a virtual light without a specular lobe has no specular power",
+                });
+            }
             None
         }
         /// Whether no rule excludes it.
@@ -5414,7 +5544,8 @@ pub mod shade {
             if matches!(self.ndf, super::Ndf::None)
                 && matches!(
                     self.specular, super::Specular::Sg | super::Specular::Asg |
-                    super::Specular::NdfFiltered
+                    super::Specular::AsgFlat | super::Specular::AsgProduct |
+                    super::Specular::NdfFiltered | super::Specular::NdfFiltered2024
                 )
             {
                 return Some(super::Exclusion {
@@ -5423,7 +5554,10 @@ pub mod shade {
                 });
             }
             if matches!(self.ndf, super::Ndf::Beckmann)
-                && matches!(self.specular, super::Specular::NdfFiltered)
+                && matches!(
+                    self.specular, super::Specular::NdfFiltered |
+                    super::Specular::NdfFiltered2024
+                )
             {
                 return Some(super::Exclusion {
                     name: "filtered-beckmann",

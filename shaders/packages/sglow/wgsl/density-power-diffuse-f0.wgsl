@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// density-power-both: the image that kernels are drawn by
+// density-power-diffuse-f0: the image that kernels are drawn by
 //
 // density = power: the power that a texel reflects
-// lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
+// lobes = diffuse: a diffuse lobe [Tokuyoshi 2016, Eq. (6)]
+// specular_power = f0: by the specular reflectance at normal incidence, without Fresnel's term and masking [Tokuyoshi 2016, Eq. (7)]
 //
 // Contract:
 // - with density power: moments as the moments pass writes them

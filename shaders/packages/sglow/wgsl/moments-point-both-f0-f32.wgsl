@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// moments-camera-both-f32: turns a reflective shadow map into what clusters sum: power, directions, positions
+// moments-point-both-f0-f32: turns a reflective shadow map into what clusters sum: power, directions, positions
 //
-// light = camera: no light but the camera, whose pixels each send the same importance: for the bidirectional density
+// light = point: all around a point; its map is six faces in a grid of 4 by 2 tiles
 // lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
+// specular_power = f0: by the specular reflectance at normal incidence, without Fresnel's term and masking [Tokuyoshi 2016, Eq. (7)]
 // precision = f32: 32-bit floats
 //
 // Contract:
@@ -63,14 +64,27 @@ fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) ->
     return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
 }
 
+/// The solid angle of an image's texel: its area on the plane at unit distance times the cube of the cosine.
+fn sglow_texel_solid_angle(at: vec2<f32>, extent: vec2<f32>) -> f32 {
+    let cosine = inverseSqrt(1.0 + dot(at, at));
+    return extent.x * extent.y * cosine * cosine * cosine;
+}
+
 /// Power of the photon that a texel of the reflective shadow map stands for, Phi_j.
 /// [Tokuyoshi 2016, Appendix B.1]
 ///
 /// texel: below size; size: of the whole map. Result: watts (or lumens) per channel.
 fn sglow_photon_power(light: SglowLight, texel: vec2<u32>, size: vec2<u32>) -> vec3<f32> {
     {
-        // Importance, not power: every pixel of the picture counts alike.
-        return vec3<f32>(1.0);
+        // Six faces of 90 degrees in a grid of four columns and two rows; two tiles stay empty.
+        let tile_size = size / vec2<u32>(4u, 2u);
+        let tile = texel / tile_size;
+        if tile.y * 4u + tile.x >= 6u {
+            return vec3<f32>(0.0);
+        }
+        let extent = 2.0 / vec2<f32>(tile_size);
+        let at = (vec2<f32>(texel - tile * tile_size) + 0.5) * extent - 1.0;
+        return light.intensity * sglow_texel_solid_angle(at, extent);
     }
 }
 
@@ -132,7 +146,7 @@ struct SglowTexelMoments {
     diffuse_direction: vec3<f32>,
     /// The luminance of the specular power.
     specular_weight: f32,
-    /// Phi_j R_s.
+    /// Phi_j R_s; with specular_power albedo, the directional albedo towards the light in the place of R_s.
     specular_power: vec3<f32>,
     /// The mean direction of the specular lobe, not yet times the luminance of its power.
     specular_mean_direction: vec3<f32>,
@@ -173,10 +187,11 @@ fn sglow_texel_moments(
     let diffuse_weight = sglow_luminance(moments.diffuse_power);
     var weight = diffuse_weight;
     {
-        moments.specular_power = power * surface.specular;
+        let incoming = sglow_light_direction(light, surface.position);
+        let reflectance = surface.specular;
+        moments.specular_power = power * reflectance;
         moments.specular_weight = sglow_luminance(moments.specular_power);
         weight += moments.specular_weight;
-        let incoming = sglow_light_direction(light, surface.position);
         moments.specular_mean_direction = sglow_specular_mean_direction(incoming, surface.normal, surface.alpha);
     }
     moments.weight = weight;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// moments-spot-both-f32: turns a reflective shadow map into what clusters sum: power, directions, positions
+// moments-point-both-f0-f16: turns a reflective shadow map into what clusters sum: power, directions, positions
 //
-// light = spot: a cone from a point
+// light = point: all around a point; its map is six faces in a grid of 4 by 2 tiles
 // lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
-// precision = f32: 32-bit floats
+// specular_power = f0: by the specular reflectance at normal incidence, without Fresnel's term and masking [Tokuyoshi 2016, Eq. (7)]
+// precision = f16: 16 bits where they suffice: powers, diffuse directions, lobes; what cancels stays in 32
 //
 // Contract:
 // - surface textures: as the surface pass writes them, of any size; with light point a multiple of 4 by 2
@@ -42,10 +43,19 @@ fn sglow_light_direction(light: SglowLight, position: vec3<f32>) -> vec3<f32> {
     }
 }
 
-/// Intensity in the direction whose cosine with the light's axis is given.
-fn sglow_spot_intensity(light: SglowLight, cosine: f32) -> vec3<f32> {
-    let attenuation = clamp(cosine * light.cone_scale + light.cone_offset, 0.0, 1.0);
-    return light.intensity * (attenuation * attenuation);
+/// The nearest numbers that halves hold, ties to even, and the largest half beyond it.
+///
+/// A half float has 11 bits from 6.1e-5 on and ends at 65504; infinity there would spread over a whole mip chain. Devices
+/// may round a stored half in any direction, and some cut it off: seven levels of a mip chain would darken by up to seven
+/// parts in a thousand. What this gives is stored as it is, but for numbers below 6.1e-5, whose steps are 6e-8 and which
+/// a device may flush to zero.
+///
+/// Contract: anything; infinite numbers give the largest half, NaN gives any number or NaN.
+fn sglow_half(value: vec4<f32>) -> vec4<f32> {
+    let bits = bitcast<vec4<u32>>(clamp(value, vec4<f32>(-65504.0), vec4<f32>(65504.0)));
+    // Of the 24 bits of an f32 13 go. In integers, for a driver may drop a float's addition and subtraction.
+    let half_step = vec4<u32>(4095u) + ((bits >> vec4<u32>(13u)) & vec4<u32>(1u));
+    return bitcast<vec4<f32>>((bits + half_step) & vec4<u32>(4294959104u));
 }
 
 /// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
@@ -81,10 +91,15 @@ fn sglow_texel_solid_angle(at: vec2<f32>, extent: vec2<f32>) -> f32 {
 /// texel: below size; size: of the whole map. Result: watts (or lumens) per channel.
 fn sglow_photon_power(light: SglowLight, texel: vec2<u32>, size: vec2<u32>) -> vec3<f32> {
     {
-        let extent = 2.0 * light.tan_half_angle / vec2<f32>(size);
-        let at = (vec2<f32>(texel) + 0.5) * extent - light.tan_half_angle;
-        let cosine = inverseSqrt(1.0 + dot(at, at));
-        return sglow_spot_intensity(light, cosine) * sglow_texel_solid_angle(at, extent);
+        // Six faces of 90 degrees in a grid of four columns and two rows; two tiles stay empty.
+        let tile_size = size / vec2<u32>(4u, 2u);
+        let tile = texel / tile_size;
+        if tile.y * 4u + tile.x >= 6u {
+            return vec3<f32>(0.0);
+        }
+        let extent = 2.0 / vec2<f32>(tile_size);
+        let at = (vec2<f32>(texel - tile * tile_size) + 0.5) * extent - 1.0;
+        return light.intensity * sglow_texel_solid_angle(at, extent);
     }
 }
 
@@ -146,7 +161,7 @@ struct SglowTexelMoments {
     diffuse_direction: vec3<f32>,
     /// The luminance of the specular power.
     specular_weight: f32,
-    /// Phi_j R_s.
+    /// Phi_j R_s; with specular_power albedo, the directional albedo towards the light in the place of R_s.
     specular_power: vec3<f32>,
     /// The mean direction of the specular lobe, not yet times the luminance of its power.
     specular_mean_direction: vec3<f32>,
@@ -187,10 +202,11 @@ fn sglow_texel_moments(
     let diffuse_weight = sglow_luminance(moments.diffuse_power);
     var weight = diffuse_weight;
     {
-        moments.specular_power = power * surface.specular;
+        let incoming = sglow_light_direction(light, surface.position);
+        let reflectance = surface.specular;
+        moments.specular_power = power * reflectance;
         moments.specular_weight = sglow_luminance(moments.specular_power);
         weight += moments.specular_weight;
-        let incoming = sglow_light_direction(light, surface.position);
         moments.specular_mean_direction = sglow_specular_mean_direction(incoming, surface.normal, surface.alpha);
     }
     moments.weight = weight;
@@ -204,14 +220,26 @@ struct SglowMomentsParameters {
     light: SglowLight,
     /// Positions are kept relative to this, or their variance cancels far from the world's origin.
     origin: vec3<f32>,
+    /// A power of two that brings the power of every photon to at most 32768; see the halves' output.
+    power_scale: f32,
 }
 
 @group(0) @binding(0) var<uniform> sglow_moments_parameters: SglowMomentsParameters;
 @group(0) @binding(1) var sglow_position_texture: texture_2d<f32>;
 @group(0) @binding(2) var sglow_normal_texture: texture_2d<f32>;
 @group(0) @binding(3) var sglow_base_color_texture: texture_2d<f32>;
-/// Layers: position and squared norm; diffuse power and weight; diffuse direction; specular power; specular direction.
+/// What cancels later, and so must not be rounded. Layers: position and squared norm, whose difference is the variance of
+/// a cluster; specular direction and weight times the power scale, whose quotient's distance from one is the breadth of a
+/// sharp lobe.
 @group(0) @binding(4) var sglow_moments_output: texture_storage_2d_array<rgba32float, write>;
+/// Layers: diffuse power, diffuse direction, specular power; nothing of these cancels. They are times the power scale, for
+/// halves span 6e-8 to 65504 and powers any range. Down to 29 binades below the brightest photon a light can give, each
+/// level rounds them by up to one part in two thousand; below, by up to 2^-40 of that photon, or where a device flushes
+/// subnormal halves, 2^-29 of it.
+@group(0) @binding(5) var sglow_half_moments_output: texture_storage_2d_array<rgba16float, write>;
+/// The weight. Positions are quotients by it; rounded apart from its numerator it would move them by one part in two
+/// thousand of their distance from the origin.
+@group(0) @binding(6) var sglow_weight_output: texture_storage_2d_array<r32float, write>;
 
 /// The additional reflective shadow map: what must be summed over a cluster to make one light of it.
 /// [Tokuyoshi 2016, Appendix B.3]
@@ -234,13 +262,21 @@ fn sglow_moments(@builtin(global_invocation_id) id: vec3<u32>) {
         let specular_power = moments.specular_power;
         let specular_weight = moments.specular_weight;
         let direction = moments.specular_mean_direction;
-        textureStore(sglow_moments_output, id.xy, 3, vec4<f32>(specular_power, 0.0));
-        textureStore(sglow_moments_output, id.xy, 4, vec4<f32>(specular_weight * direction, 0.0));
+        {
+            let scale = sglow_moments_parameters.power_scale;
+            let scaled_weight = scale * specular_weight;
+            textureStore(sglow_moments_output, id.xy, 1, vec4<f32>(scaled_weight * direction, scaled_weight));
+            textureStore(sglow_half_moments_output, id.xy, 2, sglow_half(vec4<f32>(scale * specular_power, 0.0)));
+        }
     }
     let diffuse_power = moments.diffuse_power;
     let diffuse_direction = moments.diffuse_direction;
     let weight = moments.weight;
     textureStore(sglow_moments_output, id.xy, 0, moments.position);
-    textureStore(sglow_moments_output, id.xy, 1, vec4<f32>(diffuse_power, weight));
-    textureStore(sglow_moments_output, id.xy, 2, vec4<f32>(diffuse_direction, 0.0));
+    {
+        let scale = sglow_moments_parameters.power_scale;
+        textureStore(sglow_weight_output, id.xy, 0, vec4<f32>(weight, 0.0, 0.0, 0.0));
+        textureStore(sglow_half_moments_output, id.xy, 0, sglow_half(vec4<f32>(scale * diffuse_power, 0.0)));
+        textureStore(sglow_half_moments_output, id.xy, 1, sglow_half(vec4<f32>(scale * diffuse_direction, 0.0)));
+    }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// density-reflectance-diffuse: the image that kernels are drawn by
+// density-reflectance-both-f0: the image that kernels are drawn by
 //
 // density = reflectance: the reflectance of a texel, whatever light reaches it
-// lobes = diffuse: a diffuse lobe [Tokuyoshi 2016, Eq. (6)]
+// lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
+// specular_power = f0: by the specular reflectance at normal incidence, without Fresnel's term and masking [Tokuyoshi 2016, Eq. (7)]
 //
 // Contract:
 // - with density power: moments as the moments pass writes them
@@ -64,6 +65,7 @@ fn sglow_density(@builtin(global_invocation_id) id: vec3<u32>) {
         textureLoad(sglow_base_color_texture, id.xy, 0),
     );
     var reflectance = surface.diffuse;
+    reflectance += surface.specular;
     let density = select(0.0, sglow_luminance(reflectance), surface.present);
     textureStore(sglow_density_output, id.xy, 0, vec4<f32>(density, 0.0, 0.0, 0.0));
 }

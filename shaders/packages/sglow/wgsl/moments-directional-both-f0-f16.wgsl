@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// moments-directional-both-f16: turns a reflective shadow map into what clusters sum: power, directions, positions
+// moments-directional-both-f0-f16: turns a reflective shadow map into what clusters sum: power, directions, positions
 //
 // light = directional: parallel light
 // lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
+// specular_power = f0: by the specular reflectance at normal incidence, without Fresnel's term and masking [Tokuyoshi 2016, Eq. (7)]
 // precision = f16: 16 bits where they suffice: powers, diffuse directions, lobes; what cancels stays in 32
 //
 // Contract:
@@ -146,7 +147,7 @@ struct SglowTexelMoments {
     diffuse_direction: vec3<f32>,
     /// The luminance of the specular power.
     specular_weight: f32,
-    /// Phi_j R_s.
+    /// Phi_j R_s; with specular_power albedo, the directional albedo towards the light in the place of R_s.
     specular_power: vec3<f32>,
     /// The mean direction of the specular lobe, not yet times the luminance of its power.
     specular_mean_direction: vec3<f32>,
@@ -187,10 +188,11 @@ fn sglow_texel_moments(
     let diffuse_weight = sglow_luminance(moments.diffuse_power);
     var weight = diffuse_weight;
     {
-        moments.specular_power = power * surface.specular;
+        let incoming = sglow_light_direction(light, surface.position);
+        let reflectance = surface.specular;
+        moments.specular_power = power * reflectance;
         moments.specular_weight = sglow_luminance(moments.specular_power);
         weight += moments.specular_weight;
-        let incoming = sglow_light_direction(light, surface.position);
         moments.specular_mean_direction = sglow_specular_mean_direction(incoming, surface.normal, surface.alpha);
     }
     moments.weight = weight;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// moments-camera-diffuse-f32: turns a reflective shadow map into what clusters sum: power, directions, positions
+// moments-spot-both-f0-f32: turns a reflective shadow map into what clusters sum: power, directions, positions
 //
-// light = camera: no light but the camera, whose pixels each send the same importance: for the bidirectional density
-// lobes = diffuse: a diffuse lobe [Tokuyoshi 2016, Eq. (6)]
+// light = spot: a cone from a point
+// lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
+// specular_power = f0: by the specular reflectance at normal incidence, without Fresnel's term and masking [Tokuyoshi 2016, Eq. (7)]
 // precision = f32: 32-bit floats
 //
 // Contract:
@@ -34,14 +35,57 @@ struct SglowLight {
     intensity: vec3<f32>,
 }
 
+/// The unit direction from a position towards the light.
+fn sglow_light_direction(light: SglowLight, position: vec3<f32>) -> vec3<f32> {
+    {
+        let offset = light.position - position;
+        return offset * inverseSqrt(max(dot(offset, offset), 1e-30));
+    }
+}
+
+/// Intensity in the direction whose cosine with the light's axis is given.
+fn sglow_spot_intensity(light: SglowLight, cosine: f32) -> vec3<f32> {
+    let attenuation = clamp(cosine * light.cone_scale + light.cone_offset, 0.0, 1.0);
+    return light.intensity * (attenuation * attenuation);
+}
+
+/// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
+struct SglowReflectionLobe {
+    /// Unit axis.
+    axis: vec3<f32>,
+    sharpness: f32,
+}
+
+/// The reflection lobe about the mirror direction: a lobe of sharpness 2 / alpha^2 over half vectors, warped to light
+/// directions at the mirror direction.
+/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
+///
+/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that.
+/// Result: sharpness 0.5 to 5e14.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowReflectionLobe {
+    let cosine = dot(view, normal);
+    // The mirror direction has the cosine of the view. At grazing angles the warp's Jacobian has no bound.
+    let sharpness = 0.5 / max(alpha * alpha, 1e-12) / max(abs(cosine), 1e-3);
+    return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
+}
+
+/// The solid angle of an image's texel: its area on the plane at unit distance times the cube of the cosine.
+fn sglow_texel_solid_angle(at: vec2<f32>, extent: vec2<f32>) -> f32 {
+    let cosine = inverseSqrt(1.0 + dot(at, at));
+    return extent.x * extent.y * cosine * cosine * cosine;
+}
+
 /// Power of the photon that a texel of the reflective shadow map stands for, Phi_j.
 /// [Tokuyoshi 2016, Appendix B.1]
 ///
 /// texel: below size; size: of the whole map. Result: watts (or lumens) per channel.
 fn sglow_photon_power(light: SglowLight, texel: vec2<u32>, size: vec2<u32>) -> vec3<f32> {
     {
-        // Importance, not power: every pixel of the picture counts alike.
-        return vec3<f32>(1.0);
+        let extent = 2.0 * light.tan_half_angle / vec2<f32>(size);
+        let at = (vec2<f32>(texel) + 0.5) * extent - light.tan_half_angle;
+        let cosine = inverseSqrt(1.0 + dot(at, at));
+        return sglow_spot_intensity(light, cosine) * sglow_texel_solid_angle(at, extent);
     }
 }
 
@@ -79,6 +123,18 @@ fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) 
     return surface;
 }
 
+/// The mean length of the directions of a lobe, Toksvig's approximation l / (l + 1): up to 0.19 too long, three times
+/// as long for wide lobes.
+/// [Toksvig 2005]
+///
+/// sharpness: 0 to the greatest f32. Result: 0 to 1, never decreasing.
+/// Contract: a negative sharpness counts as 0; NaN gives anything, finite or not; no loop.
+fn sglow_vmf_mean_length_toksvig(sharpness: f32) -> f32 {
+    // A division by more than 2^126 is nobody's promise; the result is 1 long before.
+    let l = clamp(sharpness, 0.0, 1e30);
+    return l / (l + 1.0);
+}
+
 /// What one texel adds to the light of its cluster. [Tokuyoshi 2016, Appendix B]
 struct SglowTexelMoments {
     /// Position relative to the origin and its squared norm, times the weight.
@@ -89,11 +145,24 @@ struct SglowTexelMoments {
     weight: f32,
     /// The mean direction of the diffuse lobe, times the luminance of its power.
     diffuse_direction: vec3<f32>,
+    /// The luminance of the specular power.
+    specular_weight: f32,
+    /// Phi_j R_s; with specular_power albedo, the directional albedo towards the light in the place of R_s.
+    specular_power: vec3<f32>,
+    /// The mean direction of the specular lobe, not yet times the luminance of its power.
+    specular_mean_direction: vec3<f32>,
 }
 
 /// The mean direction of the diffuse lobe has the length l / (l + 1) of a lobe of sharpness 2.
 /// [Tokuyoshi 2016, Eq. (6), Appendix B.1]
 const SGLOW_DIFFUSE_MEAN_LENGTH: f32 = 0.6666667;
+
+/// The mean direction of the specular lobe of a photon, shorter the rougher the surface.
+/// [Tokuyoshi 2016, Appendix A.1, Eq. (7); Appendix B.1]
+fn sglow_specular_mean_direction(incoming: vec3<f32>, normal: vec3<f32>, alpha: f32) -> vec3<f32> {
+    let lobe = sglow_sg_reflection_mirror(incoming, normal, alpha);
+    return lobe.axis * sglow_vmf_mean_length_toksvig(lobe.sharpness);
+}
 
 /// The moments of one texel of a light's map; zero where there is no surface.
 /// [Tokuyoshi 2016, Appendix B.3]
@@ -118,6 +187,14 @@ fn sglow_texel_moments(
     moments.diffuse_power = power * surface.diffuse;
     let diffuse_weight = sglow_luminance(moments.diffuse_power);
     var weight = diffuse_weight;
+    {
+        let incoming = sglow_light_direction(light, surface.position);
+        let reflectance = surface.specular;
+        moments.specular_power = power * reflectance;
+        moments.specular_weight = sglow_luminance(moments.specular_power);
+        weight += moments.specular_weight;
+        moments.specular_mean_direction = sglow_specular_mean_direction(incoming, surface.normal, surface.alpha);
+    }
     moments.weight = weight;
     let position = surface.position - origin;
     moments.position = weight * vec4<f32>(position, dot(position, position));
@@ -155,6 +232,13 @@ fn sglow_moments(@builtin(global_invocation_id) id: vec3<u32>) {
         textureLoad(sglow_normal_texture, id.xy, 0),
         textureLoad(sglow_base_color_texture, id.xy, 0),
     );
+    {
+        let specular_power = moments.specular_power;
+        let specular_weight = moments.specular_weight;
+        let direction = moments.specular_mean_direction;
+        textureStore(sglow_moments_output, id.xy, 3, vec4<f32>(specular_power, 0.0));
+        textureStore(sglow_moments_output, id.xy, 4, vec4<f32>(specular_weight * direction, 0.0));
+    }
     let diffuse_power = moments.diffuse_power;
     let diffuse_direction = moments.diffuse_direction;
     let weight = moments.weight;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// moments-point-both-f16: turns a reflective shadow map into what clusters sum: power, directions, positions
+// moments-camera-diffuse-f0-f16: turns a reflective shadow map into what clusters sum: power, directions, positions
 //
-// light = point: all around a point; its map is six faces in a grid of 4 by 2 tiles
-// lobes = both: a diffuse and a specular lobe [Tokuyoshi 2016, Eq. (6), Eq. (7)]
+// light = camera: no light but the camera, whose pixels each send the same importance: for the bidirectional density
+// lobes = diffuse: a diffuse lobe [Tokuyoshi 2016, Eq. (6)]
+// specular_power = f0: by the specular reflectance at normal incidence, without Fresnel's term and masking [Tokuyoshi 2016, Eq. (7)]
 // precision = f16: 16 bits where they suffice: powers, diffuse directions, lobes; what cancels stays in 32
 //
 // Contract:
@@ -34,14 +35,6 @@ struct SglowLight {
     intensity: vec3<f32>,
 }
 
-/// The unit direction from a position towards the light.
-fn sglow_light_direction(light: SglowLight, position: vec3<f32>) -> vec3<f32> {
-    {
-        let offset = light.position - position;
-        return offset * inverseSqrt(max(dot(offset, offset), 1e-30));
-    }
-}
-
 /// The nearest numbers that halves hold, ties to even, and the largest half beyond it.
 ///
 /// A half float has 11 bits from 6.1e-5 on and ends at 65504; infinity there would spread over a whole mip chain. Devices
@@ -57,48 +50,14 @@ fn sglow_half(value: vec4<f32>) -> vec4<f32> {
     return bitcast<vec4<f32>>((bits + half_step) & vec4<u32>(4294959104u));
 }
 
-/// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
-struct SglowReflectionLobe {
-    /// Unit axis.
-    axis: vec3<f32>,
-    sharpness: f32,
-}
-
-/// The reflection lobe about the mirror direction: a lobe of sharpness 2 / alpha^2 over half vectors, warped to light
-/// directions at the mirror direction.
-/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
-///
-/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that.
-/// Result: sharpness 0.5 to 5e14.
-/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
-fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowReflectionLobe {
-    let cosine = dot(view, normal);
-    // The mirror direction has the cosine of the view. At grazing angles the warp's Jacobian has no bound.
-    let sharpness = 0.5 / max(alpha * alpha, 1e-12) / max(abs(cosine), 1e-3);
-    return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
-}
-
-/// The solid angle of an image's texel: its area on the plane at unit distance times the cube of the cosine.
-fn sglow_texel_solid_angle(at: vec2<f32>, extent: vec2<f32>) -> f32 {
-    let cosine = inverseSqrt(1.0 + dot(at, at));
-    return extent.x * extent.y * cosine * cosine * cosine;
-}
-
 /// Power of the photon that a texel of the reflective shadow map stands for, Phi_j.
 /// [Tokuyoshi 2016, Appendix B.1]
 ///
 /// texel: below size; size: of the whole map. Result: watts (or lumens) per channel.
 fn sglow_photon_power(light: SglowLight, texel: vec2<u32>, size: vec2<u32>) -> vec3<f32> {
     {
-        // Six faces of 90 degrees in a grid of four columns and two rows; two tiles stay empty.
-        let tile_size = size / vec2<u32>(4u, 2u);
-        let tile = texel / tile_size;
-        if tile.y * 4u + tile.x >= 6u {
-            return vec3<f32>(0.0);
-        }
-        let extent = 2.0 / vec2<f32>(tile_size);
-        let at = (vec2<f32>(texel - tile * tile_size) + 0.5) * extent - 1.0;
-        return light.intensity * sglow_texel_solid_angle(at, extent);
+        // Importance, not power: every pixel of the picture counts alike.
+        return vec3<f32>(1.0);
     }
 }
 
@@ -136,18 +95,6 @@ fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) 
     return surface;
 }
 
-/// The mean length of the directions of a lobe, Toksvig's approximation l / (l + 1): up to 0.19 too long, three times
-/// as long for wide lobes.
-/// [Toksvig 2005]
-///
-/// sharpness: 0 to the greatest f32. Result: 0 to 1, never decreasing.
-/// Contract: a negative sharpness counts as 0; NaN gives anything, finite or not; no loop.
-fn sglow_vmf_mean_length_toksvig(sharpness: f32) -> f32 {
-    // A division by more than 2^126 is nobody's promise; the result is 1 long before.
-    let l = clamp(sharpness, 0.0, 1e30);
-    return l / (l + 1.0);
-}
-
 /// What one texel adds to the light of its cluster. [Tokuyoshi 2016, Appendix B]
 struct SglowTexelMoments {
     /// Position relative to the origin and its squared norm, times the weight.
@@ -158,24 +105,11 @@ struct SglowTexelMoments {
     weight: f32,
     /// The mean direction of the diffuse lobe, times the luminance of its power.
     diffuse_direction: vec3<f32>,
-    /// The luminance of the specular power.
-    specular_weight: f32,
-    /// Phi_j R_s.
-    specular_power: vec3<f32>,
-    /// The mean direction of the specular lobe, not yet times the luminance of its power.
-    specular_mean_direction: vec3<f32>,
 }
 
 /// The mean direction of the diffuse lobe has the length l / (l + 1) of a lobe of sharpness 2.
 /// [Tokuyoshi 2016, Eq. (6), Appendix B.1]
 const SGLOW_DIFFUSE_MEAN_LENGTH: f32 = 0.6666667;
-
-/// The mean direction of the specular lobe of a photon, shorter the rougher the surface.
-/// [Tokuyoshi 2016, Appendix A.1, Eq. (7); Appendix B.1]
-fn sglow_specular_mean_direction(incoming: vec3<f32>, normal: vec3<f32>, alpha: f32) -> vec3<f32> {
-    let lobe = sglow_sg_reflection_mirror(incoming, normal, alpha);
-    return lobe.axis * sglow_vmf_mean_length_toksvig(lobe.sharpness);
-}
 
 /// The moments of one texel of a light's map; zero where there is no surface.
 /// [Tokuyoshi 2016, Appendix B.3]
@@ -200,13 +134,6 @@ fn sglow_texel_moments(
     moments.diffuse_power = power * surface.diffuse;
     let diffuse_weight = sglow_luminance(moments.diffuse_power);
     var weight = diffuse_weight;
-    {
-        moments.specular_power = power * surface.specular;
-        moments.specular_weight = sglow_luminance(moments.specular_power);
-        weight += moments.specular_weight;
-        let incoming = sglow_light_direction(light, surface.position);
-        moments.specular_mean_direction = sglow_specular_mean_direction(incoming, surface.normal, surface.alpha);
-    }
     moments.weight = weight;
     let position = surface.position - origin;
     moments.position = weight * vec4<f32>(position, dot(position, position));
@@ -256,17 +183,6 @@ fn sglow_moments(@builtin(global_invocation_id) id: vec3<u32>) {
         textureLoad(sglow_normal_texture, id.xy, 0),
         textureLoad(sglow_base_color_texture, id.xy, 0),
     );
-    {
-        let specular_power = moments.specular_power;
-        let specular_weight = moments.specular_weight;
-        let direction = moments.specular_mean_direction;
-        {
-            let scale = sglow_moments_parameters.power_scale;
-            let scaled_weight = scale * specular_weight;
-            textureStore(sglow_moments_output, id.xy, 1, vec4<f32>(scaled_weight * direction, scaled_weight));
-            textureStore(sglow_half_moments_output, id.xy, 2, sglow_half(vec4<f32>(scale * specular_power, 0.0)));
-        }
-    }
     let diffuse_power = moments.diffuse_power;
     let diffuse_direction = moments.diffuse_direction;
     let weight = moments.weight;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// moments-point-diffuse-f16: turns a reflective shadow map into what clusters sum: power, directions, positions
+// moments-spot-diffuse-f0-f16: turns a reflective shadow map into what clusters sum: power, directions, positions
 //
-// light = point: all around a point; its map is six faces in a grid of 4 by 2 tiles
+// light = spot: a cone from a point
 // lobes = diffuse: a diffuse lobe [Tokuyoshi 2016, Eq. (6)]
+// specular_power = f0: by the specular reflectance at normal incidence, without Fresnel's term and masking [Tokuyoshi 2016, Eq. (7)]
 // precision = f16: 16 bits where they suffice: powers, diffuse directions, lobes; what cancels stays in 32
 //
 // Contract:
@@ -34,6 +35,12 @@ struct SglowLight {
     intensity: vec3<f32>,
 }
 
+/// Intensity in the direction whose cosine with the light's axis is given.
+fn sglow_spot_intensity(light: SglowLight, cosine: f32) -> vec3<f32> {
+    let attenuation = clamp(cosine * light.cone_scale + light.cone_offset, 0.0, 1.0);
+    return light.intensity * (attenuation * attenuation);
+}
+
 /// The nearest numbers that halves hold, ties to even, and the largest half beyond it.
 ///
 /// A half float has 11 bits from 6.1e-5 on and ends at 65504; infinity there would spread over a whole mip chain. Devices
@@ -61,15 +68,10 @@ fn sglow_texel_solid_angle(at: vec2<f32>, extent: vec2<f32>) -> f32 {
 /// texel: below size; size: of the whole map. Result: watts (or lumens) per channel.
 fn sglow_photon_power(light: SglowLight, texel: vec2<u32>, size: vec2<u32>) -> vec3<f32> {
     {
-        // Six faces of 90 degrees in a grid of four columns and two rows; two tiles stay empty.
-        let tile_size = size / vec2<u32>(4u, 2u);
-        let tile = texel / tile_size;
-        if tile.y * 4u + tile.x >= 6u {
-            return vec3<f32>(0.0);
-        }
-        let extent = 2.0 / vec2<f32>(tile_size);
-        let at = (vec2<f32>(texel - tile * tile_size) + 0.5) * extent - 1.0;
-        return light.intensity * sglow_texel_solid_angle(at, extent);
+        let extent = 2.0 * light.tan_half_angle / vec2<f32>(size);
+        let at = (vec2<f32>(texel) + 0.5) * extent - light.tan_half_angle;
+        let cosine = inverseSqrt(1.0 + dot(at, at));
+        return sglow_spot_intensity(light, cosine) * sglow_texel_solid_angle(at, extent);
     }
 }
 

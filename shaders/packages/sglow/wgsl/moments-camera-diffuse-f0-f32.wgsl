@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// moments-directional-diffuse-f32: turns a reflective shadow map into what clusters sum: power, directions, positions
+// moments-camera-diffuse-f0-f32: turns a reflective shadow map into what clusters sum: power, directions, positions
 //
-// light = directional: parallel light
+// light = camera: no light but the camera, whose pixels each send the same importance: for the bidirectional density
 // lobes = diffuse: a diffuse lobe [Tokuyoshi 2016, Eq. (6)]
+// specular_power = f0: by the specular reflectance at normal incidence, without Fresnel's term and masking [Tokuyoshi 2016, Eq. (7)]
 // precision = f32: 32-bit floats
 //
 // Contract:
@@ -40,8 +41,8 @@ struct SglowLight {
 /// texel: below size; size: of the whole map. Result: watts (or lumens) per channel.
 fn sglow_photon_power(light: SglowLight, texel: vec2<u32>, size: vec2<u32>) -> vec3<f32> {
     {
-        let extent = 2.0 * light.half_extent / vec2<f32>(size);
-        return light.intensity * (extent.x * extent.y);
+        // Importance, not power: every pixel of the picture counts alike.
+        return vec3<f32>(1.0);
     }
 }
 
