@@ -9,6 +9,7 @@ use sglow_shaders::{
 
 use crate::cluster::{ClusterInputs, ClusterSettings, Clusters};
 use crate::indirect::{IndirectError, SurfaceViews};
+use crate::labels::Labels;
 use crate::light::LightView;
 use crate::metropolis::{Metropolis, MetropolisSettings};
 use crate::package::Package;
@@ -16,38 +17,6 @@ use crate::pipeline::{ComputePass, Dispatch, uniform};
 use crate::pyramid::{Levels, MipPasses, Pyramid, pyramid_bytes, texture_bytes};
 use crate::settings::density_variant;
 use crate::timing::Timer;
-
-/// What times are called.
-#[derive(Clone, Copy)]
-pub(crate) struct Labels {
-    moments: &'static str,
-    density: &'static str,
-    mip_moments: &'static str,
-    mip_half_moments: &'static str,
-    mip_density: &'static str,
-    sample: &'static str,
-}
-
-impl Labels {
-    /// Of the light's map.
-    pub(crate) const LIGHT: Self = Self {
-        moments: "moments",
-        density: "density",
-        mip_moments: "mip moments",
-        mip_half_moments: "mip half moments",
-        mip_density: "mip density",
-        sample: "sample",
-    };
-    /// Of the camera's.
-    pub(crate) const CAMERA: Self = Self {
-        moments: "camera moments",
-        density: "camera density",
-        mip_moments: "camera mip moments",
-        mip_half_moments: "camera mip half moments",
-        mip_density: "camera mip density",
-        sample: "camera sample",
-    };
-}
 
 /// What lights are made of.
 #[derive(Clone)]
