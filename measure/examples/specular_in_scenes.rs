@@ -27,7 +27,7 @@ use sglow_runtime::settings::Settings;
 
 const ALPHAS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0];
 /// Receivers of each scene, and lobes of each alpha that are held against quadrature.
-const RECEIVERS: usize = 192;
+const RECEIVERS: usize = 96;
 const LOBES: usize = 160;
 /// Upper ends of the ranges of sharpness.
 const ENDS: [f64; 8] = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, f64::INFINITY];
@@ -41,10 +41,13 @@ struct Meeting {
 }
 
 impl Meeting {
-    /// The luminance that is reflected by the form of the least error.
+    /// The luminance that is reflected, as the mean of all forms: what one of them misses is drawn for the others' sake, so
+    /// that drawing favours none.
     fn weight(&self) -> f64 {
-        let form = Specular::NdfFiltered;
-        form.reflect(&self.arriving, &self.material, Ndf::Ggx, self.view, self.normal).luminance()
+        let Self { arriving, view, normal, material } = self;
+        let all = Specular::ALL
+            .map(|form| form.reflect(arriving, material, Ndf::Ggx, *view, *normal).luminance());
+        all.iter().sum::<f64>() / all.len() as f64
     }
 }
 
