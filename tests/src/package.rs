@@ -69,8 +69,8 @@ fn the_bindings_exclude_what_the_library_excludes() {
             }
         }
     }
-    assert_eq!(counted, 3 * 168);
-    assert_eq!(Shade::all().len(), 3 * 164);
+    assert_eq!(counted, 3 * 294);
+    assert_eq!(Shade::all().len(), 3 * 304);
 }
 
 #[test]
