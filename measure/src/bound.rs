@@ -232,6 +232,13 @@ pub const FUNCTIONS: &[Bound] = &[
         reason: "two of them, each off by up to 3.5e-3",
     },
     Bound {
+        functions: &["ggx_albedo"],
+        regimes: &[],
+        quantity: Quantity::ModelOverPeak,
+        at_most: 1.06e-2,
+        reason: "the fit's own error for white metal, 1.01e-2 on the grid of its program, and 2e-4 of the quadrature's",
+    },
+    Bound {
         functions: &["sg_integral", "sg_upper_cosine_integral", "sg_lower_cosine_integral"],
         regimes: &[],
         quantity: Quantity::ModelOverPeak,

@@ -10,7 +10,9 @@ use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::reference;
 use sglow_runtime::scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
 use sglow_runtime::settings::{AXES, Settings, SettingsError};
-use sglow_shaders::{Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Solver, Specular};
+use sglow_shaders::{
+    Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Solver, Specular, SpecularPower,
+};
 use thiserror::Error;
 
 use crate::bound;
@@ -243,6 +245,7 @@ fn values(axis: &str) -> Vec<&'static str> {
         "filter" => Filter::ALL.map(Filter::name).to_vec(),
         "diffuse" => Diffuse::ALL.map(Diffuse::name).to_vec(),
         "specular" => Specular::ALL.map(Specular::name).to_vec(),
+        "specular_power" => SpecularPower::ALL.map(SpecularPower::name).to_vec(),
         "ndf" => Ndf::ALL.map(Ndf::name).to_vec(),
         "precision" => Precision::ALL.map(Precision::name).to_vec(),
         _ => Vec::new(),
@@ -401,7 +404,7 @@ pub const LITERAL: &str = "literal: moments about the world's origin";
 /// E[y^2] - mean^2 of world positions, which cancels far from the origin.
 fn about_the_worlds_origin(package: &Package) -> Result<Package, ExtremeError> {
     let changes = [
-        ("moments-spot-both-exact-f32", "surface.position - origin", "surface.position"),
+        ("moments-spot-both-f0-exact-f32", "surface.position - origin", "surface.position"),
         ("sample-warped-modified-bracketed-exact-trace-exact-both-f32", "origin + mean", "mean"),
     ];
     let mut literal = package.clone();

@@ -5,7 +5,7 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::brdf::{Ndf, ndf_filtered, reflection};
+use crate::brdf::{Ndf, albedo, ndf_filtered, ndf_filtered_2024, reflection};
 use crate::direct::direct;
 use crate::fis::stress::{Random, Stress};
 use crate::fis::{Warped, modified_level, previous_level};
@@ -477,9 +477,8 @@ fn reflections_stay_within_their_tolerances() {
     for emitter in Emitter::ALL {
         for diffuse in Diffuse::ALL {
             // What is specular depends on the emitter alone.
-            let speculars = [Specular::Sg, Specular::Asg, Specular::NdfFiltered];
-            let count = if diffuse == Diffuse::Fitted { speculars.len() } else { 1 };
-            for specular in &speculars[..count] {
+            let count = if diffuse == Diffuse::Fitted { Specular::ALL.len() } else { 1 };
+            for specular in &Specular::ALL[..count] {
                 for ndf in [Ndf::Ggx, Ndf::Beckmann] {
                     let model =
                         Model { emitter, diffuse: Some(diffuse), specular: Some(*specular), ndf };
@@ -547,15 +546,12 @@ fn the_tolerances_tell_the_models_apart() {
             ]
         })
     };
-    let counts = [
-        outside(&right),
-        outside(&model(Diffuse::Gaussian, Specular::Sg, Ndf::Ggx)),
-        outside(&model(Diffuse::Constant, Specular::Asg, Ndf::Ggx)),
-        outside(&model(Diffuse::Constant, Specular::Sg, Ndf::Beckmann)),
-        outside(&model(Diffuse::Constant, Specular::NdfFiltered, Ndf::Ggx)),
-        outside(&Model { emitter: Emitter::Cosine, ..right }),
-    ];
-    println!("{counts:?}");
+    let sg = |diffuse, ndf| outside(&model(diffuse, Specular::Sg, ndf));
+    let mut counts = vec![outside(&right), sg(Diffuse::Gaussian, Ndf::Ggx)];
+    counts.push(sg(Diffuse::Constant, Ndf::Beckmann));
+    let others = Specular::ALL.into_iter().filter(|&other| other != Specular::Sg);
+    counts.extend(others.map(|other| outside(&model(Diffuse::Constant, other, Ndf::Ggx))));
+    counts.push(outside(&Model { emitter: Emitter::Cosine, ..right }));
     assert_eq!(counts[0], [0, 0]);
     assert!(counts[1][0] > 20 && counts[2..].iter().all(|count| count[1] > 10), "{counts:?}");
 }
@@ -579,7 +575,7 @@ fn von_mises_fisher<R: Real>(sharpness: f64) -> [R; 7] {
 }
 
 /// Reflection lobes, and what they reflect of a lobe; polar angles from the normal.
-fn reflections<R: Real>(alpha: f64, view: f64, light: f64, sharpness: f64) -> [R; 5] {
+fn reflections<R: Real>(alpha: f64, view: f64, light: f64, sharpness: f64) -> [R; 8] {
     let at = |angle: f64| {
         Vector3::<R>::constant(Vector3::new(0.8 * angle.sin(), 0.6 * angle.sin(), angle.cos()))
     };
@@ -592,6 +588,9 @@ fn reflections<R: Real>(alpha: f64, view: f64, light: f64, sharpness: f64) -> [R
         asg::convolution(&asg::reflection(view, normal, alpha), axis, sharpness),
         filtered.radiance,
         filtered.cosine,
+        asg::convolution(&asg::reflection_flat(view, normal, alpha), axis, sharpness),
+        ndf_filtered_2024::reflection(view, normal, alpha, axis, sharpness),
+        albedo::directional(Vector3::splat(R::constant(0.04)), axis.dot(normal), alpha).x,
     ]
 }
 

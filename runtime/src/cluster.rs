@@ -5,8 +5,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use sglow_shaders::{
-    Draw, Light, Lobes, Precision, SglowLight, Sharpness, Space, Variance, centres, cluster_assign,
-    cluster_boxes, cluster_codes, cluster_starts, cluster_sum, cluster_tree,
+    Draw, Light, Lobes, Precision, SglowLight, Sharpness, Space, SpecularPower, Variance, centres,
+    cluster_assign, cluster_boxes, cluster_codes, cluster_starts, cluster_sum, cluster_tree,
 };
 use thiserror::Error;
 
@@ -57,12 +57,14 @@ pub struct ClusterSettings {
     pub lobes: Lobes,
     /// Length of the mean direction of a texel's diffuse emission, 0 to 1.
     pub diffuse_mean_length: f32,
+    /// The power of their specular lobes; F0 with diffuse lobes alone.
+    pub specular_power: SpecularPower,
 }
 
 impl ClusterSettings {
     fn sum(&self) -> cluster_sum::ClusterSum {
-        let Self { light, variance, sharpness, lobes, .. } = *self;
-        cluster_sum::ClusterSum { light, variance, sharpness, lobes }
+        let Self { light, variance, sharpness, lobes, specular_power, .. } = *self;
+        cluster_sum::ClusterSum { light, variance, sharpness, lobes, specular_power }
     }
 
     /// The variants that they run.

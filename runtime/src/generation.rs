@@ -4,11 +4,12 @@ use glam::Vec4;
 use sglow_shaders::{
     Density, Draw, Emitter, Filter, Light, Lobes, Precision, SglowDensityParameters, SglowKernel,
     SglowMomentsParametersF16, SglowMomentsParametersF32, SglowSampleParametersF16,
-    SglowSampleParametersF32, Solver, Space, Texel, sample::Sample,
+    SglowSampleParametersF32, Solver, Space, SpecularPower, Texel, sample::Sample,
 };
 
 use crate::cluster::{ClusterInputs, ClusterSettings, Clusters};
 use crate::indirect::{IndirectError, SurfaceViews};
+use crate::labels::Labels;
 use crate::light::LightView;
 use crate::metropolis::{Metropolis, MetropolisSettings};
 use crate::package::Package;
@@ -16,38 +17,6 @@ use crate::pipeline::{ComputePass, Dispatch, uniform};
 use crate::pyramid::{Levels, MipPasses, Pyramid, pyramid_bytes, texture_bytes};
 use crate::settings::density_variant;
 use crate::timing::Timer;
-
-/// What times are called.
-#[derive(Clone, Copy)]
-pub(crate) struct Labels {
-    moments: &'static str,
-    density: &'static str,
-    mip_moments: &'static str,
-    mip_half_moments: &'static str,
-    mip_density: &'static str,
-    sample: &'static str,
-}
-
-impl Labels {
-    /// Of the light's map.
-    pub(crate) const LIGHT: Self = Self {
-        moments: "moments",
-        density: "density",
-        mip_moments: "mip moments",
-        mip_half_moments: "mip half moments",
-        mip_density: "mip density",
-        sample: "sample",
-    };
-    /// Of the camera's.
-    pub(crate) const CAMERA: Self = Self {
-        moments: "camera moments",
-        density: "camera density",
-        mip_moments: "camera mip moments",
-        mip_half_moments: "camera mip half moments",
-        mip_density: "camera mip density",
-        sample: "camera sample",
-    };
-}
 
 /// What lights are made of.
 #[derive(Clone)]
@@ -60,6 +29,7 @@ pub(crate) struct Recipe {
     pub(crate) iterations: u32,
     pub(crate) light: Light,
     pub(crate) lobes: Lobes,
+    pub(crate) specular_power: SpecularPower,
     pub(crate) precision: Precision,
     pub(crate) density: Density,
     pub(crate) sample: Sample,
@@ -129,7 +99,8 @@ impl Recipe {
     }
 
     fn clusters(&self) -> Option<ClusterSettings> {
-        let Self { size, count, light, lobes, space, diffuse_mean_length, .. } = *self;
+        let Self { size, count, light, lobes, specular_power, space, .. } = *self;
+        let diffuse_mean_length = self.diffuse_mean_length;
         let Sample { draw, variance, sharpness, .. } = self.sample;
         (space != Space::None).then_some(ClusterSettings {
             size,
@@ -140,6 +111,7 @@ impl Recipe {
             variance,
             sharpness,
             lobes,
+            specular_power,
             diffuse_mean_length,
         })
     }
@@ -182,14 +154,13 @@ impl Recipe {
     }
 
     fn moments_id(&self) -> String {
-        let Self { light, lobes, precision, .. } = *self;
+        let Self { light, lobes, specular_power, precision, .. } = *self;
         let sharpness = self.sample.sharpness;
-        sglow_shaders::moments::Moments { light, lobes, sharpness, precision }.id()
+        sglow_shaders::moments::Moments { light, lobes, specular_power, sharpness, precision }.id()
     }
 
     fn density_id(&self) -> String {
-        let Self { density, emitter, lobes, .. } = *self;
-        density_variant(density, emitter, lobes).id()
+        density_variant(self.density, self.emitter, self.lobes, self.specular_power).id()
     }
 
     /// The variants that it runs.

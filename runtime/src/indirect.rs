@@ -4,7 +4,8 @@ use glam::Vec3;
 use sglow_shaders::{Density, Light, Precision, sample::Sample};
 
 use crate::cluster::{ClusterError, Clusters};
-use crate::generation::{Generation, Importance, Labels, Recipe};
+use crate::generation::{Generation, Importance, Recipe};
+use crate::labels::Labels;
 use crate::light::LightView;
 use crate::metropolis::Metropolis;
 use crate::package::Package;
@@ -82,6 +83,7 @@ pub(crate) fn recipe(settings: &Settings) -> Recipe {
         iterations: settings.iterations,
         light: settings.light,
         lobes: settings.lobes,
+        specular_power: settings.specular_power(),
         precision: settings.precision,
         density: settings.density,
         sample: settings.sample(),

@@ -35,6 +35,7 @@ pub mod frame;
 pub mod function;
 mod generation;
 pub mod indirect;
+mod labels;
 pub mod light;
 pub mod metropolis;
 pub mod mips;

@@ -19,7 +19,7 @@ use sglow_oracle::{Real, Vector3, shade, vmf};
 use sglow_shaders::{
     Diffuse, Emitter, Light as LightAxis, Lobes, Ndf, Precision, SglowPackedLobe,
     SglowPackedVsglBoth, SglowPackedVsglDiffuse, SglowVsglBoth, SglowVsglDiffuse, Sharpness,
-    Solver, Specular, Variance,
+    Solver, Specular, SpecularPower, Variance,
 };
 
 use crate::device::{DeviceError, Gpu};
@@ -124,6 +124,14 @@ pub fn emitter(emitter: Emitter) -> shade::Emitter {
     }
 }
 
+/// The power of specular lobes.
+pub fn specular_power(power: SpecularPower) -> rsm::SpecularPower {
+    match power {
+        SpecularPower::F0 => rsm::SpecularPower::F0,
+        SpecularPower::Albedo => rsm::SpecularPower::Albedo,
+    }
+}
+
 /// The shading model.
 pub fn model(settings: &Settings) -> Model {
     Model {
@@ -141,6 +149,9 @@ pub fn model(settings: &Settings) -> Model {
             Specular::None => None,
             Specular::Sg => Some(shade::Specular::Sg),
             Specular::Asg => Some(shade::Specular::Asg),
+            Specular::AsgFlat => Some(shade::Specular::AsgFlat),
+            Specular::AsgProduct => Some(shade::Specular::AsgProduct),
+            Specular::NdfFiltered2024 => Some(shade::Specular::NdfFiltered2024),
             Specular::NdfFiltered => Some(shade::Specular::NdfFiltered),
         },
         ndf: ndf(settings.ndf),

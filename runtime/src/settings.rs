@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Importance, Kernel, Light, Lobes, Ndf, Precision,
-    Sharpness, Solver, Space, Specular, Variance, Visibility,
+    Sharpness, Solver, Space, Specular, SpecularPower, Variance, Visibility,
 };
 use thiserror::Error;
 
@@ -76,6 +76,8 @@ pub struct Settings {
     pub light: Light,
     /// The lobes that virtual lights emit.
     pub lobes: Lobes,
+    /// The power of their specular lobes; ignored with diffuse lobes alone.
+    pub specular_power: SpecularPower,
     /// The precision of moments and virtual lights in memory.
     pub precision: Precision,
     /// What kernels are drawn by.
@@ -137,6 +139,7 @@ impl Default for Settings {
             iterations: 12,
             light: Light::Spot,
             lobes: Lobes::Both,
+            specular_power: SpecularPower::F0,
             precision: Precision::F32,
             density: Density::Power,
             draw: Draw::Warped,
@@ -163,9 +166,10 @@ impl Default for Settings {
 }
 
 /// The axes that `set` knows.
-pub const AXES: [&str; 16] = [
+pub const AXES: [&str; 17] = [
     "light",
     "lobes",
+    "specular_power",
     "precision",
     "density",
     "draw",
@@ -249,6 +253,7 @@ impl Settings {
         match axis {
             "light" => self.light = parse(value)?,
             "lobes" => self.lobes = parse(value)?,
+            "specular_power" => self.specular_power = parse(value)?,
             "precision" => self.precision = parse(value)?,
             "density" => self.density = parse(value)?,
             "draw" => self.draw = parse(value)?,
@@ -281,6 +286,7 @@ impl Settings {
         Some(match axis {
             "light" => self.light.to_string(),
             "lobes" => self.lobes.to_string(),
+            "specular_power" => self.specular_power.to_string(),
             "precision" => self.precision.to_string(),
             "density" => self.density.to_string(),
             "draw" => self.draw.to_string(),
@@ -400,6 +406,19 @@ impl Settings {
         faults
     }
 
+    /// The power of specular lobes, as the variants of the passes have it: F0 where there are none.
+    pub fn specular_power(&self) -> SpecularPower {
+        match self.lobes {
+            Lobes::Diffuse => SpecularPower::F0,
+            Lobes::Both => self.specular_power,
+        }
+    }
+
+    /// The variant of the density pass.
+    pub fn density(&self) -> sglow_shaders::density::Density {
+        density_variant(self.density, self.emitter, self.lobes, self.specular_power())
+    }
+
     /// The variant of the sampling pass.
     pub fn sample(&self) -> sglow_shaders::sample::Sample {
         sglow_shaders::sample::Sample {
@@ -446,17 +465,22 @@ impl Settings {
     }
 }
 
-/// The variant of the density pass: only the bidirectional one evaluates what the camera's lights emit, by the cosine for all
-/// emitters that have normals.
-pub fn density_variant(
+/// The variant of the density pass: only the bidirectional density evaluates what the camera's lights emit, by the cosine for
+/// all emitters that have normals, and divides by the specular power.
+pub(crate) fn density_variant(
     density: Density,
     emitter: Emitter,
     lobes: Lobes,
+    specular_power: SpecularPower,
 ) -> sglow_shaders::density::Density {
     let importance = match (density, emitter) {
         (Density::Bidirectional, Emitter::Lobe) => Importance::Lobe,
         (Density::Bidirectional, _) => Importance::Cosine,
         _ => Importance::None,
     };
-    sglow_shaders::density::Density { density, importance, lobes }
+    let specular_power = match density {
+        Density::Power | Density::Reflectance => SpecularPower::F0,
+        Density::Bidirectional => specular_power,
+    };
+    sglow_shaders::density::Density { density, importance, lobes, specular_power }
 }

@@ -15,7 +15,7 @@ use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::sort::RadixSort;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Draw, Light, Lobes, Precision, Sharpness, Space, Variance};
+use sglow_shaders::{Draw, Light, Lobes, Precision, Sharpness, Space, SpecularPower, Variance};
 
 use crate::common::{
     Comparison, DensityTexture, KINDS, Uploaded, broken, gpu, light, random_surfaces, whole_space,
@@ -41,6 +41,7 @@ fn case(name: &'static str, size: [u32; 2], count: u32, space: Space) -> Case {
         variance: Variance::Trace,
         sharpness: Sharpness::Exact,
         lobes: Lobes::Both,
+        specular_power: SpecularPower::F0,
         diffuse_mean_length: 1.0,
     };
     let surfaces = random_surfaces(size, 11);
@@ -157,7 +158,7 @@ impl Run {
 
     /// The lights against sums of the texels that the device assigned, one by one and all together.
     fn compare_lights(&self) -> Comparison {
-        let ClusterSettings { size, count, light, .. } = self.case.settings;
+        let ClusterSettings { size, count, specular_power, light, .. } = self.case.settings;
         let texels: Vec<SurfaceTexel<Bounded>> = reference::texels(&self.case.surfaces);
         let map = Map {
             texels: &texels,
@@ -166,6 +167,7 @@ impl Run {
             origin: reference::vector(self.light.origin),
             minimum_variance: f64::from(self.light.minimum_variance),
             emission: self.emission(),
+            specular_power: reference::specular_power(specular_power),
         };
         let expected = cluster::lights(&map, &self.assignment, count as usize);
         let mut comparison = Comparison::default();
@@ -259,6 +261,14 @@ fn all_lights_and_lobes_agree_with_the_oracle() {
             let run = Run::new(&case, whole_space());
             run.compare_lights().assert_holds(&format!("lights of {light}, {lobes}"));
         }
+        let mut case = case("lights", [40, 24], 60, Space::Image);
+        (case.kind, case.settings.light) = (kind, light);
+        case.settings.specular_power = SpecularPower::Albedo;
+        let mut run = Run::new(&case, whole_space());
+        run.compare_lights().assert_holds(&format!("lights of {light} by albedo"));
+        // Negative control: they are other lights.
+        run.case.settings.specular_power = SpecularPower::F0;
+        run.compare_lights().assert_fails("another specular power");
     }
 }
 
@@ -339,7 +349,7 @@ fn broken_clusters_are_noticed() {
 
 #[test]
 fn a_broken_sum_is_noticed() {
-    let id = "cluster_sum-spot-trace-exact-both";
+    let id = "cluster_sum-spot-trace-exact-both-f0";
     let breaks = [
         ("index < sglow_starts[id.x + 1u]", "index + 1u < sglow_starts[id.x + 1u]"),
         ("total.weight += moments.weight", "total.weight += 1.001 * moments.weight"),

@@ -8,7 +8,7 @@ use sglow_runtime::package::Package;
 use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Density, Light, Lobes, Precision};
+use sglow_shaders::{Density, Light, Lobes, Precision, SpecularPower};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
@@ -50,6 +50,7 @@ fn compare(run: &Run) -> Comparison {
     let camera: Vec<Vsgl<Bounded>> = reference::camera_lights(gpu(), &run.indirect).unwrap();
     let light = reference::light(&run.light, settings.light);
     let lobes = reference::lobes(settings.lobes);
+    let specular_power = reference::specular_power(settings.specular_power());
     let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&run.rsm);
     let mut comparison = Comparison::default();
     for (index, surface) in surfaces.iter().enumerate() {
@@ -61,7 +62,15 @@ fn compare(run: &Run) -> Comparison {
                 let (towards, _) = light.towards(surface.position);
                 let camera = camera.iter().copied();
                 let emitter = reference::emitter(settings.emitter);
-                density::bidirectional(weight, surface, towards, camera, emitter, lobes)
+                density::bidirectional(
+                    weight,
+                    surface,
+                    towards,
+                    camera,
+                    emitter,
+                    lobes,
+                    specular_power,
+                )
             }
         };
         comparison.number(|| format!("texel {index}"), measured[index][0], expected);
@@ -84,13 +93,19 @@ fn compare_camera(run: &Run) -> [Comparison; 2] {
     let eye = Vector3::constant(reference::vector(run.eye));
     let origin = Vector3::constant(reference::vector(run.light.origin));
     let lobes = reference::lobes(settings.lobes);
+    let specular_power = reference::specular_power(settings.specular_power());
     let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&run.gbuffer);
     let mut comparisons = [(); 2].map(|()| Comparison::default());
     for (index, surface) in surfaces.iter().enumerate() {
         let towards = (eye - surface.position).normalized();
         let one = Vector3::constant(Vector3::splat(1.0));
-        let expected: Moments<Bounded> =
-            rsm::moments(surface, one, towards, origin, &reference::emission(settings));
+        let expected: Moments<Bounded> = rsm::moments(
+            &specular_power.reflecting(surface, towards),
+            one,
+            towards,
+            origin,
+            &reference::emission(settings),
+        );
         for (layer, texels) in layers.iter().enumerate() {
             let name = format!("layer {layer} of pixel {index}");
             comparisons[0].texel(&name, texels[index], expected.layers[layer]);
@@ -113,6 +128,24 @@ fn agrees_with_the_oracle() {
             }
         }
     }
+}
+
+/// The power, with Fresnel's term and masking, is divided out of the bidirectional density again.
+#[test]
+fn the_albedo_is_divided_out() {
+    for precision in Precision::ALL {
+        let specular_power = SpecularPower::Albedo;
+        let base = settings(Density::Bidirectional, Lobes::Both);
+        let settings = Settings { precision, specular_power, ..base };
+        let run = Run::new(&settings, KINDS[0], whole_space(), 6);
+        compare(&run).assert_holds(&format!("density by the albedo, {precision}"));
+        compare_camera(&run)[0].assert_holds(&format!("the camera's moments, {precision}"));
+    }
+    let base = settings(Density::Bidirectional, Lobes::Both);
+    let settings = Settings { specular_power: SpecularPower::Albedo, ..base };
+    let (from, to) = ("dot(towards, surface.normal)", "0.9 * dot(towards, surface.normal)");
+    let package = broken("density-bidirectional-both-albedo", from, to);
+    compare(&Run::new(&settings, KINDS[0], &package, 6)).assert_fails("another angle");
 }
 
 #[test]
@@ -208,11 +241,12 @@ fn a_broken_shader_is_noticed() {
     ];
     for (density, from, to, what) in breaks {
         let importance = if density == Density::Bidirectional { "cosine" } else { "none" };
-        let package = broken(&format!("density-{density}-{importance}-both"), from, to);
+        let package = broken(&format!("density-{density}-{importance}-both-f0"), from, to);
         let run = Run::new(&settings(density, Lobes::Both), KINDS[0], &package, 6);
         compare(&run).assert_fails(what);
     }
-    let package = broken("moments-camera-both-exact-f32", "vec3<f32>(1.0)", "vec3<f32>(1.001)");
+    let id = "moments-camera-both-f0-exact-f32";
+    let package = broken(id, "vec3<f32>(1.0)", "vec3<f32>(1.001)");
     let run = Run::new(&settings(Density::Bidirectional, Lobes::Both), KINDS[0], &package, 6);
     compare_camera(&run)[0].assert_fails("another importance");
 }

@@ -86,7 +86,7 @@ fn bounds_of_halves_notice_what_they_are_for() {
     assert_eq!(failing(whole_space()), [""; 0]);
     // Powers in a unit that the brightest photon does not fit; a light that is stored too bright by a hundredth.
     let overflowing = broken(
-        "moments-spot-both-exact-f16",
+        "moments-spot-both-f0-exact-f16",
         "sglow_moments_parameters.power_scale",
         "(1e6 * sglow_moments_parameters.power_scale)",
     );

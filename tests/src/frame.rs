@@ -36,7 +36,9 @@ fn difference(name: &str, settings: &Settings, package: &Package) -> f64 {
         .map(|(index, texel)| {
             let power = light.photon_power([index % size, index / size], [size; 2]);
             let (towards, _) = light.towards(texel.position);
-            rsm::moments(texel, power, towards, origin, &reference::emission(settings))
+            let texel =
+                reference::specular_power(settings.specular_power()).reflecting(texel, towards);
+            rsm::moments(&texel, power, towards, origin, &reference::emission(settings))
         })
         .collect();
     let density: Vec<f64> = moments.iter().map(sglow_oracle::density::power).collect();

@@ -65,7 +65,7 @@ fn any_power_goes_through_halves() {
 
 #[test]
 fn powers_that_are_not_scaled_are_noticed() {
-    let id = "moments-spot-both-exact-f16";
+    let id = "moments-spot-both-f0-exact-f16";
     let package =
         broken(id, "let scale = sglow_moments_parameters.power_scale;", "let scale = 1.0;");
     for factor in [1e-20, 1e20] {

@@ -10,7 +10,9 @@ use sglow_runtime::metropolis::{Metropolis, MetropolisSettings};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
-use sglow_shaders::{Draw, Light, Lobes, SglowKernel, Sharpness, Space, Start, Variance};
+use sglow_shaders::{
+    Draw, Light, Lobes, SglowKernel, Sharpness, Space, SpecularPower, Start, Variance,
+};
 
 use crate::common::{
     Comparison, DensityTexture, KINDS, Run, Uploaded, broken, gpu, light, random_surfaces, small,
@@ -199,6 +201,7 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
         variance: Variance::Trace,
         sharpness: Sharpness::Exact,
         lobes: Lobes::Both,
+        specular_power: SpecularPower::F0,
         diffuse_mean_length: 1.0,
     };
     let clusters = Clusters::new(&gpu.device, &gpu.queue, whole_space(), &settings).unwrap();

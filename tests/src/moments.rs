@@ -7,7 +7,7 @@ use sglow_runtime::package::Package;
 use sglow_runtime::reference;
 use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Emitter, Light, Lobes, Precision, Sharpness};
+use sglow_shaders::{Emitter, Light, Lobes, Precision, Sharpness, SpecularPower};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
@@ -33,8 +33,9 @@ fn compare(run: &Run) -> Comparison {
         let at = [index % size, index / size];
         let power: Vector3<Bounded> = light.photon_power(at, [size; 2]);
         let (towards, _) = light.towards(texel.position);
+        let texel = reference::specular_power(settings.specular_power()).reflecting(texel, towards);
         let mut expected: Moments<Bounded> =
-            rsm::moments(texel, power, towards, origin, &reference::emission(settings));
+            rsm::moments(&texel, power, towards, origin, &reference::emission(settings));
         if settings.precision == Precision::F16 {
             expected = expected.with_specular_weight().to_half(f64::from(run.light.power_unit));
         }
@@ -77,6 +78,32 @@ fn of_every_emission_agree_with_the_oracle() {
 }
 
 #[test]
+fn specular_power_by_albedo_agrees_with_the_oracle() {
+    for kind in KINDS {
+        for precision in Precision::ALL {
+            let specular_power = SpecularPower::Albedo;
+            let settings = Settings { precision, specular_power, ..settings(kind, Lobes::Both) };
+            let run = Run::new(&settings, kind, whole_space(), 1);
+            compare(&run).assert_holds(&format!("moments of {kind:?} by albedo, {precision}"));
+        }
+    }
+    let albedo =
+        Settings { specular_power: SpecularPower::Albedo, ..settings(KINDS[0], Lobes::Both) };
+    for (from, to, what) in [
+        ("dot(incoming, surface.normal)", "0.99 * dot(incoming, surface.normal)", "another angle"),
+        ("1696.63", "1696.0", "another constant of what is lost"),
+        ("0.935145", "0.936", "another constant of what Fresnel's term adds"),
+        ("max(white - added, 0.0)", "white", "light that is reflected twice"),
+    ] {
+        let package = broken("moments-spot-both-albedo-exact-f32", from, to);
+        compare(&Run::new(&albedo, KINDS[0], &package, 1)).assert_fails(what);
+    }
+    // With diffuse lobes alone there is no specular power to choose, and so no variant of it.
+    let diffuse = Settings { lobes: Lobes::Diffuse, ..albedo };
+    compare(&Run::new(&diffuse, KINDS[0], whole_space(), 1)).assert_holds("diffuse lobes alone");
+}
+
+#[test]
 fn a_broken_shader_is_noticed() {
     let breaks = [
         (
@@ -98,7 +125,7 @@ fn a_broken_shader_is_noticed() {
         ),
     ];
     for (from, to, what) in breaks {
-        let package = broken("moments-spot-both-exact-f32", from, to);
+        let package = broken("moments-spot-both-f0-exact-f32", from, to);
         let run = Run::new(&settings(KINDS[0], Lobes::Both), KINDS[0], &package, 1);
         compare(&run).assert_fails(what);
     }
@@ -130,7 +157,7 @@ fn broken_halves_are_noticed() {
         ("scale * diffuse_power", "0.998 * scale * diffuse_power", "another power"),
     ];
     for (from, to, what) in breaks {
-        let package = broken("moments-spot-both-exact-f16", from, to);
+        let package = broken("moments-spot-both-f0-exact-f16", from, to);
         let run = Run::new(&halves(KINDS[0]), KINDS[0], &package, 1);
         compare(&run).assert_fails(what);
     }

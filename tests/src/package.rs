@@ -75,8 +75,8 @@ fn the_bindings_exclude_what_the_library_excludes() {
             }
         }
     }
-    assert_eq!(counted, 5 * 3 * 168);
-    assert_eq!(Shade::all().len(), 5 * 3 * 164);
+    assert_eq!(counted, 5 * 3 * 294);
+    assert_eq!(Shade::all().len(), 5 * 3 * 304);
 }
 
 #[test]
@@ -89,8 +89,8 @@ fn snapshots() {
         for id in [
             "compose-diffuse-none",
             "mip-r32float-three",
-            "moments-point-both-exact-f32",
-            "moments-point-both-exact-f16",
+            "moments-point-both-f0-exact-f32",
+            "moments-point-both-f0-exact-f16",
             "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
             "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
             "sample-warped-previous-none-hardware-trace-exact-diffuse-f32",

@@ -19,8 +19,6 @@ use crate::common::{KINDS, broken, gpu, library, whole_space};
 #[derive(Clone, Copy, Debug)]
 struct Needs {
     specular: bool,
-    /// Rough otherwise, if it is specular.
-    glossy: bool,
     /// Something above the floor; nothing hides anything otherwise.
     occluders: bool,
     textured: bool,
@@ -32,7 +30,6 @@ struct Needs {
 /// Nothing but diffuse surfaces.
 const PLAIN: Needs = Needs {
     specular: false,
-    glossy: false,
     occluders: false,
     textured: false,
     cutout: false,
@@ -56,9 +53,9 @@ fn scene(needs: Needs) -> Scene {
     wall.double_sided = needs.occluders;
     if needs.specular {
         floor.dielectric = 0.04;
-        floor.roughness = if needs.glossy { 0.4 } else { 0.8 };
+        floor.roughness = 0.4;
         wall.metallic = 0.7;
-        wall.roughness = if needs.glossy { 0.5 } else { 1.0 };
+        wall.roughness = 0.5;
     }
     if needs.textured {
         floor.base_color_texture = Some(TextureUse::repeating(0));
@@ -120,18 +117,17 @@ fn scene(needs: Needs) -> Scene {
 
 fn every_need() -> Vec<Needs> {
     let mut all = Vec::new();
-    for bits in 0..64 {
-        let [specular, textured, cutout, emissive, glossy, occluders] =
-            [1, 2, 4, 8, 16, 32].map(|bit| bits & bit != 0);
-        if (!cutout || textured) && (!glossy || specular) {
-            all.push(Needs { specular, glossy, occluders, textured, cutout, emissive, ..PLAIN });
+    for bits in 0..32 {
+        let [specular, textured, cutout, emissive, occluders] =
+            [1, 2, 4, 8, 16].map(|bit| bits & bit != 0);
+        if !cutout || textured {
+            all.push(Needs { specular, occluders, textured, cutout, emissive, ..PLAIN });
         }
     }
     for light in [KINDS[1], KINDS[2]] {
         all.push(Needs { light, ..PLAIN });
         all.push(Needs {
             specular: true,
-            glossy: true,
             occluders: true,
             textured: true,
             cutout: true,
@@ -148,7 +144,6 @@ fn facts_are_those_of_the_scenes() {
         let facts = scene(needs).facts();
         for (fact, holds) in [
             ("specular", needs.specular),
-            ("glossy", needs.glossy),
             ("occluders", needs.occluders),
             ("textured", needs.textured),
             ("cutout", needs.cutout),
@@ -175,10 +170,6 @@ fn pruned(scene: &Scene) -> Settings {
     for axis in sglow_runtime::settings::AXES {
         match needed[axis].values.as_slice() {
             [value] => settings.set(axis, value).unwrap(),
-            // Where the default is not worth its time.
-            values if axis == "specular" && !values.contains(&"asg".to_owned()) => {
-                settings.set(axis, "sg").unwrap();
-            }
             _ => {}
         }
         for rule in needed[axis].because.iter().map(|because| &because.need) {
@@ -259,8 +250,7 @@ fn every_set_of_needs_renders_the_same_bits() {
             assert_eq!(difference(&pruned, &complete), None, "{what}");
             assert_eq!(pruned.indirect_specular.is_some(), needs.specular, "{what}");
             assert_eq!(pruned.emission.is_some(), needs.emissive, "{what}");
-            let rough = needs.specular && !needs.glossy;
-            assert_eq!(settings.specular == Specular::Sg, rough, "{what}");
+            assert_eq!(settings.specular != Specular::None, needs.specular, "{what}");
         }
     }
 }
@@ -398,12 +388,6 @@ fn settings_that_were_derived_refuse_a_scene_that_needs_more() {
     let (_, mut facts) = refused(&settings, all).unwrap();
     facts.sort();
     assert_eq!(facts, ["occluders", "point_light", "specular"]);
-    // What was rough is glossy now.
-    let rough = Needs { specular: true, ..PLAIN };
-    let settings = pruned(&scene(rough));
-    assert_eq!(refused(&settings, rough), None);
-    let glossy = Needs { glossy: true, ..rough };
-    assert_eq!(refused(&settings, glossy), Some((false, vec!["glossy".to_owned()])));
 }
 
 #[test]

@@ -3,14 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::settings::{Settings, SettingsError, density_variant};
+use sglow_runtime::settings::{Settings, SettingsError};
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space,
     Specular, Visibility, centres, light_points, light_shadow,
 };
 
 /// The axes that ways differ in, in the order in which names tell them.
-pub const AXES: [&str; 14] = [
+pub const AXES: [&str; 15] = [
     "density",
     "draw",
     "space",
@@ -18,6 +18,7 @@ pub const AXES: [&str; 14] = [
     "solver",
     "filter",
     "lobes",
+    "specular_power",
     "precision",
     "variance",
     "sharpness",
@@ -38,6 +39,7 @@ pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
         ("solver", settings.sample().solver.name()),
         ("filter", settings.filter.name()),
         ("lobes", settings.lobes.name()),
+        ("specular_power", settings.specular_power().name()),
         ("precision", settings.precision.name()),
         ("variance", settings.variance.name()),
         ("sharpness", settings.sharpness.name()),
@@ -106,7 +108,7 @@ pub fn variants(settings: &Settings) -> Vec<String> {
     let Settings { density, lobes, precision, draw, space, .. } = *settings;
     let mut ids = Vec::new();
     if precision == Precision::F32 || density != Density::Power {
-        ids.push(density_variant(density, settings.emitter, lobes).id().to_string());
+        ids.push(settings.density().id().to_string());
     }
     ids.push(match space {
         Space::None => settings.sample().id().to_string(),

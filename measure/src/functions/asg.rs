@@ -17,6 +17,16 @@ pub(super) const FUNCTIONS: &[Function] = &[
         },
         never_negative: false,
     ),
+    function!(asg_reflection_flat(Axis @ 0, FacingAxis @ 4, Alpha @ 11) ->
+        ["bandwidth x", "bandwidth y", "axis x", "axis y"],
+        reflection_flat,
+        // At alpha 1 the lobe is constant, and no peak of its own.
+        peak: |x| {
+            let [along, across, ..] = reflection_flat(x);
+            [along.max(1e-6), across.max(1e-6), 1.0, 1.0]
+        },
+        never_negative: false,
+    ),
     function!(asg_evaluate(Axis @ 0, FacingAxis @ 4, OtherAxis @ 8, Alpha @ 11) -> ["value"], evaluate,
         peak: crate::function::unit,
     ),
@@ -45,6 +55,11 @@ fn lobe<R: Real>(x: &Numbers<R>) -> asg::Asg<R> {
 
 fn reflection<R: Real>(x: Numbers<R>) -> Results<R> {
     let lobe = lobe(&x);
+    [lobe.bandwidths[0], lobe.bandwidths[1], lobe.axes[2].x, lobe.axes[2].y]
+}
+
+fn reflection_flat<R: Real>(x: Numbers<R>) -> Results<R> {
+    let lobe = asg::reflection_flat(vector(&x, 0), vector(&x, 4), x[11]);
     [lobe.bandwidths[0], lobe.bandwidths[1], lobe.axes[2].x, lobe.axes[2].y]
 }
 

@@ -2,8 +2,10 @@
 
 use core::f64::consts::PI;
 
-use sglow_oracle::brdf::{Material, Ndf, beckmann, ggx, ndf_filtered, reflection};
-use sglow_oracle::{Real, math, sg, shade};
+use sglow_oracle::brdf::{
+    Material, Ndf, albedo, beckmann, ggx, ndf_filtered, ndf_filtered_2024, reflection,
+};
+use sglow_oracle::{Real, Vector3, math, sg, shade};
 
 use super::function;
 use crate::bound::FILTERED_FLOOR;
@@ -57,6 +59,21 @@ pub(super) const FUNCTIONS: &[Function] = &[
         peak: |x| [sg::integral(x[3].min(4e37)).min(1.0), 1.0, 1.0, 1.0],
         floor: FILTERED_FLOOR,
     ),
+    function!(ndf_filtered_2024_reflection(Axis @ 0, Sharpness @ 3, FacingAxis @ 4, OtherAxis @ 8, Alpha @ 11) ->
+        ["radiance"],
+        filtered_2024,
+        truth: Some(filtered_truth),
+        slow_truth: true,
+        peak: |x| [sg::integral(x[3].min(4e37)).min(1.0), 1.0, 1.0, 1.0],
+        floor: FILTERED_FLOOR,
+    ),
+    function!(ggx_albedo(UpperCosine @ 0, Alpha @ 11) ->
+        ["white metal", "dielectric", "blue of a dielectric", "fading"],
+        directional_albedo,
+        truth: Some(directional_albedo_truth),
+        slow_truth: true,
+        peak: unit,
+    ),
 ];
 
 /// Smith's masking of Beckmann, which Walter's rational function fits.
@@ -73,10 +90,10 @@ fn beckmann_masking_truth(cosine: f64, alpha: f64) -> f64 {
 /// term there is no truth.
 fn filtered_truth(x: Numbers<f64>) -> Results<f64> {
     let (view, normal, axis) = (vector(&x, 0), vector(&x, 4), vector(&x, 8));
-    let [view, normal, axis] = [view, normal, axis].map(sglow_oracle::Vector3::normalized);
+    let [view, normal, axis] = [view, normal, axis].map(Vector3::normalized);
     let mut truth = [f64::NAN; 4];
     if x[11] >= 0.05 && x[3] <= 1e3 && view.dot(normal) >= 0.05 {
-        let one = sglow_oracle::Vector3::splat(1.0);
+        let one = Vector3::splat(1.0);
         let arriving = shade::Incoming { axis, sharpness: x[3], coefficient: one };
         let material = Material { diffuse: one * 0.0, specular: one, alpha: x[11] };
         truth[0] = shade::specular::truth(&arriving, &material, Ndf::Ggx, view, normal).x;
@@ -125,4 +142,31 @@ fn filtered<R: Real>(x: Numbers<R>) -> Results<R> {
         x[3].min(R::constant(4e37)),
     );
     [reflected.radiance, reflected.cosine, R::zero(), R::zero()]
+}
+
+fn filtered_2024<R: Real>(x: Numbers<R>) -> Results<R> {
+    let (view, normal, axis) = (vector(&x, 0), vector(&x, 4), vector(&x, 8));
+    one(ndf_filtered_2024::reflection(view, normal, x[11], axis, x[3].min(R::constant(4e37))))
+}
+
+/// Reflectances at normal incidence: of white metal, of a dielectric whose blue is another, and of what reflects less than
+/// 2 %.
+const REFLECTANCES: [[f64; 3]; 3] = [[1.0; 3], [0.04, 0.04, 0.02], [0.01; 3]];
+
+fn directional_albedo<R: Real>(x: Numbers<R>) -> Results<R> {
+    let [white, dielectric, fading] = REFLECTANCES.map(|[r, g, b]| {
+        albedo::directional(Vector3::constant(Vector3::new(r, g, b)), x[0], x[11])
+    });
+    [white.x, dielectric.x, dielectric.z, fading.x]
+}
+
+/// By quadrature, where that has a lobe to resolve.
+fn directional_albedo_truth(x: Numbers<f64>) -> Results<f64> {
+    if x[0] < 1e-3 || x[11] < 0.01 {
+        return [f64::NAN; 4];
+    }
+    let [white, added] = albedo::truth(x[0], x[11]);
+    let [w, d, f] = REFLECTANCES
+        .map(|[r, _, b]| [r, b].map(|own| own * (white - added) + (50.0 * r).min(1.0) * added));
+    [w[0], d[0], d[1], f[0]]
 }

@@ -192,11 +192,13 @@ pub fn code(
 
 fn moments_variant(settings: &Settings) -> String {
     let Settings { light, lobes, sharpness, precision, .. } = *settings;
-    moments::Moments { light, lobes, sharpness, precision }.id().to_string()
+    let specular_power = settings.specular_power();
+    moments::Moments { light, lobes, specular_power, sharpness, precision }.id().to_string()
 }
 
 fn cluster_variants(settings: &Settings) -> Vec<String> {
     let Settings { draw, space, light, lobes, variance, sharpness, .. } = *settings;
+    let specular_power = settings.specular_power();
     vec![
         centres::Centres { draw, space }.id().to_string(),
         cluster_codes::ClusterCodes { space }.id().to_string(),
@@ -207,7 +209,9 @@ fn cluster_variants(settings: &Settings) -> Vec<String> {
         cluster_boxes::ClusterBoxes.id().to_string(),
         cluster_assign::ClusterAssign { space }.id().to_string(),
         cluster_starts::ClusterStarts.id().to_string(),
-        cluster_sum::ClusterSum { light, variance, sharpness, lobes }.id().to_string(),
+        cluster_sum::ClusterSum { light, variance, sharpness, lobes, specular_power }
+            .id()
+            .to_string(),
     ]
 }
 

@@ -6,4 +6,4 @@ pub mod reflection;
 
 pub use convolution::convolution;
 pub use evaluate::{Asg, evaluate};
-pub use reflection::reflection;
+pub use reflection::{reflection, reflection_flat};

@@ -16,9 +16,21 @@ pub const MINIMUM_COSINE: f64 = 1e-2;
 /// the cosine of it across.
 // [Xu 2013, Section 4.1], [Tokuyoshi 2016, Appendix C.2, Specular reflection]
 pub fn reflection<R: Real>(view: Vector3<R>, normal: Vector3<R>, alpha: R) -> Asg<R> {
+    warped(view, normal, R::constant(0.25) / alpha.squared().max(R::constant(MINIMUM_WIDTH)))
+}
+
+/// The same lobe with the bandwidth `1/alpha^2 - 1` of the facets: constant at alpha 1, where the distribution of GGX is.
+// after [Tokuyoshi 2024], as the author's sample has it
+pub fn reflection_flat<R: Real>(view: Vector3<R>, normal: Vector3<R>, alpha: R) -> Asg<R> {
+    let smoothness = (R::one() - alpha) * (R::one() + alpha);
+    let width = alpha.squared().max(R::constant(MINIMUM_WIDTH));
+    warped(view, normal, R::constant(0.25) * smoothness / width)
+}
+
+/// A lobe over half vectors of four times the bandwidth `quarter`, warped to light directions.
+fn warped<R: Real>(view: Vector3<R>, normal: Vector3<R>, quarter: R) -> Asg<R> {
     let z = view.mirrored(normal);
     let x = across(z, normal);
-    let quarter = R::constant(0.25) / alpha.squared().max(R::constant(MINIMUM_WIDTH));
     let cosine = normal.dot(view).max(R::constant(MINIMUM_COSINE));
     Asg { axes: [x, z.cross(x), z], bandwidths: [quarter / cosine.squared(), quarter] }
 }
@@ -47,6 +59,19 @@ mod tests {
             // Negative control: the bandwidths exchanged, where the offset tells them apart.
             assert!((asg::evaluate(light, &other) / facets - 1.0).abs() > 0.02);
         }
+    }
+
+    #[test]
+    fn the_flat_lobe_is_constant_where_the_distribution_is() {
+        let view = Vector3::new(0.6, 0.0, 0.8);
+        let lobe = reflection_flat(view, NORMAL, 1.0);
+        assert_eq!(lobe.bandwidths, [0.0, 0.0]);
+        // Negative control: the printed lobe is not.
+        assert!(reflection(view, NORMAL, 1.0).bandwidths[1] > 0.2);
+        // Smooth surfaces: the same lobe.
+        let [flat, printed] = [reflection_flat(view, NORMAL, 0.01), reflection(view, NORMAL, 0.01)]
+            .map(|lobe| lobe.bandwidths);
+        assert!((0..2).all(|axis| (flat[axis] / printed[axis] - 1.0).abs() < 1.1e-4));
     }
 
     #[test]

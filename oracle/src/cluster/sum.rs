@@ -1,7 +1,7 @@
 //! The light of each cluster: the sum of its texels.
 
 use crate::light::Light;
-use crate::rsm::{Emission, Moments, moments};
+use crate::rsm::{Emission, Moments, SpecularPower, moments};
 use crate::surface::SurfaceTexel;
 use crate::vsgl::Vsgl;
 use crate::{Linear, Real, Vector3};
@@ -21,6 +21,8 @@ pub struct Map<'a, R> {
     pub minimum_variance: f64,
     /// What is emitted.
     pub emission: Emission,
+    /// The power of specular lobes.
+    pub specular_power: SpecularPower,
 }
 
 /// The lights of `count` clusters, where `assignment` has the cluster of each texel; one of a number beyond is left out.
@@ -35,7 +37,8 @@ pub fn lights<R: Real>(map: &Map<'_, R>, assignment: &[u32], count: usize) -> Ve
         let at = [index % map.size[0], index / map.size[0]];
         let power: Vector3<R> = map.light.photon_power(at, map.size);
         let (towards, _) = map.light.towards(surface.position);
-        *total = total.plus(moments(surface, power, towards, origin, &map.emission));
+        let surface = map.specular_power.reflecting(surface, towards);
+        *total = total.plus(moments(&surface, power, towards, origin, &map.emission));
     }
     totals
         .iter()
@@ -71,9 +74,15 @@ mod tests {
             })
             .collect();
         let origin = Vector3::zero();
-        let emission = Emission::printed(Lobes::Both);
-        let map =
-            Map { texels: &texels, size, light: &light, origin, minimum_variance: 1e-6, emission };
+        let map = Map {
+            texels: &texels,
+            size,
+            light: &light,
+            origin,
+            minimum_variance: 1e-6,
+            emission: Emission::printed(Lobes::Both),
+            specular_power: SpecularPower::Albedo,
+        };
         let power = |assignment: &[u32], count| {
             let sum = |sum, light: &Vsgl| sum + light.power();
             lights(&map, assignment, count).iter().fold(Vector3::zero(), sum)

@@ -5,5 +5,5 @@ pub mod moments;
 pub mod weights;
 
 pub use mip::{Pyramid, PyramidError};
-pub use moments::{Emission, Lobes, Moments, Variance, moments};
+pub use moments::{Emission, Lobes, Moments, SpecularPower, Variance, moments};
 pub use weights::Weights;

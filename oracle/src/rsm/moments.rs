@@ -1,6 +1,6 @@
 //! What a texel adds to the virtual spherical Gaussian light of its kernel.
 
-use crate::brdf::{Material, reflection};
+use crate::brdf::{Material, albedo, reflection};
 use crate::surface::SurfaceTexel;
 use crate::vmf::Sharpness;
 use crate::{Linear, Real, Vector3};
@@ -22,6 +22,34 @@ impl Lobes {
             Self::Diffuse => 3,
             Self::Both => 5,
         }
+    }
+}
+
+/// The specular power of a virtual light, as a share of the photon's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum SpecularPower {
+    /// The specular reflectance at normal incidence.
+    #[default]
+    F0,
+    /// The directional albedo of GGX with Fresnel's term towards the light.
+    Albedo,
+}
+
+impl SpecularPower {
+    /// The surface with that share, from the unit direction towards the light, as its specular reflectance: what moments and
+    /// densities of a light with this power take.
+    #[must_use]
+    pub fn reflecting<R: Real>(
+        self,
+        surface: &SurfaceTexel<R>,
+        towards_light: Vector3<R>,
+    ) -> SurfaceTexel<R> {
+        let Material { specular, alpha, .. } = surface.material;
+        let specular = match self {
+            Self::F0 => specular,
+            Self::Albedo => albedo::directional(specular, towards_light.dot(surface.normal), alpha),
+        };
+        SurfaceTexel { material: Material { specular, ..surface.material }, ..*surface }
     }
 }
 
@@ -244,6 +272,33 @@ mod tests {
             &Emission::printed(Lobes::Both),
         );
         assert_eq!(absent, Moments::nothing());
+    }
+
+    #[test]
+    fn the_albedo_makes_lights_brighter_at_grazing_angles() {
+        let (power, origin) = (Vector3::new(3.0, 2.0, 1.0), Vector3::zero());
+        let surface = surface::<f64>(0.04);
+        let weight = |model: SpecularPower, towards: Vector3| {
+            let surface = model.reflecting(&surface, towards);
+            let moments = moments(&surface, power, towards, origin, Lobes::Both);
+            let expected = power.times(surface.material.diffuse + surface.material.specular);
+            assert!((moments.weight() - expected.luminance()).abs() < 1e-14);
+            // The direction is that of the same lobe: only its power is another.
+            let mean = moments.vector(4) * (1.0 / moments.vector(3).luminance());
+            (moments.vector(3).luminance(), mean)
+        };
+        let facing = Vector3::new(0.0, 0.6, 0.8);
+        let grazing = Vector3::new(0.9997, 0.0, 0.03).normalized();
+        for (towards, low, high) in [(facing, 0.9, 1.01), (grazing, 1.2, 2.5)] {
+            let [(f0, mean), (albedo, other)] =
+                [SpecularPower::F0, SpecularPower::Albedo].map(|model| weight(model, towards));
+            assert!((mean - other).length() < 1e-12);
+            assert!((low..high).contains(&(albedo / f0)), "{}", albedo / f0);
+        }
+        // What has no specular reflectance has none at any angle.
+        let black = Material { specular: Vector3::zero(), ..surface.material };
+        let black = SurfaceTexel { material: black, ..surface };
+        assert_eq!(SpecularPower::Albedo.reflecting(&black, grazing), black);
     }
 
     #[test]

@@ -3,9 +3,11 @@
 use core::f64::consts::PI;
 
 use crate::asg;
-use crate::brdf::{Directions, Material, Ndf, fresnel, ndf_filtered, reflection};
+use crate::brdf::{
+    Directions, Material, Ndf, fresnel, ndf_filtered, ndf_filtered_2024, reflection,
+};
 use crate::quadrature::SphereRule;
-use crate::sg::product_integral;
+use crate::sg::{product, product_integral};
 use crate::shade::Incoming;
 use crate::{Real, Vector3};
 
@@ -14,10 +16,16 @@ use crate::{Real, Vector3};
 pub enum Specular {
     /// By a spherical Gaussian.
     Sg,
-    /// By an anisotropic spherical Gaussian.
+    /// By an anisotropic spherical Gaussian, as printed.
     Asg,
+    /// The same of a bandwidth that falls to 0 at alpha 1.
+    AsgFlat,
+    /// The same again, with the other factors of the BRDF at the axis of the product of both lobes.
+    AsgProduct,
     /// By a distribution of facets that is filtered by the light's lobe; GGX, whatever the distribution asked for.
     NdfFiltered,
+    /// The same as published in 2024: widths add up, without shadowing; GGX, whatever the distribution asked for.
+    NdfFiltered2024,
 }
 
 /// The factor `C = D_peak F V cos` of the lobe at the axis of the incoming radiance; 0 from below the horizon.
@@ -28,7 +36,36 @@ fn amplitude<R: Real>(material: &Material<R>, ndf: Ndf, directions: &Directions<
     material.visible_fresnel(ndf, directions) * (peak * cosine)
 }
 
+/// The axis of the product of the incoming lobe and the reflection lobe, the latter as wide as [`Specular::AsgFlat`]'s.
+// [Tokuyoshi 2015 supplement, Section 3.2], of xi_m
+fn product_axis<R: Real>(
+    arriving: &Incoming<R>,
+    view: Vector3<R>,
+    normal: Vector3<R>,
+    alpha: R,
+) -> Vector3<R> {
+    let lobe = reflection::mirror(view, normal, alpha);
+    let sharpness = lobe.sharpness * ((R::one() - alpha) * (R::one() + alpha));
+    product(arriving.axis, arriving.sharpness, lobe.axis, sharpness).axis
+}
+
 impl Specular {
+    /// All forms.
+    pub const ALL: [Self; 6] = [
+        Self::Sg,
+        Self::Asg,
+        Self::AsgFlat,
+        Self::AsgProduct,
+        Self::NdfFiltered,
+        Self::NdfFiltered2024,
+    ];
+
+    /// Whether the form takes the distribution that is asked for; the others are of GGX alone.
+    #[must_use]
+    pub fn takes_any_distribution(self) -> bool {
+        !matches!(self, Self::NdfFiltered | Self::NdfFiltered2024)
+    }
+
     /// The reflected radiance of a material seen along `view`, at a surface of unit `normal`.
     pub fn reflect<R: Real>(
         self,
@@ -38,6 +75,7 @@ impl Specular {
         view: Vector3<R>,
         normal: Vector3<R>,
     ) -> Vector3<R> {
+        let mut towards = arriving.axis;
         let integral = match self {
             Self::Sg => {
                 let lobe = reflection::mirror(view, normal, material.alpha);
@@ -47,6 +85,21 @@ impl Specular {
                 let lobe = asg::reflection(view, normal, material.alpha);
                 asg::convolution(&lobe, arriving.axis, arriving.sharpness)
             }
+            Self::AsgFlat | Self::AsgProduct => {
+                if self == Self::AsgProduct {
+                    towards = product_axis(arriving, view, normal, material.alpha);
+                }
+                let lobe = asg::reflection_flat(view, normal, material.alpha);
+                asg::convolution(&lobe, arriving.axis, arriving.sharpness)
+            }
+            Self::NdfFiltered2024 => {
+                let (axis, sharpness) = (arriving.axis, arriving.sharpness);
+                let reflected =
+                    ndf_filtered_2024::reflection(view, normal, material.alpha, axis, sharpness);
+                let cosine = (view + axis).length() * R::constant(0.5);
+                let fresnel = fresnel::schlick(material.specular, cosine);
+                return arriving.coefficient.times(fresnel) * reflected;
+            }
             Self::NdfFiltered => {
                 let (axis, sharpness) = (arriving.axis, arriving.sharpness);
                 let found = ndf_filtered::reflection(view, normal, material.alpha, axis, sharpness);
@@ -54,7 +107,7 @@ impl Specular {
                 return arriving.coefficient.times(fresnel) * found.radiance;
             }
         };
-        let directions = Directions { normal, view, light: arriving.axis };
+        let directions = Directions { normal, view, light: towards };
         let amplitude = amplitude(material, ndf, &directions);
         arriving.coefficient.times(amplitude) * integral
     }
@@ -189,7 +242,7 @@ mod tests {
 
     #[test]
     fn light_from_below_is_not_reflected() {
-        for specular in [Specular::Sg, Specular::Asg] {
+        for specular in [Specular::Sg, Specular::Asg, Specular::AsgFlat] {
             let arriving = arriving(Vector3::new(0.6, 0.0, -0.8), 1.0);
             for ndf in [Ndf::Ggx, Ndf::Beckmann] {
                 assert_eq!(

@@ -6,14 +6,6 @@ use std::collections::BTreeMap;
 use super::occlusion::occlusion;
 use super::{Image, Light, LightKind, Material, Scene, TextureUse};
 
-/// Roughness alphas between which an anisotropic lobe comes closer to a reflection than a spherical one.
-///
-/// Root mean square errors against quadrature of `sg` and `asg` on white metal: 0.085 and 0.128 at alpha 0.02, 0.152 and
-/// 0.147 at 0.05, 0.230 and 0.227 at 0.2, 0.263 and 0.270 at 0.35, 0.376 and 0.475 at 1; on a dielectric 0.213 and 0.232,
-/// 0.246 and 0.235, 0.261 and 0.253, 0.268 and 0.273, 0.309 and 0.426
-/// (`cargo run --release -p sglow-oracle --example specular_model_error`).
-pub const GLOSSY: [f32; 2] = [0.02, 0.35];
-
 /// The least roughness alpha that the rasteriser writes.
 const LEAST_ALPHA: f32 = 0.01;
 
@@ -147,7 +139,7 @@ impl Scene {
     }
 
     /// What the scene holds, for the rules that turn facts into needs, with what shows it: `cutout`,
-    /// `directional_light`, `emissive`, `glossy`, `occluders`, `point_light`, `specular`, `spot_light`, `textured`.
+    /// `directional_light`, `emissive`, `occluders`, `point_light`, `specular`, `spot_light`, `textured`.
     ///
     /// A fact that could be either way holds: what follows is that nothing is left out for it.
     pub fn facts(&self) -> Facts {
@@ -212,7 +204,6 @@ impl Scene {
                 },
                 "emits light",
             ),
-            glossy(&used),
             Fact { name: "occluders", holds: occlusion.possible, evidence: occlusion.evidence },
             light("point_light", "a point", |kind| matches!(kind, LightKind::Point)),
             material(
@@ -239,32 +230,6 @@ impl Scene {
             ),
         ])
     }
-}
-
-/// Whether some specular surface has a roughness within [`GLOSSY`].
-fn glossy(used: &[(&Material, Traits)]) -> Fact {
-    let specular = || used.iter().filter(|(_, traits)| traits.specular);
-    let [low, high] = GLOSSY;
-    let found = specular().find(|(_, traits)| traits.alpha[0] < high && traits.alpha[1] > low);
-    let evidence = match found {
-        Some((material, Traits { alpha: [least, most], .. })) if least == most => {
-            format!("material `{}` has roughness alpha {least:.3}", material.name)
-        }
-        Some((material, Traits { alpha: [least, most], .. })) => {
-            format!("material `{}` has roughness alpha {least:.3} to {most:.3}", material.name)
-        }
-        None if specular().next().is_none() => "no surface is specular".to_owned(),
-        None => {
-            let range = specular().fold([f32::MAX, 0.0], |range, (_, traits)| {
-                [range[0].min(traits.alpha[0]), f32::max(range[1], traits.alpha[1])]
-            });
-            format!(
-                "specular surfaces have roughness alpha {:.3} to {:.3}, none between {low} and {high}",
-                range[0], range[1]
-            )
-        }
-    };
-    Fact { name: "glossy", holds: found.is_some(), evidence }
 }
 
 fn count(number: usize, what: &str) -> String {
@@ -327,10 +292,6 @@ mod tests {
             ("specular", &metal, [255, 255, 0, 255], false),
             ("specular", &metal, [255, 255, 1, 255], true),
             ("specular", &black, [255, 255, 255, 255], false),
-            ("glossy", &metal, [255, 255, 255, 255], true),
-            // (0.4 * 51/255)^2 = 0.0064, which counts as 0.01.
-            ("glossy", &metal, [255, 51, 255, 255], false),
-            ("glossy", &metal, [255, 255, 0, 255], false),
             ("emissive", &lamp, [0, 255, 255, 255], false),
             ("emissive", &lamp, [1, 0, 0, 255], true),
             ("textured", &lamp, [0, 255, 255, 255], false),
@@ -365,17 +326,6 @@ mod tests {
         assert_eq!(lights(&scene.facts()), [true, true]);
         assert_eq!(lights(&scene.facts_lit_by(0)), [true, false]);
         assert_eq!(lights(&scene.facts_lit_by(1)), [false, true]);
-    }
-
-    #[test]
-    fn roughness_is_glossy_between_its_bounds_alone() {
-        for (roughness, expected) in
-            [(0.1, false), (0.15, true), (0.5, true), (0.59, true), (0.6, false), (1.0, false)]
-        {
-            let material =
-                Material { dielectric: 0.04, roughness, ..Material::diffuse("coat", [0.5; 3]) };
-            assert_eq!(holds(&scene(material, &[]), "glossy"), expected, "{roughness}");
-        }
     }
 
     #[test]

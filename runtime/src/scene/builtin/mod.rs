@@ -103,12 +103,12 @@ mod tests {
             facts.iter().filter(|fact| fact.holds).map(|fact| fact.name).collect::<Vec<_>>()
         };
         assert_eq!(facts("cornell"), ["occluders", "spot_light"]);
-        assert_eq!(facts("cornell-glossy"), ["glossy", "occluders", "specular", "spot_light"]);
-        assert_eq!(facts("caustic"), ["glossy", "occluders", "specular", "spot_light"]);
+        assert_eq!(facts("cornell-glossy"), ["occluders", "specular", "spot_light"]);
+        assert_eq!(facts("caustic"), ["occluders", "specular", "spot_light"]);
         assert_eq!(facts("columns"), ["occluders", "spot_light"]);
         assert_eq!(
             facts("atrium"),
-            ["cutout", "directional_light", "glossy", "occluders", "specular", "textured"]
+            ["cutout", "directional_light", "occluders", "specular", "textured"]
         );
     }
 

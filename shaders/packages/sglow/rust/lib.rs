@@ -78,56 +78,56 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: compose::NAMES_5,
     },
     Variant {
-        id: "density-bidirectional-cosine-both",
+        id: "density-bidirectional-cosine-both-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_0,
         binding_names: density::NAMES_0,
     },
     Variant {
-        id: "density-bidirectional-cosine-diffuse",
+        id: "density-bidirectional-cosine-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_1,
         binding_names: density::NAMES_1,
     },
     Variant {
-        id: "density-bidirectional-lobe-both",
+        id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_0,
         binding_names: density::NAMES_0,
     },
     Variant {
-        id: "density-bidirectional-lobe-diffuse",
+        id: "density-bidirectional-lobe-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_1,
         binding_names: density::NAMES_1,
     },
     Variant {
-        id: "density-power-none-both",
+        id: "density-power-none-both-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_2,
         binding_names: density::NAMES_2,
     },
     Variant {
-        id: "density-power-none-diffuse",
+        id: "density-power-none-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_2,
         binding_names: density::NAMES_2,
     },
     Variant {
-        id: "density-reflectance-none-both",
+        id: "density-reflectance-none-both-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_3,
         binding_names: density::NAMES_3,
     },
     Variant {
-        id: "density-reflectance-none-diffuse",
+        id: "density-reflectance-none-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_3,
@@ -344,224 +344,224 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: mip::NAMES_8,
     },
     Variant {
-        id: "moments-camera-both-exact-f16",
+        id: "moments-camera-both-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-camera-both-exact-f32",
+        id: "moments-camera-both-f0-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-camera-both-toksvig-f16",
+        id: "moments-camera-both-f0-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-camera-both-toksvig-f32",
+        id: "moments-camera-both-f0-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-camera-diffuse-exact-f16",
+        id: "moments-camera-diffuse-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-camera-diffuse-exact-f32",
+        id: "moments-camera-diffuse-f0-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-camera-diffuse-toksvig-f16",
+        id: "moments-camera-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-camera-diffuse-toksvig-f32",
+        id: "moments-camera-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-directional-both-exact-f16",
+        id: "moments-directional-both-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-directional-both-exact-f32",
+        id: "moments-directional-both-f0-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-directional-both-toksvig-f16",
+        id: "moments-directional-both-f0-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-directional-both-toksvig-f32",
+        id: "moments-directional-both-f0-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-directional-diffuse-exact-f16",
+        id: "moments-directional-diffuse-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-directional-diffuse-exact-f32",
+        id: "moments-directional-diffuse-f0-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-directional-diffuse-toksvig-f16",
+        id: "moments-directional-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-directional-diffuse-toksvig-f32",
+        id: "moments-directional-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-point-both-exact-f16",
+        id: "moments-point-both-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-both-exact-f32",
+        id: "moments-point-both-f0-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-point-both-toksvig-f16",
+        id: "moments-point-both-f0-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-both-toksvig-f32",
+        id: "moments-point-both-f0-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-point-diffuse-exact-f16",
+        id: "moments-point-diffuse-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-diffuse-exact-f32",
+        id: "moments-point-diffuse-f0-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-point-diffuse-toksvig-f16",
+        id: "moments-point-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-point-diffuse-toksvig-f32",
+        id: "moments-point-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-spot-both-exact-f16",
+        id: "moments-spot-both-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-both-exact-f32",
+        id: "moments-spot-both-f0-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-spot-both-toksvig-f16",
+        id: "moments-spot-both-f0-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-both-toksvig-f32",
+        id: "moments-spot-both-f0-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-spot-diffuse-exact-f16",
+        id: "moments-spot-diffuse-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-diffuse-exact-f32",
+        id: "moments-spot-diffuse-f0-exact-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
     },
     Variant {
-        id: "moments-spot-diffuse-toksvig-f16",
+        id: "moments-spot-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_0,
         binding_names: moments::NAMES_0,
     },
     Variant {
-        id: "moments-spot-diffuse-toksvig-f32",
+        id: "moments-spot-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
@@ -1387,64 +1387,64 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "821c847ee0014b87a1a30dd6b9ac8794f6e8b372146e64ec2d82a610ee737163",
     },
     Embedded {
-        id: "density-bidirectional-cosine-both",
+        id: "density-bidirectional-cosine-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-cosine-both.wgsl"),
-        sha256: "428dde2178dda128fd9f49d8d22ea1c34dbb5d7e22398d8d43e27416b6fbf0ca",
+        text: include_str!("../wgsl/density-bidirectional-cosine-both-f0.wgsl"),
+        sha256: "977eab703b25370ea3471283f032cda709bfc8dfbd25272307a427dc94707034",
     },
     Embedded {
-        id: "density-bidirectional-cosine-diffuse",
+        id: "density-bidirectional-cosine-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-cosine-diffuse.wgsl"),
-        sha256: "45e8b9fe5278b09f5e428f9765a4c1164c70fe9ae8f45746934727f3c19cb277",
+        text: include_str!("../wgsl/density-bidirectional-cosine-diffuse-f0.wgsl"),
+        sha256: "f10ad0a6ef0e913b44a42c5bcedb74defce896e78a42731380d4a6252fe55235",
     },
     Embedded {
-        id: "density-bidirectional-lobe-both",
+        id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-lobe-both.wgsl"),
-        sha256: "037f0f8bc4c27ca5051c37d15e85588fbba1ed76d2a87bc5f343d819f6f72465",
+        text: include_str!("../wgsl/density-bidirectional-lobe-both-f0.wgsl"),
+        sha256: "0e07875e03ab574c7089572a55ddf6b14e003983fa4c3d858d81193834d9424e",
     },
     Embedded {
-        id: "density-bidirectional-lobe-diffuse",
+        id: "density-bidirectional-lobe-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-lobe-diffuse.wgsl"),
-        sha256: "ae777e9d259b15df8e8ab351fbb032e6914e8cef234e3119d462b13e58668a69",
+        text: include_str!("../wgsl/density-bidirectional-lobe-diffuse-f0.wgsl"),
+        sha256: "05d7dbbc67d0d1ae28199248c7362f7587da8f2fabb3a53c400c164aac6ef762",
     },
     Embedded {
-        id: "density-power-none-both",
+        id: "density-power-none-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-power-none-both.wgsl"),
-        sha256: "a6d8696c0a5e64fba875df3f2c86279214d7e2058167c1e2d982fe2771f4ea2d",
+        text: include_str!("../wgsl/density-power-none-both-f0.wgsl"),
+        sha256: "6a7323aa9ea7b057987b2abfeba17783fb6c7d1d474010554d6bb48be368e143",
     },
     Embedded {
-        id: "density-power-none-diffuse",
+        id: "density-power-none-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-power-none-diffuse.wgsl"),
-        sha256: "31b93c32ed4edf56db3f4c1ed381a6142e7fd3ca5a08f9ebcd371cd015b4b676",
+        text: include_str!("../wgsl/density-power-none-diffuse-f0.wgsl"),
+        sha256: "0cec08532ef41d3412d28c07598feec6c0cd51d6792bbe6f75e4f906859fb432",
     },
     Embedded {
-        id: "density-reflectance-none-both",
+        id: "density-reflectance-none-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-reflectance-none-both.wgsl"),
-        sha256: "9775e45221f3fa121c5af2e79166722cfdab0ecaf406a0c9fa9bd61ad38c83c5",
+        text: include_str!("../wgsl/density-reflectance-none-both-f0.wgsl"),
+        sha256: "2c249ed9e035fc2c2e4e091cecc932ecac6f1d0310955323d9c565b875b72da5",
     },
     Embedded {
-        id: "density-reflectance-none-diffuse",
+        id: "density-reflectance-none-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-reflectance-none-diffuse.wgsl"),
-        sha256: "0af5acf6d71063cba4e7c2437bf8ad6b6657b666373015ccb8cde3620eded52d",
+        text: include_str!("../wgsl/density-reflectance-none-diffuse-f0.wgsl"),
+        sha256: "ee16f116d7424b0eafefdc83a61cb541eb422eac1aa40e21563598410cf14ad1",
     },
     Embedded {
         id: "direct-directional-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-directional-beckmann.wgsl"),
-        sha256: "97b07bc96ff0de2e1d51357d1312273f676f393cdddf526f81d0dfdc83f0ebfe",
+        sha256: "59a1effd11629f4deffcde03cf9a63c414e0753a3e135484d8d2a601696a7e07",
     },
     Embedded {
         id: "direct-directional-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-directional-ggx.wgsl"),
-        sha256: "bf52b3631ce3743cb7864026cd5ce4988fd06861030c65745a161e185e09bad4",
+        sha256: "d2cd59392d8f9156ab1079bdaf9d132a0876ccb5eaf987726fd6e6dacf7b7af6",
     },
     Embedded {
         id: "direct-directional-none",
@@ -1456,13 +1456,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-point-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-point-beckmann.wgsl"),
-        sha256: "1a6b24fa328f949ac6dbe4dd050f4a4b5eff7686f7baa6bcf0484d4480c66fb6",
+        sha256: "9f55907b12a4eb9675abe14890f135abe0db3fa60ef64299fe1f3841c4e0b828",
     },
     Embedded {
         id: "direct-point-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-point-ggx.wgsl"),
-        sha256: "846ea2565ac599cf0da3396ad284d37fd0060771a0e9dfcb68b9cec6aa356e19",
+        sha256: "90329752069ab02eb03f80d9bb543e35738a92e6d77f2596c116858609a4935d",
     },
     Embedded {
         id: "direct-point-none",
@@ -1474,13 +1474,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-spot-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-spot-beckmann.wgsl"),
-        sha256: "e290b1f78aa1bfd9e381d2f5df1d38a7c91d44cff67a8cb99c52b87ed28ee51e",
+        sha256: "066587882b691f50080dbe7e5796fef2ad3b9b72c5b47ca0d18af6c02244e03e",
     },
     Embedded {
         id: "direct-spot-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-spot-ggx.wgsl"),
-        sha256: "7a3ae922f306addd60522bc7edaaf2ec94c9770d7f57c7efea7f1d8545bb5028",
+        sha256: "b6aded48bd6005239f336fa09ea868a4492cd0b2e65fd8a9af398fd79d0e34c1",
     },
     Embedded {
         id: "direct-spot-none",
@@ -1615,196 +1615,196 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "5ba223a6927a8faa399d7341c5e71c38fa441d1261a21311cbd02329458401ba",
     },
     Embedded {
-        id: "moments-camera-both-exact-f16",
+        id: "moments-camera-both-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-exact-f16.wgsl"),
-        sha256: "a6668729f24bf0a4093ede98a54ed45648deedbed4f9e6682330e9f7202a1715",
+        text: include_str!("../wgsl/moments-camera-both-f0-exact-f16.wgsl"),
+        sha256: "f6917eaa42a3abe0604af2f8743b1b1a28e14055029170f169457792b07b9965",
     },
     Embedded {
-        id: "moments-camera-both-exact-f32",
+        id: "moments-camera-both-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-exact-f32.wgsl"),
-        sha256: "a7b2c20fbd70a398cf278c6da26c2f6fbb162a9389d1f9d4728f4db985232658",
+        text: include_str!("../wgsl/moments-camera-both-f0-exact-f32.wgsl"),
+        sha256: "6d1ca6544100cb4005d85056a9bf69179067215c8ad9fac5d4d433ead47a46c4",
     },
     Embedded {
-        id: "moments-camera-both-toksvig-f16",
+        id: "moments-camera-both-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-toksvig-f16.wgsl"),
-        sha256: "cfc19399dcb59cf559f0b69fc8fef4201adf9ea392478af11481fdd997328ebf",
+        text: include_str!("../wgsl/moments-camera-both-f0-toksvig-f16.wgsl"),
+        sha256: "f37561971355600a1d583808abc06c8327b2ede23180eb1f0e9ce02d6cc53839",
     },
     Embedded {
-        id: "moments-camera-both-toksvig-f32",
+        id: "moments-camera-both-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-toksvig-f32.wgsl"),
-        sha256: "f52b4e9f51dfe31fe0a7013acfdbf753b85651400220be5a75ed60732e5310c9",
+        text: include_str!("../wgsl/moments-camera-both-f0-toksvig-f32.wgsl"),
+        sha256: "5f211b10cb8bf9638646804242a69cf5e79c25a1332b6286bbd3808593abfa29",
     },
     Embedded {
-        id: "moments-camera-diffuse-exact-f16",
+        id: "moments-camera-diffuse-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-exact-f16.wgsl"),
-        sha256: "5708f4f092ef6a1f52747487dcd1a43e59dd02f59550ced5ef89b49445dc0947",
+        text: include_str!("../wgsl/moments-camera-diffuse-f0-exact-f16.wgsl"),
+        sha256: "434c5176db5fdf5996acc71acad9cdf87e1cd4e7426cc980d0050815f03ea82b",
     },
     Embedded {
-        id: "moments-camera-diffuse-exact-f32",
+        id: "moments-camera-diffuse-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-exact-f32.wgsl"),
-        sha256: "aef86749a156c1621366240afa2d56f8f2f4fa1705840355c38a6b76f9e5cf71",
+        text: include_str!("../wgsl/moments-camera-diffuse-f0-exact-f32.wgsl"),
+        sha256: "7d12a537447274f28494a592e4e256bd1161934c1607fe1f20b5781332f41af2",
     },
     Embedded {
-        id: "moments-camera-diffuse-toksvig-f16",
+        id: "moments-camera-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-toksvig-f16.wgsl"),
-        sha256: "7d068cf2a7e53088804eda12d23be0b279362966458489b149c88126d79d4b2b",
+        text: include_str!("../wgsl/moments-camera-diffuse-f0-toksvig-f16.wgsl"),
+        sha256: "f14791270af0e35e6f3a736c65c5e24284c6a5b51445b83f7932debefceb4b4b",
     },
     Embedded {
-        id: "moments-camera-diffuse-toksvig-f32",
+        id: "moments-camera-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-toksvig-f32.wgsl"),
-        sha256: "933b37afccbccb081c0384ff5e873d4002666071c74c1361a5a4752456c411e1",
+        text: include_str!("../wgsl/moments-camera-diffuse-f0-toksvig-f32.wgsl"),
+        sha256: "37a23963c4a3c4b0b899ce40bb58806772dfc65f40d3424181f807beadd3ef02",
     },
     Embedded {
-        id: "moments-directional-both-exact-f16",
+        id: "moments-directional-both-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-exact-f16.wgsl"),
-        sha256: "bf57d030325a65bcde8a6240a5604de1f36c24fc056c679ebbc31cd7cefafdfb",
+        text: include_str!("../wgsl/moments-directional-both-f0-exact-f16.wgsl"),
+        sha256: "bf323e6d3d86c05791100acd91b65d5e9a0cb0604732fe095b404a6186c85fe2",
     },
     Embedded {
-        id: "moments-directional-both-exact-f32",
+        id: "moments-directional-both-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-exact-f32.wgsl"),
-        sha256: "bbf9481d3a64e81d9fd99c0238fda48241365b560299e38ddc7ba63bc71ae7c1",
+        text: include_str!("../wgsl/moments-directional-both-f0-exact-f32.wgsl"),
+        sha256: "d94488626d222b83242795ce80d3801d6f3a06f1d80ee85f99e8d0b855faed62",
     },
     Embedded {
-        id: "moments-directional-both-toksvig-f16",
+        id: "moments-directional-both-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-toksvig-f16.wgsl"),
-        sha256: "e708158319fe706f87f8b07eed7979376c5e8508a908f59a3525feffd5d53d6a",
+        text: include_str!("../wgsl/moments-directional-both-f0-toksvig-f16.wgsl"),
+        sha256: "fbfbe1231b87ff606a83c2b39c840306a1a0e13e206d1f8e442d055e0802532a",
     },
     Embedded {
-        id: "moments-directional-both-toksvig-f32",
+        id: "moments-directional-both-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-toksvig-f32.wgsl"),
-        sha256: "1b9604da1105cd2244b2821a8ae69fbb04f8e0360ac9f2c59e4e3d749b0e692b",
+        text: include_str!("../wgsl/moments-directional-both-f0-toksvig-f32.wgsl"),
+        sha256: "02fd4de7f9404020d53f395eceebb6d070f80d3a652500645223d48395661b12",
     },
     Embedded {
-        id: "moments-directional-diffuse-exact-f16",
+        id: "moments-directional-diffuse-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-exact-f16.wgsl"),
-        sha256: "5d1fde942998b251cccc661c0894ef4f0af9571c3bf7c708ba3174733953b6af",
+        text: include_str!("../wgsl/moments-directional-diffuse-f0-exact-f16.wgsl"),
+        sha256: "1be9cebe0ecd850c42b543ef697ebe8fdab442842e50878ff4c479fe44718075",
     },
     Embedded {
-        id: "moments-directional-diffuse-exact-f32",
+        id: "moments-directional-diffuse-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-exact-f32.wgsl"),
-        sha256: "2251ce65bbf33693ed83d560b632fd43992cce09ab39f530cc9a4b4a3f68ecbe",
+        text: include_str!("../wgsl/moments-directional-diffuse-f0-exact-f32.wgsl"),
+        sha256: "43c1b1f6417173b2fa70192dff99a6b4861401db10efe4157d166a48438bfc20",
     },
     Embedded {
-        id: "moments-directional-diffuse-toksvig-f16",
+        id: "moments-directional-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-toksvig-f16.wgsl"),
-        sha256: "fa107f05932d493e2d21d8f4be8d6037602cb71cd07e2f11b1d575dc00cb7010",
+        text: include_str!("../wgsl/moments-directional-diffuse-f0-toksvig-f16.wgsl"),
+        sha256: "bee547714947c1f1543c8cc351f09f2b39a9b67eb994ad1be55062ddae31c5c5",
     },
     Embedded {
-        id: "moments-directional-diffuse-toksvig-f32",
+        id: "moments-directional-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-toksvig-f32.wgsl"),
-        sha256: "b345389d33d218c760f9bd9df5a86e999df830cc431464746b94d8bb5982292a",
+        text: include_str!("../wgsl/moments-directional-diffuse-f0-toksvig-f32.wgsl"),
+        sha256: "1e8c674c01214785804e9a682cc064915858d67e7ce152040dc52144c8c20d49",
     },
     Embedded {
-        id: "moments-point-both-exact-f16",
+        id: "moments-point-both-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-exact-f16.wgsl"),
-        sha256: "dec110537268b3ee262974f64cfc94b0f84bb4daa9aa863747ae7e293f620904",
+        text: include_str!("../wgsl/moments-point-both-f0-exact-f16.wgsl"),
+        sha256: "c3d064290737cb93064c428ef32642b585af8a8fa832b62e90b3cd128235f764",
     },
     Embedded {
-        id: "moments-point-both-exact-f32",
+        id: "moments-point-both-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-exact-f32.wgsl"),
-        sha256: "4914f3a9c8a04f6da58c723c611a1cb370a123328ea851c7eb6a33b93671e933",
+        text: include_str!("../wgsl/moments-point-both-f0-exact-f32.wgsl"),
+        sha256: "85d051d671fcc17f2d9e801eb3a30abf13b5fc4947faeb76031cd2a1651577c4",
     },
     Embedded {
-        id: "moments-point-both-toksvig-f16",
+        id: "moments-point-both-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-toksvig-f16.wgsl"),
-        sha256: "5dd6e9d2ebc4dbf72098423f40f03826049b9c8809cc3f3f2f6867a303c276d3",
+        text: include_str!("../wgsl/moments-point-both-f0-toksvig-f16.wgsl"),
+        sha256: "80eaaf44c6283f08fcd5319ffa1db3a1052e1df2dbbaf57305789e8fac3166fe",
     },
     Embedded {
-        id: "moments-point-both-toksvig-f32",
+        id: "moments-point-both-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-toksvig-f32.wgsl"),
-        sha256: "2a358f2cc04b8ef1f2b21eee1b7c253294df1acd847cf7592b8a94f980eeec41",
+        text: include_str!("../wgsl/moments-point-both-f0-toksvig-f32.wgsl"),
+        sha256: "ea3b8872563fcb485acd16f90f40ff8cfae21de23deb598a7d5916a89d614fc7",
     },
     Embedded {
-        id: "moments-point-diffuse-exact-f16",
+        id: "moments-point-diffuse-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-exact-f16.wgsl"),
-        sha256: "29dd0bfd4eeb77f4472df0e079aac22862cd7032133faa3b36f96f67427b40de",
+        text: include_str!("../wgsl/moments-point-diffuse-f0-exact-f16.wgsl"),
+        sha256: "08f2669a522ed4155a01afdebbab9efc820912d4b19a45cc57688c7e1175ca7e",
     },
     Embedded {
-        id: "moments-point-diffuse-exact-f32",
+        id: "moments-point-diffuse-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-exact-f32.wgsl"),
-        sha256: "e741d6ae6b62051138d9943b44ec5aef3fe39fd16ed122825da172ed7629af35",
+        text: include_str!("../wgsl/moments-point-diffuse-f0-exact-f32.wgsl"),
+        sha256: "ca752218a08b3478351e0d8217bfbddd70f0cff1f2cce505eee967ce4c301061",
     },
     Embedded {
-        id: "moments-point-diffuse-toksvig-f16",
+        id: "moments-point-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-toksvig-f16.wgsl"),
-        sha256: "e4ac5f8759e0442b290e4c1f8ade9621f813c12a59ed731c9dbfd20ab23a09ee",
+        text: include_str!("../wgsl/moments-point-diffuse-f0-toksvig-f16.wgsl"),
+        sha256: "06a132d0a23aa2a187767194aa3880887130db310788fc9e16bedeed7e3354f1",
     },
     Embedded {
-        id: "moments-point-diffuse-toksvig-f32",
+        id: "moments-point-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-toksvig-f32.wgsl"),
-        sha256: "87a9de8e5cab5374691ee709f7ab8815b0cc0452f5d5f9bb31ea4f32dda3fa26",
+        text: include_str!("../wgsl/moments-point-diffuse-f0-toksvig-f32.wgsl"),
+        sha256: "f675598f6e19c9e0428d1a435d4f6a64b0acc8c8df42f16bfb9650a96713d51d",
     },
     Embedded {
-        id: "moments-spot-both-exact-f16",
+        id: "moments-spot-both-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-exact-f16.wgsl"),
-        sha256: "b91c82426125eeffe88fd9c445c94d31a10febe4b846e9873f1c5f3b43c3a67f",
+        text: include_str!("../wgsl/moments-spot-both-f0-exact-f16.wgsl"),
+        sha256: "267bf66c63f878d0ce02fdf0aaed34709430e445eea2adb03ba29bc22ba36602",
     },
     Embedded {
-        id: "moments-spot-both-exact-f32",
+        id: "moments-spot-both-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-exact-f32.wgsl"),
-        sha256: "351cbc5126a2b7946735aee5a993a66ea85d14eeba6c4f1455f9f11e4c8de311",
+        text: include_str!("../wgsl/moments-spot-both-f0-exact-f32.wgsl"),
+        sha256: "7eb807bcd573eefe1e441bf61861fee6239ee00489626b1c11b545f42bb3953d",
     },
     Embedded {
-        id: "moments-spot-both-toksvig-f16",
+        id: "moments-spot-both-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-toksvig-f16.wgsl"),
-        sha256: "b39e4d03dc3e12f0564e2cb8028028b0d55cc77c28c3f3d5aa7e455d7ee211dd",
+        text: include_str!("../wgsl/moments-spot-both-f0-toksvig-f16.wgsl"),
+        sha256: "9144e53432ce595b157ed680839607f6e692c9fe78ce76793b894236fd503bb5",
     },
     Embedded {
-        id: "moments-spot-both-toksvig-f32",
+        id: "moments-spot-both-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-toksvig-f32.wgsl"),
-        sha256: "32adb27429fa3478c0a5de48528a53591ab9ee11a0b1cb0e7dafff6c389e90cc",
+        text: include_str!("../wgsl/moments-spot-both-f0-toksvig-f32.wgsl"),
+        sha256: "6091415254da02a28c77a5a65c9822629996d960fba96509b5435f52ef97ae5b",
     },
     Embedded {
-        id: "moments-spot-diffuse-exact-f16",
+        id: "moments-spot-diffuse-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-exact-f16.wgsl"),
-        sha256: "68fdb66354873a8f7335e8e8b96e55d8a4f1e516525ded6574101f379600d734",
+        text: include_str!("../wgsl/moments-spot-diffuse-f0-exact-f16.wgsl"),
+        sha256: "5351a98636c9a92b759598ba04e1ac246a440c45ef0eaf59d8195139bdf6417b",
     },
     Embedded {
-        id: "moments-spot-diffuse-exact-f32",
+        id: "moments-spot-diffuse-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-exact-f32.wgsl"),
-        sha256: "6322c05f364b14717831edbf16138f63c293b95096387624ad1fd51528154a73",
+        text: include_str!("../wgsl/moments-spot-diffuse-f0-exact-f32.wgsl"),
+        sha256: "45b2047cd1a653ca453a1584880a865e379d0a1eae0e253c5a7f58589c887ae4",
     },
     Embedded {
-        id: "moments-spot-diffuse-toksvig-f16",
+        id: "moments-spot-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-toksvig-f16.wgsl"),
-        sha256: "09e376a0da3ea14166f193c2093cf54bc7df2d919b9011e92f38f15464470392",
+        text: include_str!("../wgsl/moments-spot-diffuse-f0-toksvig-f16.wgsl"),
+        sha256: "2aad575e0aa87e244b7411d6f6d135a39814fcaab4184d8594d5893f8d20ba00",
     },
     Embedded {
-        id: "moments-spot-diffuse-toksvig-f32",
+        id: "moments-spot-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-toksvig-f32.wgsl"),
-        sha256: "14b4d547d4a5b672b088763a2a669084deb2b9f82bba51d0cfa4261c2ca7ad12",
+        text: include_str!("../wgsl/moments-spot-diffuse-f0-toksvig-f32.wgsl"),
+        sha256: "ace672d93157f2b90ed0df68059a77821ffaa214039ffb09d9387e94507cee20",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-exact-both-f32",
@@ -1954,7 +1954,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-both-f16-none.wgsl"),
-        sha256: "42fd2248790a4c64f6835e73ce6dc71995d92ad1978a7ef86b1eac89cb8d47ea",
+        sha256: "279be7a836133c86e2dbc1ef077279f3eacd8901ec5ad324444b4336668931f3",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
@@ -1962,13 +1962,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "3d6ce3c3bd91720c3349272ab654b4a5523f457a4f934a330dce9c81ab40c20f",
+        sha256: "3293cb9faff445b1dc1fff274900257bfbfb2f745b2850d846df0a34d03a7800",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "4098be6251d3f55f343c1c9f2a2b7ea0389008f0d42002a9bb8c3aca25bffca5",
+        sha256: "e7c82f64a9c2b838c6b574e0975d2576d650343c506d203ec8f9fe03d0a10be4",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
@@ -1976,13 +1976,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "80a617788c12c2814d17a0b5ff2e1e5a867a89e5df0f4e542f7194658ada7a68",
+        sha256: "1d7fe2827551cc5850f4b58595edc4b9de9f05008afb37bb72a328d00f9d2ef9",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f16-none.wgsl"),
-        sha256: "5b5f2b6f604fd27962bfd8f4bf723076726be743b1a2f8d79976528f83f0eacc",
+        sha256: "6f6df42db63d4c9b965870d9a1bd12a4179cd80bd392bbbe02def88eeafd0a49",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -1990,13 +1990,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "b64ada77b3c16874e7eb179fed81b217091e21d2ca3828f728aaae64acc0a80a",
+        sha256: "fdc56bd2c15981f105961e1339e7488340f5cbe0a316cb57eddce758b53e1885",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "d2d1632437e2e18b7647c3be0b5e476d25d3cdbcd107067933ecb7d7ec8cd760",
+        sha256: "0708110a78ec02d20e02d50ed96279b3c8a0ed36f0489b43f503db883fba100f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2004,7 +2004,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "ca38c4f1a2e6a71d29ecd41c188c5351c8c044e57d697ffe7d8dd2a79000e056",
+        sha256: "6a0e21092392fb1b9a6862b124c80fc7f4009666ebb9ed13c0e3540d8223bcb7",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2012,7 +2012,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "f2895c2dc33f25cdfaee7eecdc87881c3cbd757fabe679a1a7e7ea1aba029188",
+        sha256: "a03cf0eb8cc71ec823bf6987d29c3c206bae5a61caaaa95970ea7bbcb6eeb1ad",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
@@ -2020,7 +2020,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-none.wgsl"
         ),
-        sha256: "0c855c63d671e9befa452fa50dba0bcea6e66dcc41837c1d382c0cc772af70fb",
+        sha256: "c51a57b5232cfc502bcf2ea066c64a4260f7941f21bb0dfd747af8fe1d312426",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2028,7 +2028,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "8fc740ccde8985e201f798ae1edb256aa72eac3407ffd288985dab5300d11d15",
+        sha256: "08fc5b6b76db486bd706683409fe11ed3e27f110420ed1f311a24b2d4ca0ff3b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2036,7 +2036,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "9dc524376628ff62fc19cfae747abb8a9dca2dea6fde6142f1e673d6edaab36a",
+        sha256: "0e657f2a66db7ff4a629793fcd8d733c025b98c7ff6d38cbe7ed3a547ccdce1e",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
@@ -2044,7 +2044,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none.wgsl"
         ),
-        sha256: "2df60d79390b0b09efed15d1224bde80ce68f46bfad2df49554079feb467cef6",
+        sha256: "e8fefe9364b242d1ed93ea9348ae63ddc015873384dbbc2283db0590d53eb7e0",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2052,7 +2052,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "448e73048f7467672e22150a9df99854b75e48392cce640021504ac910573988",
+        sha256: "71ceb8b5c4fe82b0ee38e770c82afdf679e833236e210e2cf29e203d11cec60f",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
@@ -2118,25 +2118,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-sg-ggx-both-f32-none.wgsl"),
-        sha256: "4ca65a50511fee03e4637d374b42159b6436b321cbee83bfab452ab6b9f32c3e",
+        sha256: "0641f0cd6353c8861701240f3fc084e453ee1426be6f6661c49c4bde0bfe3f05",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "7f1175fd9b9c40262ab735d4ed7051978cb7796a39f8e43da7fb1b5a69dfc397",
+        sha256: "b625005f6b4a8de471614eb20ebe775dd05a0554bde3fc76aad21092d11f2e80",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-none-asg-ggx-both-f32-none.wgsl"),
-        sha256: "3cfa9d13ef5eb39d1b4efece04166f6b267dbfe9ddd2e8c7ff07ca7552496980",
+        sha256: "c47d8908dad119aab69e8a3eee34aa1f58d590d0995bc209738461e9b1b5a22b",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-none-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "6e3710ce9b83d7c4ead0acddca65f7f92b56289087e6d1c5d85167325211faa6",
+        sha256: "2dcd8b7c1d30e729e2a2f1b6fa1be16bc5b07379c1ec0aed3503328a5148120e",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
@@ -2144,7 +2144,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-none-ndf_filtered-ggx-both-f32-none.wgsl"
         ),
-        sha256: "fba3de299c805991d2f3630784dae04163ed6f6a93087d135821f0c1183cfc07",
+        sha256: "d9e1be55f507b527f0c829fd941a4292e4c4711cd195b9a84cd3fc28264140de",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -2152,19 +2152,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none.wgsl"
         ),
-        sha256: "ac0b1f259951b85feb99a1e0f9f8fbf0b3ed538a60cb67b3f070305d06d43cb3",
+        sha256: "a728b8de42d8bdbe8f23e64ba78c93a2772443e845c407c8723162dde69d39ac",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-none-sg-ggx-both-f32-none.wgsl"),
-        sha256: "20cf454ffe0b1796a009305aa54a401ee5b814c268c17d2f388fa6bc8843d849",
+        sha256: "6f1292a9cb531c1094bad7426a0eee46410a07a313b4f7fd824eb74da6eecef3",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-none-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "c26920ab7b2525c016a7af648ff5aab512b67c8ec8b14029b8015a6c1505af83",
+        sha256: "ebc09d26b3e48364ef32fb311e1a8f7d9a4b869d359dd5de40c07bb51babfcb4",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
@@ -2172,7 +2172,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_convolved-fitted-asg-ggx-both-f32-none.wgsl"
         ),
-        sha256: "b69e741dd4f191591e223e4b157a5809506ce17350636f897332ef1b9c84da3a",
+        sha256: "4dbbeec92437bf6ea86232437e21c2027724ad12c7c31eafc1fe8ce9d1252027",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
@@ -2180,7 +2180,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none.wgsl"
         ),
-        sha256: "64e42bb9cd3bce0fbdb195798c401b4156df93ee2d967f09c56d1725c62d3bba",
+        sha256: "8634d3b04bf2907b287996724efb9327f315d079addaf7e2defd9630b2f34388",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -2204,7 +2204,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_quadratic-fitted-asg-ggx-both-f32-none.wgsl"
         ),
-        sha256: "0b4894db81608cf7fdcd4858c41b393a7267dc9a9a0f88d223826251aee270ba",
+        sha256: "0bfece88acd18ed12bd928f76fe3bd5f2fa6ff200907461275259399f21eae38",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
@@ -2212,7 +2212,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none.wgsl"
         ),
-        sha256: "0a79eb3f46ca21f68f8516163490b6243d51b0526aa69f6eb0c5ef6de6253ae5",
+        sha256: "40c2fef43253ca906601f1eb0956c207de93fe7da9c04298b82a03cae4baf192",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
@@ -2234,19 +2234,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "4e81e97357c5e9dd4290322bed731b69c278c649cf2ea60040b84183401d04cc",
+        sha256: "5c81170a2c0b9cbb2a0e6672e3f47b9cfdec3fc64a75423c4d8aa0d09b7e5fee",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "7847e666f67fa98c0880bfafa87278eb1ddd13456557257866844996ef30e4a5",
+        sha256: "4e74dad416574ad6db5557bf260e4a3de4a1bcf61baa78051cd41cf9988f84c0",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "ee3aaa86daa4cc7406e1c84806b1d4dbe6c34a39ca5b352713168cda08a5dda2",
+        sha256: "3e86a72e7508ea1cd66be3837acf3ab766a7a62d7b9361e11d4faa06c70d4f77",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2254,13 +2254,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "cde31659dac169e9322589146d5365d2af352e47d5945188cb046c2908791d15",
+        sha256: "7857b962e4b92bd197c0b5b245733e692f36a79969291f2ea6e80fdd178347dd",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "e81ca0bad10228ebe832871340ef2b7616cf28edc0a15faeb985af1779744994",
+        sha256: "e0253f9232255fa71b400c3b6678362f851e47efef0a3396f1fc0bd66b4937f1",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2268,7 +2268,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "d3f3409c32c29daa23db875b4ba253f8e2914eec72d7bb7d0dd8adb771f91ac5",
+        sha256: "5fff0c89f4d947d9fb133e76a4392dcc197e68af511f59c39d5be9b2191b8155",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2276,7 +2276,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "4a9cc5947d64e30be10bd9015927cb587244ed6dc6914065b335f0d939d7bb2b",
+        sha256: "380979dae5a25f19382f7560828c1fd680041f18739361ff0491e5130bfa8000",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2284,7 +2284,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "fe699006644446c05929ef80768d64b9af33ec205f37dfb6ce6cea712bfa4d44",
+        sha256: "af2f165fe1c4acb20334dd75dea87c8d35f916314d442aec6a50cb9caedb3a0c",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2292,7 +2292,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "aaa0ec2fc3672b4d23acf96629b13d642f19b17fe68a19d6dab6a0d91ba880e8",
+        sha256: "a7856acddd5c98a9f12929f4db34d339f723d3e96deb109dbb42fedc5eb7c730",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2300,7 +2300,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "3e094ab6f1dc756780917f4872fc7e07d97bc77bcf9238f839db5f77e15197e7",
+        sha256: "2ad78eeeb64d7fa795e9001dbf629f51fd86f3be9c8fc25e262a814564452461",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -2350,13 +2350,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-constant-asg-ggx-both-f32-none.wgsl"),
-        sha256: "645c0f5613464e202e33aff79d8a9eb4e94226f2f6b31e6aa2ac1dce8a9b0061",
+        sha256: "014ec547263e7e3599a427825011b4b631a283e6453c8fdbbf7f241b9154dd77",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-constant-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "3fe406f27051be7a56803f79f31c095c485621f57d7cc967124229be9e1bec16",
+        sha256: "ce94f75f672d12de58c2741967790320483fbc4a550145418f0539b980b5713a",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
@@ -2376,31 +2376,31 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-constant-sg-ggx-both-f32-none.wgsl"),
-        sha256: "b4dfdea6d76bdf170256f10d054fa1dbff0bf44dd9cd88f487b4fd3a35ccdd76",
+        sha256: "0268e7249f4cc9e901792fcec4fabd50728a0beab15317744abbb62dee7af0da",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-constant-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "cdc1b6612bfffd01d9d26d70d98c03845c7fd5c6101ef1c3fb7350cf22144251",
+        sha256: "09e16ef476fef930599e6b032020b9fa47d8866d1a70ee9a76cfe2a7b04edc3a",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "3d3ebd541951bc9a93bb62f8c0c59e0f5c5699bdca967883bf09cd62a2a8af79",
+        sha256: "ee7251d3337452e4c4031313edb2df68a5a396b37c9ee50b9060d4cc4fcc9efe",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "5d09b63d4bfc6603efeed00b769cb2f2ade3f8900715b9f5b26a655035c43661",
+        sha256: "e5feab207593311e32a65c447b3ec66228ed789b411557c158f65a9e576731a0",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "de9a0d082dc1735165ba65ba9d22535e2acd1af837339be9f956327453708fa0",
+        sha256: "46907d669615c6aeb76e5170697f3bfb04530b12b479e6a8929bf4dbb2374244",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2408,13 +2408,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "5c3e963f658f4d33ec6bac79e01a936679f25b358bddf4cd27b3776339077c61",
+        sha256: "13567dada7a01f2e43c46f2acf84355aadeeb4deb00c171f30def39bd4b86804",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "2d1fb23bad7ffadff2d822e82a090cb4fabe7bf5f9509e0a6fa31f30361945a9",
+        sha256: "83058de492ea8b21aa11aee1f43d649a013b7e1a722c5f4bc659d89fb8aa4e92",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2422,7 +2422,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "012309aafd8f900e0f44dea45b535ac0fa5f409741c64a4c4fcce3bedd9862c3",
+        sha256: "0354a49905d9c31d88ab46fcfc376e2a3fd810c5f4173be40742f90e3813fe96",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2430,7 +2430,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "d0d90a6dfa51ea3b340fe8ab28e39d5575a89bf7493ed0bcb2557d8e653cb66f",
+        sha256: "01f6eb6229179ad229d9d0fe2c1ff33542448ce50361209f7039d161c091c59c",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2438,7 +2438,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "0af5acae0692a007c4e3ea27ca94947796ce0db4fe79194a02615d03437c20b4",
+        sha256: "776e196c8c34e5d343328fbed4462fdda49d77180dee40991d40653a21efa58a",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2446,7 +2446,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "f926998ab16355162fc17cc88d075fa6eaa25d471060477c62c1bfff311adde3",
+        sha256: "6b55c88965c527939e5c06b9aa014ef7d2dc24a4ffb8abc1d55e8eda0b2712f6",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2454,7 +2454,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "ee971c1c06832de46a8a047e4429c4d08fa787084a9dec9c9be8f1fd57e73332",
+        sha256: "e9ac48800df2bf3b47c17cdac33b8bc35c4e8bb31a079418e5c88061cfc0a766",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -2504,25 +2504,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-sg-ggx-both-f32-none.wgsl"),
-        sha256: "750edffb1bf000a330414b5153ac050cbdcaa18b7672556e5547c7fbbfb4f92c",
+        sha256: "e25cbb73f34f916a354003f6f0b7c21dc702d1d52c53ad4e3c2e0b51497a7c7d",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "7b2d55b79794203497a5b9bc27f5a4c40d8ea9b2e4aebf784b84fb002ea6b09d",
+        sha256: "755862f81312d089b567add77fd2dd0654c82ff97e262e7514351a5babb2debf",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-gaussian-asg-ggx-both-f32-none.wgsl"),
-        sha256: "fd7540a366ac2020a58b2f554c66f708a96d8651841698616c1686114b2caf22",
+        sha256: "367a4c504fbb003f18eea4793e988e695b96d98db0336b5573fce36800b4f5db",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-gaussian-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "aa99efa997d85f8ae845b0ac66f79a1c21311d25168b9567f12e432629e96c10",
+        sha256: "a202e504b2e94d34f8ed9ce8c2f34ce5205e5dc648dbaec8fb331e9cc3265925",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
@@ -2542,13 +2542,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-gaussian-sg-ggx-both-f32-none.wgsl"),
-        sha256: "1a78e16c9139607a5854c51d4f21c72ca7c878e26e0d9d5ebe18ab506d4cbc25",
+        sha256: "da54a456b715512815b59c481a5606d27fe8ce1b0f4842d4aab5e642b71f94f6",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-gaussian-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "b02aa9dc9d935ee2bed51a1668223d6b34239a31dce32a2fcf13003e7c66645d",
+        sha256: "1a4789273959451f5ab3f8cb2a36d7631171e49150aa56e23fd3f05e614caf34",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -3037,6 +3037,8 @@ pub enum Function {
     AsgConvolution,
     /// The reflection lobe.
     AsgReflection,
+    /// The same, constant at alpha 1.
+    AsgReflectionFlat,
     /// GGX.
     GgxDistribution,
     /// Its masking and shadowing.
@@ -3053,6 +3055,10 @@ pub enum Function {
     SgReflectionDominant,
     /// Reflection by the filtered distribution.
     NdfFilteredReflection,
+    /// The same, as published.
+    NdfFiltered2024Reflection,
+    /// Directional albedo of GGX.
+    GgxAlbedo,
     /// One lobe of a virtual light from its moments.
     Emission,
     /// The integral of a lobe times any cosine: by a parabola.
@@ -3068,7 +3074,7 @@ impl Function {
     /// The name of the axis.
     pub const AXIS: &str = "function";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 48] = [
+    pub const ALL: [Self; 51] = [
         Self::None,
         Self::Erf,
         Self::Erfc,
@@ -3104,6 +3110,7 @@ impl Function {
         Self::AsgEvaluate,
         Self::AsgConvolution,
         Self::AsgReflection,
+        Self::AsgReflectionFlat,
         Self::GgxDistribution,
         Self::GgxVisibility,
         Self::BeckmannDistribution,
@@ -3112,6 +3119,8 @@ impl Function {
         Self::SgReflectionMirror,
         Self::SgReflectionDominant,
         Self::NdfFilteredReflection,
+        Self::NdfFiltered2024Reflection,
+        Self::GgxAlbedo,
         Self::Emission,
         Self::CosineQuadratic,
         Self::Emitted,
@@ -3156,6 +3165,7 @@ impl Function {
             Self::AsgEvaluate => "asg_evaluate",
             Self::AsgConvolution => "asg_convolution",
             Self::AsgReflection => "asg_reflection",
+            Self::AsgReflectionFlat => "asg_reflection_flat",
             Self::GgxDistribution => "ggx_distribution",
             Self::GgxVisibility => "ggx_visibility",
             Self::BeckmannDistribution => "beckmann_distribution",
@@ -3164,6 +3174,8 @@ impl Function {
             Self::SgReflectionMirror => "sg_reflection_mirror",
             Self::SgReflectionDominant => "sg_reflection_dominant",
             Self::NdfFilteredReflection => "ndf_filtered_reflection",
+            Self::NdfFiltered2024Reflection => "ndf_filtered_2024_reflection",
+            Self::GgxAlbedo => "ggx_albedo",
             Self::Emission => "emission",
             Self::CosineQuadratic => "cosine_quadratic",
             Self::Emitted => "emitted",
@@ -3752,21 +3764,38 @@ pub enum Specular {
     /// The lobe is an anisotropic spherical Gaussian \[Tokuyoshi 2016, Appendix C.2; Xu 2013\].
     #[default]
     Asg,
-    /// The distribution of facets is filtered by the light's lobe \[Tokuyoshi 2024\].
+    /// An anisotropic spherical Gaussian of bandwidth 1/alpha^2 - 1 instead of 1/alpha^2: constant at alpha 1, where GGX is.
+    AsgFlat,
+    /// As asg_flat, with Fresnel's term, masking and cosine at the axis of the product of both lobes \[Tokuyoshi 2015 supplement, Section 3.2\].
+    AsgProduct,
+    /// The distribution of facets is filtered by the light's lobe \[Tokuyoshi 2024\], with less error than as published.
     NdfFiltered,
+    /// The distribution of facets is filtered by the light's lobe as published: widths add up, without shadowing \[Tokuyoshi 2024\].
+    NdfFiltered2024,
 }
 impl Specular {
     /// The name of the axis.
     pub const AXIS: &str = "specular";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 4] = [Self::None, Self::Sg, Self::Asg, Self::NdfFiltered];
+    pub const ALL: [Self; 7] = [
+        Self::None,
+        Self::Sg,
+        Self::Asg,
+        Self::AsgFlat,
+        Self::AsgProduct,
+        Self::NdfFiltered,
+        Self::NdfFiltered2024,
+    ];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
             Self::Sg => "sg",
             Self::Asg => "asg",
+            Self::AsgFlat => "asg_flat",
+            Self::AsgProduct => "asg_product",
             Self::NdfFiltered => "ndf_filtered",
+            Self::NdfFiltered2024 => "ndf_filtered_2024",
         }
     }
 }
@@ -3776,6 +3805,46 @@ impl core::fmt::Display for Specular {
     }
 }
 impl core::str::FromStr for Specular {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
+/// The power of a virtual light's specular lobe.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum SpecularPower {
+    /// By the specular reflectance at normal incidence, without Fresnel's term and masking \[Tokuyoshi 2016, Eq. (7)\].
+    #[default]
+    F0,
+    /// By the directional albedo of GGX with Fresnel's term, a fit within 0.0101 of white metal and 5.5 % of a dielectric.
+    Albedo,
+}
+impl SpecularPower {
+    /// The name of the axis.
+    pub const AXIS: &str = "specular_power";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 2] = [Self::F0, Self::Albedo];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::F0 => "f0",
+            Self::Albedo => "albedo",
+        }
+    }
+}
+impl core::fmt::Display for SpecularPower {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for SpecularPower {
     type Err = UnknownValue;
     fn from_str(name: &str) -> Result<Self, UnknownValue> {
         Self::ALL
@@ -4316,6 +4385,8 @@ pub mod moments {
         pub light: super::Light,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// The power of a virtual light's specular lobe.
+        pub specular_power: super::SpecularPower,
         /// How the sharpness of a virtual light's directions follows from their mean.
         pub sharpness: super::Sharpness,
         /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
@@ -4327,14 +4398,17 @@ pub mod moments {
             let mut all = Vec::new();
             for light in super::Light::ALL {
                 for lobes in super::Lobes::ALL {
-                    for sharpness in super::Sharpness::ALL {
-                        for precision in super::Precision::ALL {
-                            all.push(Self {
-                                light,
-                                lobes,
-                                sharpness,
-                                precision,
-                            });
+                    for specular_power in super::SpecularPower::ALL {
+                        for sharpness in super::Sharpness::ALL {
+                            for precision in super::Precision::ALL {
+                                all.push(Self {
+                                    light,
+                                    lobes,
+                                    specular_power,
+                                    sharpness,
+                                    precision,
+                                });
+                            }
                         }
                     }
                 }
@@ -4345,12 +4419,20 @@ pub mod moments {
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
             format!(
-                "{PASS}-{}-{}-{}-{}", self.light, self.lobes, self.sharpness, self
-                .precision
+                "{PASS}-{}-{}-{}-{}-{}", self.light, self.lobes, self.specular_power,
+                self.sharpness, self.precision
             )
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.lobes, super::Lobes::Diffuse)
+                && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "specular-power-without-specular-lobe",
+                    reason: "a virtual light without a specular lobe has no specular power",
+                });
+            }
             None
         }
         /// Whether no rule excludes it.
@@ -4369,7 +4451,7 @@ pub mod moments {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `moments-camera-both-exact-f16`, `moments-camera-both-toksvig-f16`, `moments-camera-diffuse-exact-f16`, `moments-camera-diffuse-toksvig-f16`, `moments-directional-both-exact-f16`, `moments-directional-both-toksvig-f16`, `moments-directional-diffuse-exact-f16`, `moments-directional-diffuse-toksvig-f16`, `moments-point-both-exact-f16`, `moments-point-both-toksvig-f16`, `moments-point-diffuse-exact-f16`, `moments-point-diffuse-toksvig-f16`, `moments-spot-both-exact-f16`, `moments-spot-both-toksvig-f16`, `moments-spot-diffuse-exact-f16`, `moments-spot-diffuse-toksvig-f16`.
+    /// `moments-camera-both-f0-exact-f16`, `moments-camera-both-f0-toksvig-f16`, `moments-camera-diffuse-f0-exact-f16`, `moments-camera-diffuse-f0-toksvig-f16`, `moments-directional-both-f0-exact-f16`, `moments-directional-both-f0-toksvig-f16`, `moments-directional-diffuse-f0-exact-f16`, `moments-directional-diffuse-f0-toksvig-f16`, `moments-point-both-f0-exact-f16`, `moments-point-both-f0-toksvig-f16`, `moments-point-diffuse-f0-exact-f16`, `moments-point-diffuse-f0-toksvig-f16`, `moments-spot-both-f0-exact-f16`, `moments-spot-both-f0-toksvig-f16`, `moments-spot-diffuse-f0-exact-f16`, `moments-spot-diffuse-f0-toksvig-f16`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 112),
@@ -4434,7 +4516,7 @@ pub mod moments {
             "sglow_weight_output",
         ],
     ];
-    /// `moments-camera-both-exact-f32`, `moments-camera-both-toksvig-f32`, `moments-camera-diffuse-exact-f32`, `moments-camera-diffuse-toksvig-f32`, `moments-directional-both-exact-f32`, `moments-directional-both-toksvig-f32`, `moments-directional-diffuse-exact-f32`, `moments-directional-diffuse-toksvig-f32`, `moments-point-both-exact-f32`, `moments-point-both-toksvig-f32`, `moments-point-diffuse-exact-f32`, `moments-point-diffuse-toksvig-f32`, `moments-spot-both-exact-f32`, `moments-spot-both-toksvig-f32`, `moments-spot-diffuse-exact-f32`, `moments-spot-diffuse-toksvig-f32`.
+    /// `moments-camera-both-f0-exact-f32`, `moments-camera-both-f0-toksvig-f32`, `moments-camera-diffuse-f0-exact-f32`, `moments-camera-diffuse-f0-toksvig-f32`, `moments-directional-both-f0-exact-f32`, `moments-directional-both-f0-toksvig-f32`, `moments-directional-diffuse-f0-exact-f32`, `moments-directional-diffuse-f0-toksvig-f32`, `moments-point-both-f0-exact-f32`, `moments-point-both-f0-toksvig-f32`, `moments-point-diffuse-f0-exact-f32`, `moments-point-diffuse-f0-toksvig-f32`, `moments-spot-both-f0-exact-f32`, `moments-spot-both-f0-toksvig-f32`, `moments-spot-diffuse-f0-exact-f32`, `moments-spot-diffuse-f0-toksvig-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
@@ -4499,6 +4581,8 @@ pub mod density {
         pub importance: super::Importance,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// The power of a virtual light's specular lobe.
+        pub specular_power: super::SpecularPower,
     }
     impl Density {
         /// Every legal variant.
@@ -4507,7 +4591,14 @@ pub mod density {
             for density in super::Density::ALL {
                 for importance in super::Importance::ALL {
                     for lobes in super::Lobes::ALL {
-                        all.push(Self { density, importance, lobes });
+                        for specular_power in super::SpecularPower::ALL {
+                            all.push(Self {
+                                density,
+                                importance,
+                                lobes,
+                                specular_power,
+                            });
+                        }
                     }
                 }
             }
@@ -4516,7 +4607,10 @@ pub mod density {
         }
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}-{}", self.density, self.importance, self.lobes)
+            format!(
+                "{PASS}-{}-{}-{}-{}", self.density, self.importance, self.lobes, self
+                .specular_power
+            )
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -4540,6 +4634,23 @@ pub mod density {
                     reason: "the bidirectional density is made of importance",
                 });
             }
+            if matches!(self.lobes, super::Lobes::Diffuse)
+                && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "specular-power-without-specular-lobe",
+                    reason: "a virtual light without a specular lobe has no specular power",
+                });
+            }
+            if matches!(
+                self.density, super::Density::Power | super::Density::Reflectance
+            ) && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "density-without-specular-power",
+                    reason: "only the bidirectional density divides by the specular power; the power is that of the moments, and the reflectance that at normal incidence, whatever light reaches it",
+                });
+            }
             None
         }
         /// Whether no rule excludes it.
@@ -4558,7 +4669,7 @@ pub mod density {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `density-bidirectional-cosine-both`, `density-bidirectional-lobe-both`.
+    /// `density-bidirectional-cosine-both-f0`, `density-bidirectional-lobe-both-f0`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
@@ -4619,7 +4730,7 @@ pub mod density {
             "sglow_camera_vsgls",
         ],
     ];
-    /// `density-bidirectional-cosine-diffuse`, `density-bidirectional-lobe-diffuse`.
+    /// `density-bidirectional-cosine-diffuse-f0`, `density-bidirectional-lobe-diffuse-f0`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
@@ -4680,7 +4791,7 @@ pub mod density {
             "sglow_camera_vsgls",
         ],
     ];
-    /// `density-power-none-both`, `density-power-none-diffuse`.
+    /// `density-power-none-both-f0`, `density-power-none-diffuse-f0`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::texture(
@@ -4704,7 +4815,7 @@ pub mod density {
     pub(super) const NAMES_2: &[&[&str]] = &[
         &["sglow_moments_texture", "sglow_density_output"],
     ];
-    /// `density-reflectance-none-both`, `density-reflectance-none-diffuse`.
+    /// `density-reflectance-none-both-f0`, `density-reflectance-none-diffuse-f0`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
@@ -5943,6 +6054,8 @@ pub mod cluster_sum {
         pub sharpness: super::Sharpness,
         /// The lobes that a virtual light emits.
         pub lobes: super::Lobes,
+        /// The power of a virtual light's specular lobe.
+        pub specular_power: super::SpecularPower,
     }
     impl ClusterSum {
         /// Every legal variant.
@@ -5952,12 +6065,15 @@ pub mod cluster_sum {
                 for variance in super::Variance::ALL {
                     for sharpness in super::Sharpness::ALL {
                         for lobes in super::Lobes::ALL {
-                            all.push(Self {
-                                light,
-                                variance,
-                                sharpness,
-                                lobes,
-                            });
+                            for specular_power in super::SpecularPower::ALL {
+                                all.push(Self {
+                                    light,
+                                    variance,
+                                    sharpness,
+                                    lobes,
+                                    specular_power,
+                                });
+                            }
                         }
                     }
                 }
@@ -5968,12 +6084,20 @@ pub mod cluster_sum {
         /// Pass and values joined by `-`.
         pub fn id(self) -> String {
             format!(
-                "{PASS}-{}-{}-{}-{}", self.light, self.variance, self.sharpness, self
-                .lobes
+                "{PASS}-{}-{}-{}-{}-{}", self.light, self.variance, self.sharpness, self
+                .lobes, self.specular_power
             )
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.lobes, super::Lobes::Diffuse)
+                && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "specular-power-without-specular-lobe",
+                    reason: "a virtual light without a specular lobe has no specular power",
+                });
+            }
             None
         }
         /// Whether no rule excludes it.
@@ -6558,7 +6682,8 @@ pub mod shade {
             if matches!(self.ndf, super::Ndf::None)
                 && matches!(
                     self.specular, super::Specular::Sg | super::Specular::Asg |
-                    super::Specular::NdfFiltered
+                    super::Specular::AsgFlat | super::Specular::AsgProduct |
+                    super::Specular::NdfFiltered | super::Specular::NdfFiltered2024
                 )
             {
                 return Some(super::Exclusion {
@@ -6567,7 +6692,10 @@ pub mod shade {
                 });
             }
             if matches!(self.ndf, super::Ndf::Beckmann)
-                && matches!(self.specular, super::Specular::NdfFiltered)
+                && matches!(
+                    self.specular, super::Specular::NdfFiltered |
+                    super::Specular::NdfFiltered2024
+                )
             {
                 return Some(super::Exclusion {
                     name: "filtered-beckmann",

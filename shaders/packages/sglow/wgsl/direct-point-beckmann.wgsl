@@ -55,6 +55,13 @@ fn sglow_beckmann_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32
         * sglow_beckmann_masking_over_cosine(cosine_out, alpha);
 }
 
+/// The reflectance at grazing angles: 1, but for what reflects less than 2 % at normal incidence, which fades in proportion.
+///
+/// specular: reflectance at normal incidence, 0 to 1. Result: 0 to 1.
+fn sglow_fresnel_grazing(specular: vec3<f32>) -> f32 {
+    return min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
+}
+
 /// Schlick's approximation of Fresnel reflectance.
 /// [Schlick 1994, Eq. (15)]
 ///
@@ -63,7 +70,7 @@ fn sglow_beckmann_visibility(cosine_in: f32, cosine_out: f32, alpha: f32) -> f32
 /// so that a surface without specular reflectance has none at any angle. Result: 0 to 1.
 /// Contract: other cosines count as the nearer end; NaN gives anything, finite or not; no loop.
 fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
-    let grazing = min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
+    let grazing = sglow_fresnel_grazing(specular);
     let complement = clamp(1.0 - cosine, 0.0, 1.0);
     let squared = complement * complement;
     return specular + (vec3<f32>(grazing) - specular) * (squared * squared * complement);

@@ -282,13 +282,24 @@ fn sglow_incidence_across(direction: vec3<f32>, normal: vec3<f32>) -> vec3<f32> 
 /// Result: x out of the plane of incidence, y in it.
 /// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
 fn sglow_asg_reflection(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowAsg {
+    return sglow_asg_warped(view, normal, 0.25 / max(alpha * alpha, 1e-12));
+}
+
+/// The lobe about the mirror direction, from its bandwidth in the plane of incidence.
+fn sglow_asg_warped(view: vec3<f32>, normal: vec3<f32>, bandwidth: f32) -> SglowAsg {
     let cosine = dot(view, normal);
     let mirror = 2.0 * cosine * normal - view;
     let axis_x = sglow_incidence_across(mirror, normal);
     // Directions move twice as far as half vectors in the plane of incidence, 2 cos times as far across it.
-    let bandwidth = 0.25 / max(alpha * alpha, 1e-12);
     let clamped = max(cosine, 1e-2);
     return SglowAsg(axis_x, cross(mirror, axis_x), mirror, bandwidth / (clamped * clamped), bandwidth);
+}
+
+/// The reflectance at grazing angles: 1, but for what reflects less than 2 % at normal incidence, which fades in proportion.
+///
+/// specular: reflectance at normal incidence, 0 to 1. Result: 0 to 1.
+fn sglow_fresnel_grazing(specular: vec3<f32>) -> f32 {
+    return min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
 }
 
 /// Schlick's approximation of Fresnel reflectance.
@@ -299,7 +310,7 @@ fn sglow_asg_reflection(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> Sglow
 /// so that a surface without specular reflectance has none at any angle. Result: 0 to 1.
 /// Contract: other cosines count as the nearer end; NaN gives anything, finite or not; no loop.
 fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
-    let grazing = min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
+    let grazing = sglow_fresnel_grazing(specular);
     let complement = clamp(1.0 - cosine, 0.0, 1.0);
     let squared = complement * complement;
     return specular + (vec3<f32>(grazing) - specular) * (squared * squared * complement);
@@ -351,7 +362,8 @@ fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<
 fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
     let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
     let integral = sglow_asg_convolution(lobe, incoming.axis, incoming.sharpness);
-    return incoming.radiance * sglow_specular_factor(receiver, incoming.axis) * integral;
+    let direction = incoming.axis;
+    return incoming.radiance * sglow_specular_factor(receiver, direction) * integral;
 }
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.

@@ -3,7 +3,7 @@
 //
 // emitter = disc: by the mean clamped cosine over its normals, from a uniform disc
 // diffuse = fitted: the cosine integral from its exact odd part and a fit, largest error 6.0e-5
-// specular = ndf_filtered: the distribution of facets is filtered by the light's lobe [Tokuyoshi 2024]
+// specular = ndf_filtered: the distribution of facets is filtered by the light's lobe [Tokuyoshi 2024], with less error than as published
 // ndf = ggx: GGX [Walter 2007, Heitz 2014]
 // lobes = diffuse: a diffuse lobe [Tokuyoshi 2016, Eq. (6)]
 // precision = f32: 32-bit floats
@@ -397,6 +397,13 @@ fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowV
     return emitted.radiance * (2.0 * vsgl.variance * irradiance);
 }
 
+/// The reflectance at grazing angles: 1, but for what reflects less than 2 % at normal incidence, which fades in proportion.
+///
+/// specular: reflectance at normal incidence, 0 to 1. Result: 0 to 1.
+fn sglow_fresnel_grazing(specular: vec3<f32>) -> f32 {
+    return min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
+}
+
 /// Schlick's approximation of Fresnel reflectance.
 /// [Schlick 1994, Eq. (15)]
 ///
@@ -405,7 +412,7 @@ fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowV
 /// so that a surface without specular reflectance has none at any angle. Result: 0 to 1.
 /// Contract: other cosines count as the nearer end; NaN gives anything, finite or not; no loop.
 fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
-    let grazing = min(50.0 * max(specular.x, max(specular.y, specular.z)), 1.0);
+    let grazing = sglow_fresnel_grazing(specular);
     let complement = clamp(1.0 - cosine, 0.0, 1.0);
     let squared = complement * complement;
     return specular + (vec3<f32>(grazing) - specular) * (squared * squared * complement);
@@ -633,7 +640,7 @@ struct SglowReceiver {
 
 /// Specular reflection of incoming light: the distribution of facets filtered by the light's lobe, which keeps both the
 /// stretch of highlights and their brightness where surface or light are wide.
-/// [Tokuyoshi 2024]
+/// [Tokuyoshi 2024], with the differences that stand at the function
 fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
     let reflected = sglow_ndf_filtered_reflection(
         receiver.view, receiver.normal, receiver.alpha, incoming.axis, incoming.sharpness);

@@ -70,11 +70,26 @@ fn sglow_incidence_across(direction: vec3<f32>, normal: vec3<f32>) -> vec3<f32> 
 /// Result: x out of the plane of incidence, y in it.
 /// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
 fn sglow_asg_reflection(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowAsg {
+    return sglow_asg_warped(view, normal, 0.25 / max(alpha * alpha, 1e-12));
+}
+
+/// The same lobe with the bandwidth 1 / alpha^2 - 1 of half vectors: constant at alpha 1, where the distribution of GGX is.
+/// [Tokuyoshi 2024, the author's sample]
+///
+/// view, normal, alpha: as of sglow_asg_reflection. Result: bandwidths 0 at alpha 1.
+/// Contract: as of sglow_asg_reflection.
+fn sglow_asg_reflection_flat(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowAsg {
+    // 1 - alpha^2 cancels where the lobe is broad; this product does not.
+    let smoothness = max((1.0 - alpha) * (1.0 + alpha), 0.0);
+    return sglow_asg_warped(view, normal, 0.25 * smoothness / max(alpha * alpha, 1e-12));
+}
+
+/// The lobe about the mirror direction, from its bandwidth in the plane of incidence.
+fn sglow_asg_warped(view: vec3<f32>, normal: vec3<f32>, bandwidth: f32) -> SglowAsg {
     let cosine = dot(view, normal);
     let mirror = 2.0 * cosine * normal - view;
     let axis_x = sglow_incidence_across(mirror, normal);
     // Directions move twice as far as half vectors in the plane of incidence, 2 cos times as far across it.
-    let bandwidth = 0.25 / max(alpha * alpha, 1e-12);
     let clamped = max(cosine, 1e-2);
     return SglowAsg(axis_x, cross(mirror, axis_x), mirror, bandwidth / (clamped * clamped), bandwidth);
 }
