@@ -20,6 +20,12 @@ pub struct Estimate {
     pub discretisation: Reflected,
 }
 
+impl Default for Estimate {
+    fn default() -> Self {
+        Self::none()
+    }
+}
+
 impl Estimate {
     /// No light, for certain.
     #[must_use]

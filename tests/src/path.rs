@@ -170,7 +170,7 @@ fn noise_of(halves: &[[Estimate; 2]]) -> f64 {
 #[test]
 fn guided_paths_find_the_same_with_less_noise() {
     for (name, at_most, gain) in
-        [("cornell", 0.04, 2.0), ("columns", 0.03, 1.7), ("caustic", 0.2, 5.0)]
+        [("cornell", 0.04, 2.0), ("columns", 0.03, 1.7), ("caustic", 0.15, 5.0)]
     {
         let case = Case::new(name, &Settings { rsm_size: 256, ..settings() });
         let guided = case.halves(1024, 256, 1);
@@ -248,52 +248,6 @@ fn compare(found: &[Vector3], expected: &[Vector3]) -> (f64, f64) {
 #[test]
 #[ignore = "a measurement: minutes"]
 fn errors_of_references() {
-    if let Ok(name) = std::env::var("ONE") {
-        let case = Case::new(&name, &Settings { rsm_size: 256, size: [56, 32], ..settings() });
-        for seed in 1..2 {
-            let texels: Vec<SurfaceTexel> = reference::texels(&case.gbuffer);
-            let receivers: Vec<SurfaceTexel> =
-                texels.into_iter().filter(|texel| texel.present).collect();
-            let halves = case.halves(2048, 256, seed);
-            let mut d: Vec<(f64, usize)> = halves
-                .iter()
-                .enumerate()
-                .map(|(i, [a, b])| ((a.mean.total() - b.mean.total()).length_squared(), i))
-                .collect();
-            d.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let all: f64 = d.iter().map(|x| x.0).sum();
-            for &(v, i) in d.iter().take(14) {
-                let r = &receivers[i];
-                println!(
-                    "ONE  {:.3} pos {:.3} {:.3} {:.3} n {:.2} {:.2} {:.2} spec {:.2} a {:.3} halves {:.4} {:.4} se {:.4}",
-                    v / all,
-                    r.position.x,
-                    r.position.y,
-                    r.position.z,
-                    r.normal.x,
-                    r.normal.y,
-                    r.normal.z,
-                    r.material.specular.x,
-                    r.material.alpha,
-                    halves[i][0].mean.total().y,
-                    halves[i][1].mean.total().y,
-                    halves[i][0].standard_error.y
-                );
-            }
-            let spec: f64 =
-                d.iter().filter(|x| receivers[x.1].material.specular.x > 0.0).map(|x| x.0).sum();
-            println!("ONE specular receivers' share {:.3}", spec / all);
-            let halves = case.halves(2048, 256, seed);
-            let stated = Uncertainty::of(&means(&halves));
-            println!(
-                "ONE {name}: mean {:.5}, noise {:.2} % as stated, {:.2} % by halves",
-                stated.mean,
-                100.0 * stated.relative(),
-                100.0 * noise_of(&halves) / stated.mean
-            );
-        }
-        return;
-    }
     for name in ["cornell", "columns", "caustic", "cornell-glossy", "atrium:75k"] {
         let of = |rsm_size| Case::new(name, &Settings { rsm_size, size: [56, 32], ..settings() });
         let finest = of(1024).unshadowed();

@@ -14,7 +14,7 @@ use crate::cache::Cache;
 const SAMPLE: usize = 96;
 
 /// Paths of each pixel, in both halves together.
-const PATHS: u32 = 2048;
+const PATHS: u32 = 4096;
 
 /// The seed of what is drawn: the same run gives the same numbers.
 const SEED: u64 = 2016;

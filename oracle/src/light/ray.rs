@@ -37,8 +37,7 @@ struct Tile {
 
 impl Tile {
     /// Texels per steradian in a unit direction, or per area of parallel rays.
-    // [Pharr et al. 2016, Physically Based Rendering, Section 13.6.6]: the solid angle of a piece of the plane at unit
-    // distance is its area times the cubed cosine.
+    // The solid angle of a small piece of the plane at unit distance is its area times the cubed cosine.
     fn density(&self, direction: Vector3) -> f64 {
         let extent = self.camera.half_extent;
         let texels = self.size[0] as f64 * self.size[1] as f64 / (4.0 * extent[0] * extent[1]);

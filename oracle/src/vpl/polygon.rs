@@ -11,8 +11,7 @@ const MOST: usize = 6;
 ///
 /// A surface in the plane of the quadrilateral that looks the same way gets nothing, wherever rounding puts it: the sign
 /// of the sum follows from `front`, not from the position.
-// [Lambert 1760], as [Baum et al. 1989, Improving radiosity solutions through the use of analytically determined form
-// factors, Equation (9)]: half the sum over the edges of the angle under which an edge is seen times the cosine between
+// [Lambert 1760; Baum 1989]: half the sum over the edges of the angle under which an edge is seen times the cosine between
 // the surface's normal and that of the plane of the edge and the receiver.
 pub(crate) fn irradiance(
     corners: &[Vector3; 4],
@@ -31,7 +30,7 @@ pub(crate) fn irradiance(
     if heights.iter().all(|&height| height >= 0.0) {
         return (sign * around(&from, normal)).max(0.0);
     }
-    // What is below the horizon is cut off. [Sutherland and Hodgman 1974, Reentrant polygon clipping]
+    // What is below the horizon is cut off. [Sutherland 1974]
     let (mut cut, mut count) = ([Vector3::zero(); MOST], 0);
     let mut keep = |corner: Vector3| {
         if let Some(place) = cut.get_mut(count) {
