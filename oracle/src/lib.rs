@@ -14,14 +14,15 @@
 //! texels; [`visibility`] says what hides them; [`shade`] reflects them;
 //! [`direct`] and [`compose`] add the rest.
 //! [`sg`] has the integrals of spherical Gaussians that shading is made of, on the functions of [`math`].
-//! The truths are [`quadrature`] for integrals over the sphere, and [`vpl`] (without visibility) and [`path`] (with it)
-//! for whole pictures.
+//! The references are [`quadrature`] for integrals over the sphere, and [`vpl`] (without visibility) and [`path`] (with
+//! it) for whole pictures; `docs/references.md` says how far off they are.
 //!
 //! # Citations
 //! - Abasi 2020: Distance metrics for very large color differences, Color Res. Appl. 45(2).
 //! - Andersson 2020: FLIP: a difference evaluator for alternating images, Proc. ACM Comput. Graph. Interact. Tech. 3(2).
 //! - Banerjee 2005: Clustering on the unit hypersphere using von Mises-Fisher distributions, JMLR 6.
 //! - Barak 2013: Temporally coherent adaptive sampling for imperfect shadow maps, Comput. Graph. Forum 32(4).
+//! - Baum 1989: Improving radiosity solutions through the use of analytically determined form factors, SIGGRAPH.
 //! - Cigolle 2014: A survey of efficient representations for independent unit vectors, JCGT 3(2).
 //! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
 //! - Cochran 1977: Sampling techniques, 3rd edition, Wiley.
@@ -31,11 +32,13 @@
 //! - Hastings 1970: Monte Carlo sampling methods using Markov chains and their applications, Biometrika 57(1).
 //! - Duff 2017: Building an orthonormal basis, revisited, JCGT 6(1).
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
+//! - Howell: A catalog of radiation heat transfer configuration factors, <http://www.thermalradiation.net>.
 //! - Jarzynski and Olano 2020: Hash functions for GPU rendering, JCGT 9(3).
 //! - Keller 1997: Instant radiosity, SIGGRAPH.
 //! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
 //! - Kroeger 2015: Simple, admissible, and accurate approximants of the inverse Langevin and Brillouin functions,
 //!   relevant for strong polymer deformations and flows, J. Non-Newton. Fluid Mech. 223.
+//! - Lambert 1760: Photometria sive de mensura et gradibus luminis, colorum et umbrae.
 //! - Marroquim 2007: Efficient point-based rendering using image reconstruction, Symposium on Point-Based Graphics.
 //! - Meder 2018: Screen space approximate Gaussian hulls, EGSR Experimental Ideas and Implementations.
 //! - Metropolis 1953: Equation of state calculations by fast computing machines, J. Chem. Phys. 21(6).
@@ -43,6 +46,7 @@
 //! - Ritschel 2011: Making imperfect shadow maps view-adaptive, Comput. Graph. Forum 30(8).
 //! - Ritschel 2008: Imperfect shadow maps for efficient computation of indirect illumination, ACM Trans. Graph. 27(5).
 //! - Schlick 1994: An inexpensive BRDF model for physically-based rendering, Comput. Graph. Forum 13(3).
+//! - Sutherland 1974: Reentrant polygon clipping, Commun. ACM 17(1).
 //! - Tokuyoshi 2015: Fast indirect illumination using two virtual spherical Gaussian lights, supplement.
 //! - Tokuyoshi 2016: Modified filtered importance sampling for virtual spherical Gaussian lights, CVM 2(4).
 //! - Tokuyoshi 2022: Accurate diffuse lighting from spherical Gaussian lights, SIGGRAPH Posters.
