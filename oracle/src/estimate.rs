@@ -32,6 +32,24 @@ impl Estimate {
         }
     }
 
+    /// The mean of two independent estimates of one pixel. Their noise averages; their discretisation, which both have
+    /// alike, does not.
+    #[must_use]
+    pub fn mean_of(halves: &[Self; 2]) -> Self {
+        let [one, other] = halves;
+        let mean = |a: Vector3, b: Vector3| (a + b) * 0.5;
+        let noise = |a: Vector3, b: Vector3| (a.times(a) + b.times(b)).map(f64::sqrt) * 0.5;
+        let both = |a: &Reflected, b: &Reflected, of: &dyn Fn(Vector3, Vector3) -> Vector3| {
+            Reflected { diffuse: of(a.diffuse, b.diffuse), specular: of(a.specular, b.specular) }
+        };
+        Self {
+            mean: both(&one.mean, &other.mean, &mean),
+            standard_errors: both(&one.standard_errors, &other.standard_errors, &noise),
+            standard_error: noise(one.standard_error, other.standard_error),
+            discretisation: both(&one.discretisation, &other.discretisation, &mean),
+        }
+    }
+
     /// Noise and discretisation of the sum of both reflections together, per channel: the root of the sum of squares.
     #[must_use]
     pub fn error(&self) -> Vector3 {
@@ -81,6 +99,31 @@ impl Uncertainty {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn halves_average_and_their_noise_by_the_root_of_two() {
+        let of = |mean: f64, noise: f64, discretisation: f64| Estimate {
+            mean: Reflected { diffuse: Vector3::splat(mean), specular: Vector3::splat(1.0) },
+            standard_errors: Reflected {
+                diffuse: Vector3::splat(noise),
+                specular: Vector3::zero(),
+            },
+            standard_error: Vector3::splat(noise),
+            discretisation: Reflected {
+                diffuse: Vector3::splat(discretisation),
+                specular: Vector3::zero(),
+            },
+        };
+        let mean = Estimate::mean_of(&[of(1.0, 3.0, 0.5), of(2.0, 4.0, 0.5)]);
+        assert_eq!((mean.mean.diffuse.x, mean.mean.specular.y), (1.5, 1.0));
+        assert_eq!((mean.standard_error.z, mean.standard_errors.diffuse.x), (2.5, 2.5));
+        assert_eq!(mean.discretisation.diffuse.x, 0.5);
+        // One half of which nothing is known leaves the mean unknown.
+        assert_eq!(
+            Estimate::mean_of(&[of(1.0, f64::INFINITY, 0.0), of(1.0, 1.0, 0.0)]).standard_error.x,
+            f64::INFINITY
+        );
+    }
 
     #[test]
     fn errors_add_by_their_squares_and_apart() {

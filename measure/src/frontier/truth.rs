@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sglow_oracle::Vector3;
 use sglow_oracle::estimate::Estimate;
+use sglow_oracle::surface::SceneError;
 use sglow_runtime::reference::{self, Choice, Kind};
 
 use super::document::{Radiance, Reference, ReferenceKind};
@@ -14,10 +15,10 @@ use crate::rivals::flicker::of_pixels;
 /// Pixels on which rounding and model are held against the oracle, spread over the picture.
 const SAMPLE: usize = 96;
 
-/// Paths of each pixel.
+/// Paths of each pixel, in both halves together.
 const PATHS: u32 = 2048;
 
-/// Shadow rays of each pixel.
+/// Shadow rays of each pixel, in both halves together.
 const RAYS: u32 = 256;
 
 /// The seed of what is drawn: the same run gives the same numbers.
@@ -28,8 +29,11 @@ const SEED: u64 = 2016;
 pub struct Truth {
     /// What it is.
     pub reference: Reference,
-    /// Indirect light of every pixel.
+    /// Indirect light of every pixel: the mean of both halves.
     pub indirect: Radiance,
+    /// Two references of half the samples each, from independent random numbers: the mean of (I - R1)(I - R2) over a
+    /// picture I estimates its squared error without that of the reference. Points share their discretisation.
+    pub halves: [Radiance; 2],
     /// Pixels that show a surface.
     pub present: Vec<usize>,
     /// Some of them, on which the oracle is asked.
@@ -71,15 +75,20 @@ fn make(subject: &Subject<'_>, progress: &dyn Progress) -> Result<Truth, Frontie
     };
     let pixels = surfaces.position.len();
     let (light, eye, scene) = (renderer.light(), renderer.eye(), subject.scene);
-    progress.start(&format!("{}: reference of paths", scene.name), pixels);
     // Both, for how far they are off hangs on a few pixels, which a pilot would miss.
-    let paths = reference::paths(light, settings, scene, surfaces, eye, PATHS, SEED, told)?
-        .unwrap_or_default();
-    progress.start(&format!("{}: reference of points", scene.name), pixels);
-    let points = reference::points(light, settings, scene, rsm, surfaces, eye, RAYS, SEED, told)?
-        .unwrap_or_default();
-    let seen = |estimates: &[Estimate]| -> Vec<Estimate> {
-        present.iter().filter_map(|&at| estimates.get(at).copied()).collect()
+    progress.start(&format!("{}: reference of paths", scene.name), 2 * pixels);
+    let paths = halves(|seed, first| {
+        let told = |done, all| told(first * pixels + done, all);
+        reference::paths(light, settings, scene, surfaces, eye, PATHS / 2, seed, told)
+    })?;
+    progress.start(&format!("{}: reference of points", scene.name), 2 * pixels);
+    let points = halves(|seed, first| {
+        let told = |done, all| told(first * pixels + done, all);
+        reference::points(light, settings, scene, rsm, surfaces, eye, RAYS / 2, seed, told)
+    })?;
+    let seen = |halves: &[Vec<Estimate>; 2]| -> Vec<Estimate> {
+        let both = |&at: &usize| Some([*halves[0].get(at)?, *halves[1].get(at)?]);
+        present.iter().filter_map(both).map(|both| Estimate::mean_of(&both)).collect()
     };
     let choice = Choice::of(&seen(&paths), &seen(&points));
     let (kind, samples, estimates, certain, other) = match choice.better {
@@ -98,14 +107,26 @@ fn make(subject: &Subject<'_>, progress: &dyn Progress) -> Result<Truth, Frontie
             other_floor_over_mean: Some(other.relative()).filter(|floor| floor.is_finite()),
             dark: certain.mean == 0.0,
         },
-        indirect: estimates
-            .iter()
-            .map(|one| one.mean.total().to_array().map(|value| value as f32))
-            .collect(),
+        indirect: radiance(
+            estimates[0].iter().zip(&estimates[1]).map(|(&a, &b)| Estimate::mean_of(&[a, b])),
+        ),
+        halves: [0, 1].map(|half: usize| radiance(estimates[half].iter().copied())),
         points: unhidden(drawn, &sample),
         present,
         sample,
     })
+}
+
+/// Two independent references of a scene: of a seed, and of the number of the half.
+fn halves(
+    of: impl Fn(u64, usize) -> Result<Option<Vec<Estimate>>, SceneError>,
+) -> Result<[Vec<Estimate>; 2], SceneError> {
+    Ok([of(SEED, 0)?.unwrap_or_default(), of(SEED + 1, 1)?.unwrap_or_default()])
+}
+
+/// The indirect light of estimates.
+fn radiance(estimates: impl Iterator<Item = Estimate>) -> Radiance {
+    estimates.map(|one| one.mean.total().to_array().map(|value| value as f32)).collect()
 }
 
 /// The sum over all texels of the light's map at some pixels.
