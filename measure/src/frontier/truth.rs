@@ -34,6 +34,8 @@ pub struct Truth {
     /// Two references of half the samples each, from independent random numbers: the mean of (I - R1)(I - R2) over a
     /// picture I estimates its squared error without that of the reference. Points share their discretisation.
     pub halves: [Radiance; 2],
+    /// Indirect light of every pixel without visibility, if there is such a reference.
+    pub unshadowed: Option<Radiance>,
     /// Pixels that show a surface.
     pub present: Vec<usize>,
     /// Some of them, on which the oracle is asked.
@@ -111,6 +113,7 @@ fn make(subject: &Subject<'_>, progress: &dyn Progress) -> Result<Truth, Frontie
             estimates[0].iter().zip(&estimates[1]).map(|(&a, &b)| Estimate::mean_of(&[a, b])),
         ),
         halves: [0, 1].map(|half: usize| radiance(estimates[half].iter().copied())),
+        unshadowed: None,
         points: unhidden(drawn, &sample),
         present,
         sample,
