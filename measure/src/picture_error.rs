@@ -223,8 +223,19 @@ pub struct Pair<'a> {
     pub whole: &'a Radiance,
     /// The whole pictures of both halves.
     pub whole_halves: [&'a Radiance; 2],
-    /// The exposure that FLIP is taken at, or none for that of the reference.
-    pub exposure: Option<Exposure>,
+    /// How both are shown, for FLIP.
+    pub display: Display,
+}
+
+/// How pictures are shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Display {
+    /// Radiance with the exposure of the reference, through the curve of [`Exposure`].
+    Automatic,
+    /// Radiance with this exposure, through the same curve.
+    Exposed(Exposure),
+    /// Light of a screen, 0 to 1.
+    AsIs,
 }
 
 /// Compares two pictures by every metric; an error that says so where nothing can be compared.
@@ -265,17 +276,38 @@ pub fn compare(pair: &Pair<'_>) -> PictureError {
 fn shown(pair: &Pair<'_>) -> Measured {
     let [one, other] = pair.whole_halves;
     let mean = mean(pair.whole_halves);
-    let exposure = pair.exposure.unwrap_or_else(|| Exposure::automatic(&mean));
-    let ours = displayed(pair.whole, exposure);
+    let display = match pair.display {
+        Display::Automatic => Display::Exposed(Exposure::automatic(&mean)),
+        chosen => chosen,
+    };
+    let ours = displayed(pair.whole, display);
     let size = pair.size.map(|side| side as usize);
     let against = |reference: &Radiance| {
-        let reference = displayed(reference, exposure);
+        let reference = displayed(reference, display);
         flip(&reference, &ours, size, PIXELS_PER_DEGREE).map_or(1.0, |flip| flip.mean)
     };
     let value = against(&mean);
     let uncertainty =
         if one == other { 0.0 } else { metrics::rise(value, pair.whole_halves.map(against)) };
     Measured { value, uncertainty }
+}
+
+/// The relative error of every pixel against the mean of the halves; see [`metrics::relative_error`].
+#[must_use]
+pub fn relative_errors(pair: &Pair<'_>) -> Vec<f32> {
+    let reference = mean(pair.halves);
+    let luminance = |at: usize| metrics::luminance(reference[at].map(f64::from));
+    let all: Vec<usize> = (0..reference.len()).collect();
+    let present = pair.present.unwrap_or(&all);
+    let mean = present.iter().map(|&at| luminance(at)).sum::<f64>() / present.len().max(1) as f64;
+    let mean = (mean != 0.0).then_some(mean);
+    let pixels = pair.picture.iter().zip(&reference);
+    pixels
+        .map(|(found, expected)| {
+            let [found, expected] = [found, expected].map(|pixel| pixel.map(f64::from));
+            metrics::relative_error(found, expected, mean) as f32
+        })
+        .collect()
 }
 
 /// The mean of two halves.
@@ -285,16 +317,20 @@ pub fn mean([one, other]: [&Radiance; 2]) -> Radiance {
     both.map(|(one, other)| core::array::from_fn(|at| 0.5 * (one[at] + other[at]))).collect()
 }
 
-/// The FLIP map of a whole picture against its reference, 0 to 1 each pixel, as both are shown with one exposure; 1
+/// The FLIP map of a whole picture against its reference, 0 to 1 each pixel, as both are shown; 1
 /// everywhere if a number is not finite.
 #[must_use]
 pub fn flip_map(
     reference: &Radiance,
     picture: &Radiance,
     size: [u32; 2],
-    exposure: Exposure,
+    display: Display,
 ) -> Vec<f32> {
-    let shown = [reference, picture].map(|radiance| displayed(radiance, exposure));
+    let display = match display {
+        Display::Automatic => Display::Exposed(Exposure::automatic(reference)),
+        chosen => chosen,
+    };
+    let shown = [reference, picture].map(|radiance| displayed(radiance, display));
     let size = size.map(|side| side as usize);
     match flip(&shown[0], &shown[1], size, PIXELS_PER_DEGREE) {
         Ok(flip) => flip.errors.into_iter().map(|error| error as f32).collect(),
@@ -303,9 +339,12 @@ pub fn flip_map(
 }
 
 /// What a screen shows of radiance, as light again: linear, 0 to 1.
-fn displayed(radiance: &Radiance, exposure: Exposure) -> Vec<Vector3> {
+fn displayed(radiance: &Radiance, display: Display) -> Vec<Vector3> {
     let linear = |value: f32| decoded(f64::from(value));
-    let shown = radiance.iter().map(|&pixel| exposure.shown(pixel).map(linear));
+    let shown = radiance.iter().map(|&pixel| match display {
+        Display::Exposed(exposure) => exposure.shown(pixel).map(linear),
+        Display::Automatic | Display::AsIs => pixel.map(f64::from),
+    });
     shown.map(|[r, g, b]| Vector3::new(r, g, b)).collect()
 }
 
@@ -321,7 +360,7 @@ mod tests {
             halves,
             whole: picture,
             whole_halves: halves,
-            exposure: None,
+            display: Display::Automatic,
         }
     }
 
@@ -355,7 +394,7 @@ mod tests {
         assert_eq!(error.not_finite, 12);
         assert!(error.of(Metric::RelativeMse) > 1e300 && error.flip == 1.0);
         let mut partly = reference.clone();
-        partly[1][2] = f32::INFINITY;
+        partly[1][2] = f32::NAN;
         let error = compare(&pair(&partly, [&reference, &reference]));
         assert_eq!((error.not_finite, error.pixels, error.flip), (1, 3, 1.0));
         let odd = PictureError { relative_mse: f64::NAN, ..PictureError::default() };

@@ -251,6 +251,26 @@ fn root(square: Measured) -> Measured {
     Measured { value: root, uncertainty: (above - root).max(root - below) }
 }
 
+/// The relative error of a pixel, as [`Metrics::median`] has it: the luminance of the absolute difference over that of
+/// the reference plus [`RELATIVE_ERROR_FLOOR`] times `mean`, the reference's mean luminance over all pixels; without a
+/// mean, as where the reference is black everywhere, over 1.
+#[must_use]
+pub fn relative_error(found: [f64; 3], reference: [f64; 3], mean: Option<f64>) -> f64 {
+    let apart = core::array::from_fn(|channel| f64::abs(found[channel] - reference[channel]));
+    let unit =
+        mean.map_or(1.0, |mean| luminance(reference).abs() + RELATIVE_ERROR_FLOOR * mean.max(0.0));
+    match luminance(apart) {
+        0.0 => 0.0,
+        apart => apart / unit,
+    }
+}
+
+/// The luminance of a linear Rec. 709 colour.
+#[must_use]
+pub fn luminance(color: [f64; 3]) -> f64 {
+    color.into_iter().zip(LUMINANCE).map(|(part, weight)| part * weight).sum()
+}
+
 /// Weights of the channels in luminance.
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
@@ -260,21 +280,11 @@ const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 /// its variance where it is small. A half has twice the variance of the mean, so what a half's quantile is above the
 /// mean's is at least sqrt(2) - 1 of what noise raises the mean's.
 fn quantiles(pixels: &[Pixel], dark: bool) -> [Measured; 2] {
-    let luminance = |color: [f64; 3]| {
-        color.into_iter().zip(LUMINANCE).map(|(part, weight)| part * weight).sum::<f64>()
-    };
     let mean =
         pixels.iter().map(|pixel| luminance(pixel.mean())).sum::<f64>() / pixels.len() as f64;
-    let floor = RELATIVE_ERROR_FLOOR * mean.max(0.0);
     let errors = |reference: &dyn Fn(&Pixel) -> [f64; 3]| {
-        let error = |pixel: &Pixel| {
-            let expected = reference(pixel);
-            let apart =
-                core::array::from_fn(|channel| (pixel.found[channel] - expected[channel]).abs());
-            let apart = luminance(apart);
-            let unit = if dark { 1.0 } else { luminance(expected).abs() + floor };
-            if apart == 0.0 { 0.0 } else { apart / unit }
-        };
+        let mean = (!dark).then_some(mean);
+        let error = |pixel: &Pixel| relative_error(pixel.found, reference(pixel), mean);
         let mut errors: Vec<f64> = pixels.iter().map(error).collect();
         errors.sort_by(f64::total_cmp);
         errors

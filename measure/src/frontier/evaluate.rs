@@ -16,7 +16,7 @@ use super::document::{PictureError, Radiance, Rounding, Worst};
 use super::subject::{Subject, worst};
 use super::truth::Truth;
 use crate::display::Exposure;
-use crate::picture_error::{Pair, compare};
+use crate::picture_error::{Display, Pair, compare};
 
 /// How far one picture is off.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -171,7 +171,7 @@ impl<'a> Evaluator<'a> {
             halves,
             whole: &self.whole(indirect),
             whole_halves,
-            exposure: Some(self.exposure),
+            display: Display::Exposed(self.exposure),
         })
     }
 }

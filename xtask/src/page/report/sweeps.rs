@@ -28,7 +28,7 @@ fn over(sweep: &Sweep) -> [&'static str; 2] {
 fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
     let [heading, axis] = over(sweep);
     let floor = named.scene.measured.reference.floor_over_mean;
-    let picture = |point: &SweepPoint| point.picture_rmse_over_mean;
+    let picture = |point: &SweepPoint| point.picture.map(|one| one.rmse_over_mean);
     let own = |point: &SweepPoint| point.own_rms_over_mean;
     let time = |point: &SweepPoint| point.time.map(|time| time.median);
     // The ring stands for the picture's error, so it is drawn where that is and where its price is.
@@ -93,7 +93,7 @@ fn verdict(sweep: &Sweep) -> Markup {
     let measured = sweep
         .series
         .iter()
-        .filter(|series| series.points.iter().any(|point| point.picture_rmse_over_mean.is_some()));
+        .filter(|series| series.points.iter().any(|point| point.picture.is_some()));
     html! {
         @for series in measured {
             em { (series.name) } ": "
@@ -131,7 +131,7 @@ fn numbers(sweep: &Sweep, axis: &'static str) -> Markup {
                 tr {
                     th scope="row" { (series.name) }
                     td.n { (figure(point.at)) }
-                    td.n { (maybe(point.picture_rmse_over_mean)) }
+                    td.n { (maybe(point.picture.map(|one| one.rmse_over_mean))) }
                     td.n { (maybe(point.own_rms_over_mean)) }
                     td.n { (maybe(point.time.map(|time| time.median))) }
                 }
