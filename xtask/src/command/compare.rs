@@ -423,4 +423,91 @@ mod tests {
         bound("50%").unwrap();
         assert!(bound("0.49").unwrap_err().to_string().contains("RMSE over the mean"));
     }
+
+    /// What `render` says of a picture is what `compare` says of the files that it wrote, and what `report` and `choose`
+    /// say of the same light; `reproduce` calls what `render` does.
+    #[test]
+    fn every_command_has_the_same_numbers_for_the_same_pair() {
+        use sglow_measure::frontier::document::{Reference, ReferenceKind};
+        use sglow_measure::frontier::evaluate::Evaluator;
+        use sglow_measure::frontier::subject::Subject;
+        use sglow_measure::frontier::truth::Truth;
+        use sglow_measure::picture_error::mean;
+        use sglow_oracle::metrics;
+
+        use crate::command::render;
+        use crate::shot::{self, Numbers, Shot};
+
+        #[derive(Debug, Parser)]
+        struct Render {
+            #[command(flatten)]
+            arguments: render::Arguments,
+        }
+
+        let files = Files::new();
+        let package = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders/packages/sglow");
+        let ours = files.path("ours.exr");
+        let (scene, size, lights, rsm) = ("cornell", [24, 18], 16, 32);
+        let words = format!(
+            "render --scene {scene} --size 24x18 --lights {lights} --rsm {rsm} --reference path --samples 64 \
+             --package {package} --out {ours}"
+        );
+        render::run(&Render::try_parse_from(words.split(' ')).unwrap().arguments).unwrap();
+        let json = std::fs::read(files.path("ours.json")).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+        let rendered: PictureError = serde_json::from_value(json["against_paths"].clone()).unwrap();
+
+        let [one, other] = ["1", "2"].map(|half| files.path(&format!("ours.reference.{half}.exr")));
+        let words = [ours.clone(), one.clone(), "--half".to_owned(), other.clone()];
+        let compared = files.error(&words).unwrap();
+
+        let light = |path: &str| -> Radiance {
+            let read = Read::new(path.as_ref()).unwrap();
+            read.layer(INDIRECT).unwrap().pixels().to_vec()
+        };
+        let (picture, halves) = (light(&ours), [light(&one), light(&other)]);
+        let numbers = Numbers { lights, rsm: Some(rsm), ..Numbers::default() };
+        let shot = Shot::new(scene, &[], size, &numbers).unwrap();
+        let (gpu, package) =
+            (shot::gpu(&numbers).unwrap(), sglow_runtime::package::Package::embedded());
+        let subject = Subject::new(&gpu, &package, &shot.scene, shot.settings.clone());
+        let drawn = subject.drawn().unwrap();
+        let position = &drawn.frame.gbuffer.position;
+        let truth = Truth {
+            reference: Reference {
+                kind: ReferenceKind::Paths,
+                samples: 64,
+                mean: 1.0,
+                noise_over_mean: 0.0,
+                discretisation_over_mean: 0.0,
+                floor_over_mean: 0.0,
+                other_floor_over_mean: None,
+                dark: false,
+            },
+            indirect: mean(halves.each_ref()),
+            halves,
+            unshadowed: None,
+            present: (0..position.len()).filter(|&at| position[at][3] >= 0.0).collect(),
+            sample: Vec::new(),
+            points: Vec::new(),
+        };
+        let evaluator = Evaluator::new(&subject, &truth, &drawn.frame, drawn.renderer.eye());
+        let reported = evaluator.picture(&picture);
+
+        assert!(rendered.pixels > 0 && rendered.pixels < 24 * 18, "some pixels show no surface");
+        for metric in Metric::ALL {
+            let [one, two, three] =
+                [rendered, compared, reported].map(|error| error.measured(metric));
+            for other in [two, three] {
+                let near = |a: f64, b: f64| (a - b).abs() <= 1e-5 * a.abs().max(1e-3);
+                assert!(near(one.value, other.value), "{metric}: {one:?} {other:?}");
+                assert!(near(one.uncertainty, other.uncertainty), "{metric}: {one:?} {other:?}");
+            }
+            assert!(one.value != 0.0 && one.uncertainty > 0.0, "{metric}: {one:?}");
+        }
+        // Over all pixels, as once, the number is another.
+        let [one, other] = truth.halves.each_ref().map(Vec::as_slice);
+        let all = metrics::compare(&picture, [one, other], None).unwrap().rmse_over_mean().value;
+        assert!((all / rendered.rmse_over_mean - 1.0).abs() > 0.02, "{all} {rendered:?}");
+    }
 }
