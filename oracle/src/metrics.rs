@@ -323,12 +323,10 @@ mod tests {
     use super::*;
     use crate::fis::stress::Random;
 
+    type Pixels = Vec<[f64; 3]>;
+
     /// A picture, the truth, and noisy halves of it: Gaussian with a standard deviation of `noise` times the truth.
-    fn noisy(
-        seed: u64,
-        error: f64,
-        noise: f64,
-    ) -> (Vec<[f64; 3]>, Vec<[f64; 3]>, [Vec<[f64; 3]>; 2]) {
+    fn noisy(seed: u64, error: f64, noise: f64) -> (Pixels, Pixels, [Pixels; 2]) {
         let mut random = Random::new(seed);
         let truth: Vec<[f64; 3]> =
             (0..4000).map(|_| [1.0, 0.7, 0.3].map(|part| part * random.normal().exp())).collect();

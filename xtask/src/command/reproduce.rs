@@ -587,8 +587,7 @@ impl Work<'_> {
             let bar = progress::spinner(format!("{name}: {label}"));
             let renderer = Renderer::new(self.gpu, self.package, &shot.scene, &settings, 0)?;
             let frames = if method == Method::Metropolis { WARM_UP } else { 0 };
-            renderer.render()?;
-            for _ in 0..frames.min(2) {
+            for _ in 0..=frames.min(2) {
                 renderer.render()?;
             }
             let frame = renderer.read()?;
