@@ -10,7 +10,7 @@ use sglow_oracle::light::{Light, LightKind};
 use sglow_oracle::rsm;
 use sglow_oracle::shade::{Model, Reflected};
 use sglow_oracle::surface::SurfaceTexel;
-use sglow_oracle::vpl::VirtualPointLights;
+use sglow_oracle::vpl::TexelFacets;
 use sglow_oracle::vsgl::{
     Kernel as OracleKernel, Lobe, PackedLobe, Settings as SampleSettings, Solver as OracleSolver,
     Vsgl,
@@ -28,13 +28,9 @@ use crate::light::LightView;
 use crate::readback;
 use crate::settings::Settings;
 
-pub mod choice;
 pub mod path;
-pub mod points;
 
-pub use choice::{Choice, Kind};
-pub use path::{SceneMaterials, facets, paths};
-pub use points::points;
+pub use path::{SceneMaterials, facets, path_halves, paths};
 
 /// A vector of the runtime as one of the oracle.
 pub fn vector(value: impl Into<Vec3>) -> Vector3 {
@@ -266,12 +262,12 @@ pub fn sample_settings(settings: &Settings, view: &LightView) -> SampleSettings 
     }
 }
 
-/// The brute-force picture: every texel of the reflective shadow map as a virtual point light with the real BRDF at
-/// both ends, in f64, without visibility.
+/// The indirect light of a frame without visibility, by brute force: every texel of the reflective shadow map as a lit
+/// facet with the real BRDF at both ends, in f64. See [`sglow_oracle::vpl`].
 ///
 /// `progress` is told how many of the pixels are done, from several threads, and says whether to go on; the result is
 /// `None` if it said no.
-pub fn virtual_point_lights(
+pub fn unshadowed(
     view: &LightView,
     settings: &Settings,
     rsm: &Surfaces,
@@ -279,16 +275,38 @@ pub fn virtual_point_lights(
     eye: Vec3,
     progress: impl Fn(usize, usize) -> bool + Sync,
 ) -> Option<Vec<Reflected>> {
-    let receivers = texels(gbuffer);
-    let progress = growing(receivers.len(), progress);
-    point_lights(view, settings, rsm).reflect(&receivers, vector(eye), &progress)
+    by_facets(view, settings, rsm, &texels(gbuffer), eye, progress)
 }
 
-/// Every texel of the reflective shadow map as a virtual point light.
-fn point_lights(view: &LightView, settings: &Settings, rsm: &Surfaces) -> VirtualPointLights {
+/// The same of some pixels alone, by their numbers, in their order; black of a number that the picture does not have.
+pub fn unshadowed_at(
+    view: &LightView,
+    settings: &Settings,
+    rsm: &Surfaces,
+    gbuffer: &Surfaces,
+    pixels: &[usize],
+    eye: Vec3,
+    progress: impl Fn(usize, usize) -> bool + Sync,
+) -> Option<Vec<Reflected>> {
+    let all: Vec<SurfaceTexel> = texels(gbuffer);
+    let absent = SurfaceTexel::decode([0.0, 0.0, 0.0, -1.0], [0.0; 4], [0.0; 4]);
+    let some: Vec<SurfaceTexel> =
+        pixels.iter().map(|&pixel| all.get(pixel).copied().unwrap_or(absent)).collect();
+    by_facets(view, settings, rsm, &some, eye, progress)
+}
+
+fn by_facets(
+    view: &LightView,
+    settings: &Settings,
+    rsm: &Surfaces,
+    receivers: &[SurfaceTexel],
+    eye: Vec3,
+    progress: impl Fn(usize, usize) -> bool + Sync,
+) -> Option<Vec<Reflected>> {
     let size = [settings.rsm_size as usize; 2];
     let light = light(view, settings.light);
-    VirtualPointLights::of_map(&light, &texels(rsm), size, ndf(settings.ndf))
+    let facets = TexelFacets::of_map(&light, &texels(rsm), size, ndf(settings.ndf));
+    facets.reflect(receivers, vector(eye), &growing(receivers.len(), progress))
 }
 
 /// What is told of `total` pixels done: threads report out of order, progress only grows.

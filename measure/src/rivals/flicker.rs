@@ -250,6 +250,8 @@ pub fn flicker(
             light: &reference::light(renderer.light(), kind),
             ndf: reference::ndf(own.settings().ndf),
             samples: walk.samples,
+            // Directions do not follow the light: their noise is nearly that of the frame before, and cancels.
+            map: 0,
             seed: 1,
         };
         let receivers = reference::texels(&of_pixels(&gbuffer, &pixels));

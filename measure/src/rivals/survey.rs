@@ -84,8 +84,7 @@ pub fn survey(
     let surfaces = of_pixels(&gbuffer, &pixels);
     let rsm = renderer.read_rsm()?;
     let (view, eye) = (renderer.light(), renderer.eye());
-    let reflected =
-        reference::virtual_point_lights(view, settings, &rsm, &surfaces, eye, |_, _| true);
+    let reflected = reference::unshadowed(view, settings, &rsm, &surfaces, eye, |_, _| true);
     let truth: Vec<f64> =
         reflected.unwrap_or_default().iter().flat_map(|one| one.total().to_array()).collect();
     let density: Vec<f32> =

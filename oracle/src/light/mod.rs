@@ -1,5 +1,7 @@
 //! Lights and the photons that they send through their maps.
 
 pub mod photon;
+pub mod ray;
 
-pub use photon::{Light, LightKind};
+pub use photon::{Light, LightKind, TILES};
+pub use ray::MapPoint;

@@ -1,5 +1,6 @@
 //! The photon of every texel of a light's map: its power and its direction.
 
+use crate::light::ray::LEAST_COSINE;
 use crate::surface::Camera;
 use crate::{Real, Vector3};
 
@@ -164,7 +165,7 @@ impl Light {
 
     /// The area of the surface that a texel of the map covers, at a distance and a cosine of incidence.
     ///
-    /// The cosine is kept at or above 0.05, where a texel's footprint is no longer a small patch.
+    /// The cosine is kept at or above [`LEAST_COSINE`], where a texel's footprint is no longer a small patch.
     #[must_use]
     pub fn footprint(
         &self,
@@ -174,7 +175,7 @@ impl Light {
         cosine: f64,
     ) -> f64 {
         let unit = Self { intensity: Vector3::splat(1.0), kind: self.without_cone(), ..*self };
-        unit.photon_power::<f64>(texel, size).x * distance_squared / cosine.max(0.05)
+        unit.photon_power::<f64>(texel, size).x * distance_squared / cosine.max(LEAST_COSINE)
     }
 
     fn without_cone(&self) -> LightKind {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use sglow_oracle::brdf;
 use sglow_oracle::estimate::Estimate;
-use sglow_oracle::path::{Materials, Paths};
+use sglow_oracle::path::{MAP, Materials, Paths};
 use sglow_oracle::surface::{self, Crossing, Facet, SceneError};
 
 use super::{growing, light, ndf, texels, vector};
@@ -152,17 +152,37 @@ pub fn paths(
     seed: u64,
     progress: impl Fn(usize, usize) -> bool + Sync,
 ) -> Result<Option<Vec<Estimate>>, SceneError> {
+    let halves = path_halves(view, settings, scene, gbuffer, eye, samples, seed, progress)?;
+    Ok(halves.map(|halves| halves.iter().map(Estimate::mean_of).collect()))
+}
+
+/// The same as two independent references of each pixel, of half the samples each: their mean is what [`paths`] gives.
+///
+/// # Errors
+/// [`SceneError`] names a triangle that is not finite.
+#[expect(clippy::too_many_arguments, reason = "what a frame consists of, and how many paths")]
+pub fn path_halves(
+    view: &LightView,
+    settings: &Settings,
+    scene: &Scene,
+    gbuffer: &Surfaces,
+    eye: Vec3,
+    samples: u32,
+    seed: u64,
+    progress: impl Fn(usize, usize) -> bool + Sync,
+) -> Result<Option<Vec<[Estimate; 2]>>, SceneError> {
     let paths = Paths {
         scene: &surface::Scene::new(facets(scene))?,
         materials: &SceneMaterials(scene),
         light: &light(view, settings.light),
         ndf: ndf(settings.ndf),
         samples,
+        map: MAP,
         seed,
     };
     let receivers = texels(gbuffer);
     let progress = growing(receivers.len(), progress);
-    Ok(paths.reflect(&receivers, vector(eye), &progress))
+    Ok(paths.halves(&receivers, vector(eye), &progress))
 }
 
 #[cfg(test)]

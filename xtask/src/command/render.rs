@@ -33,7 +33,7 @@ Examples:
 pub(crate) enum Reference {
     /// Nothing.
     None,
-    /// Every texel of the reflective shadow map as a virtual point light, in f64 on the CPU, without visibility.
+    /// Every texel of the reflective shadow map as a lit facet, in f64 on the CPU, without visibility.
     Vpl,
     /// Paths of one bounce, in f64 on the CPU, with exact visibility; they have noise, which is stated.
     Path,
@@ -222,7 +222,7 @@ pub(crate) fn brute_force(renderer: &Renderer<'_>, frame: &Frame) -> Result<Fram
     let rsm = renderer.read_rsm()?;
     let pixels = frame.gbuffer.position.len();
     let bar = progress::bar("virtual point lights", pixels);
-    let reflected = reference::virtual_point_lights(
+    let reflected = reference::unshadowed(
         renderer.light(),
         settings,
         &rsm,
