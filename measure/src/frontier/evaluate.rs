@@ -47,6 +47,8 @@ pub struct Evaluator<'a> {
     exposure: Exposure,
     /// The whole pictures of the reference's halves.
     whole_halves: [Radiance; 2],
+    /// Indirect light without visibility of every pixel, black where there is no surface; and the whole picture of it.
+    unshadowed: [Radiance; 2],
 }
 
 impl<'a> Evaluator<'a> {
@@ -65,12 +67,17 @@ impl<'a> Evaluator<'a> {
             .collect();
         let surfaces: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
         let exposure = Exposure::automatic(&whole(&fixed, &truth.indirect));
+        let mut unshadowed = vec![[0.0; 3]; fixed.len()];
+        for (&at, &pixel) in truth.present.iter().zip(&truth.unshadowed) {
+            unshadowed[at] = pixel;
+        }
         Self {
             sample: truth.sample.iter().map(|&at| surfaces[at]).collect(),
             surfaces: &frame.gbuffer,
             eye: reference::vector(eye),
             size: subject.base.size,
             whole_halves: truth.halves.each_ref().map(|half| whole(&fixed, half)),
+            unshadowed: [unshadowed.clone(), whole(&fixed, &unshadowed)],
             exposure,
             fixed,
             truth,
@@ -125,7 +132,7 @@ impl<'a> Evaluator<'a> {
         };
         let model = over_mean(apart(&oracle, &self.truth.points).0, &self.truth.points);
         Evaluation {
-            unshadowed: self.unshadowed(indirect),
+            unshadowed: Some(self.unshadowed(indirect)),
             rounding: Some(rounding),
             model_rms_over_mean: Some(model),
             ..seen
@@ -150,12 +157,11 @@ impl<'a> Evaluator<'a> {
         self.against(indirect, [one, other], [whole_one, whole_other])
     }
 
-    /// How far it is from the reference without visibility, if there is one.
+    /// How far it is from the reference without visibility, which is exact.
     #[must_use]
-    pub fn unshadowed(&self, indirect: &Radiance) -> Option<PictureError> {
-        let reference = self.truth.unshadowed.as_ref()?;
-        let whole = self.whole(reference);
-        Some(self.against(indirect, [reference; 2], [&whole; 2]))
+    pub fn unshadowed(&self, indirect: &Radiance) -> PictureError {
+        let [reference, whole] = &self.unshadowed;
+        self.against(indirect, [reference; 2], [whole; 2])
     }
 
     fn against(

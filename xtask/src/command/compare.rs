@@ -486,7 +486,7 @@ mod tests {
             },
             indirect: mean(halves.each_ref()),
             halves,
-            unshadowed: None,
+            unshadowed: Vec::new(),
             present: (0..position.len()).filter(|&at| position[at][3] >= 0.0).collect(),
             sample: Vec::new(),
             points: Vec::new(),

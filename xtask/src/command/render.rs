@@ -144,7 +144,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     if let Some(theirs) = truth(arguments, &renderer, &shot.scene, &frame)? {
         let noise = theirs.standard_error;
         let (what, key) = match noise {
-            None => ("virtual point lights (without visibility)", "against_virtual_point_lights"),
+            None => ("facets of the map (without visibility)", "against_virtual_point_lights"),
             Some(_) => ("paths of one bounce (with visibility)", "against_paths"),
         };
         let error = error(&frame, &theirs)?;
@@ -312,41 +312,29 @@ pub(crate) fn paths(
     frame: &Frame,
     samples: u32,
 ) -> Result<Truth> {
-    let pixels = frame.gbuffer.position.len();
-    let bar = progress::bar("paths of one bounce", 2 * pixels);
+    let bar = progress::bar("paths of one bounce", frame.gbuffer.position.len());
     let settings = renderer.indirect().settings();
     let (light, gbuffer, eye) = (renderer.light(), &frame.gbuffer, renderer.eye());
-    let count = samples.div_ceil(2);
-    let half = |index: usize| -> Result<Vec<Estimate>> {
-        let progress = |done, _| {
-            bar.set_position((index * pixels + done) as u64);
-            true
-        };
-        let seed = SEED + index as u64;
-        reference::paths(light, settings, scene, gbuffer, eye, count, seed, progress)?
-            .ok_or_else(|| Failure::new("the reference was not finished"))
+    let progress = |done, _| {
+        bar.set_position(done as u64);
+        true
     };
-    let halves = [half(0)?, half(1)?];
+    let halves =
+        reference::path_halves(light, settings, scene, gbuffer, eye, samples, SEED, progress)?
+            .ok_or_else(|| Failure::new("the reference was not finished"))?;
     bar.finish_and_clear();
-    let estimates: Vec<Estimate> = halves[0]
-        .iter()
-        .zip(&halves[1])
-        .map(|(&one, &other)| Estimate::mean_of(&[one, other]))
-        .collect();
+    let estimates: Vec<Estimate> = halves.iter().map(Estimate::mean_of).collect();
     let squares: f64 = estimates.iter().map(|one| one.standard_error.length_squared()).sum();
     let numbers = 3.0 * estimates.len() as f64;
-    let noise = Noise {
-        pixel: (squares / numbers).sqrt(),
-        mean: squares.sqrt() / numbers,
-        samples: 2 * count,
-    };
-    let lit = |estimates: &[Estimate]| {
-        let reflected: Vec<_> = estimates.iter().map(|one| one.mean).collect();
+    let noise =
+        Noise { pixel: (squares / numbers).sqrt(), mean: squares.sqrt() / numbers, samples };
+    let lit = |estimates: &mut dyn Iterator<Item = &Estimate>| {
+        let reflected: Vec<_> = estimates.map(|one| one.mean).collect();
         with_indirect(frame, &reflected)
     };
     Ok(Truth {
-        frame: lit(&estimates),
-        halves: Some(halves.each_ref().map(|half| lit(half))),
+        frame: lit(&mut estimates.iter()),
+        halves: Some([0, 1].map(|half: usize| lit(&mut halves.iter().map(|both| &both[half])))),
         standard_error: Some(noise),
     })
 }
