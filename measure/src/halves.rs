@@ -150,9 +150,9 @@ pub fn measure(
         pictures.push(indirect(&renderer.read()?));
     }
     let [power, direction, mean_length] = compare(&lights[0], &lights[1]);
-    let (picture, not_finite) = match metrics::compare(&pictures[1], &pictures[0]) {
-        Some(metrics) => (metrics.rmse / metrics.reference_mean, metrics.not_finite),
-        None => (f64::INFINITY, pictures[1].len()),
+    let (picture, not_finite) = match metrics::compare_exact(&pictures[1], &pictures[0]) {
+        Some(metrics) => (metrics.rmse_over_mean().value, metrics.not_finite),
+        None => (f64::INFINITY, 3 * pictures[1].len()),
     };
     Ok(Halved { bytes, power, direction, mean_length, picture, not_finite, passes })
 }
@@ -168,11 +168,12 @@ fn medians(times: &[Times]) -> Vec<(&'static str, Duration)> {
 }
 
 /// Diffusely and specularly reflected indirect light.
-fn indirect(frame: &Frame) -> Vec<f64> {
-    let mut sum = vec![0.0; 3 * frame.radiance.len()];
+fn indirect(frame: &Frame) -> Vec<[f64; 3]> {
+    let mut sum = vec![[0.0; 3]; frame.radiance.len()];
     for pixels in [&frame.indirect_diffuse, &frame.indirect_specular].into_iter().flatten() {
-        let channels = pixels.iter().flat_map(|pixel| &pixel[..3]);
-        sum.iter_mut().zip(channels).for_each(|(sum, &channel)| *sum += f64::from(channel));
+        for (sum, pixel) in sum.iter_mut().zip(pixels) {
+            sum.iter_mut().zip(pixel).for_each(|(sum, &channel)| *sum += f64::from(channel));
+        }
     }
     sum
 }

@@ -19,6 +19,7 @@ pub mod halves;
 pub mod hold;
 pub mod input;
 pub mod mirror;
+pub mod picture_error;
 pub mod rivals;
 pub mod stability;
 pub mod time;

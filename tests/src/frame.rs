@@ -80,10 +80,11 @@ fn difference(name: &str, settings: &Settings, package: &Package) -> f64 {
             (0..3).map(move |channel| f64::from(diffuse[channel]) + f64::from(specular[channel]))
         })
         .collect();
-    let metrics = metrics::compare(&measured, &expected).unwrap();
+    let metrics =
+        metrics::compare_exact(measured.as_chunks::<3>().0, expected.as_chunks::<3>().0).unwrap();
     assert_eq!(metrics.not_finite, 0);
     assert!(metrics.reference_mean > 0.0, "{name} has no indirect light");
-    metrics.rmse / metrics.reference_mean
+    metrics.rmse_over_mean().value
 }
 
 /// A kernel's level is found to one part in 2^12 of the range, and rounding may turn a bisection at its last step or

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 
 use sglow_measure::cache::Cache;
 use sglow_measure::frontier::buy;
-use sglow_measure::frontier::choose::{Budget, Metric};
-use sglow_measure::frontier::document::{SceneReport, Way};
+use sglow_measure::frontier::choose::Budget;
+use sglow_measure::frontier::document::{Metric, SceneReport, Way};
 use sglow_measure::frontier::progress::Progress;
 use sglow_measure::frontier::scene;
 use sglow_measure::frontier::subject::{FrontierError, Subject};
@@ -69,7 +69,7 @@ fn measure(package: &Package, folder: &Path) -> (SceneReport, [usize; 3]) {
     let subject = Subject::new(gpu(), package, &scene, base());
     let cache = Cache::new(folder, false);
     let (report, pictures) = scene::scene(&subject, &ways(), &cache, &Silent).unwrap();
-    for way in report.ways.iter().filter(|way| way.frontier || way.default) {
+    for way in report.ways.iter().filter(|way| way.is_shown()) {
         assert_eq!(pictures.ways[&way.name].len(), 24 * 18, "{}", way.name);
         assert!(way.whole.is_some() && way.flicker.is_some(), "{}", way.name);
     }
@@ -106,9 +106,11 @@ fn every_way_is_measured_kept_and_measured_again_if_its_shader_changes() {
         let rounding = way.rounding.as_ref().unwrap().rms_over_mean;
         let model = way.model_rms_over_mean.unwrap();
         assert!(rounding < 1e-4 && model > 100.0 * rounding, "{} {rounding} {model}", way.name);
-        assert_eq!(way.frontier, way.dominated.is_none());
+        for metric in Metric::ALL {
+            assert_ne!(way.on_frontier(metric), way.dominated.contains_key(&metric), "{metric}");
+        }
     }
-    assert!(report.ways.iter().any(|way| way.frontier));
+    assert!(report.ways.iter().any(|way| way.on_frontier(Metric::default())));
 
     // Nothing has changed: nothing is measured, and the numbers are the same.
     let (again, [found, made, outdated]) = measure(&Package::embedded(), folder.path());

@@ -43,8 +43,9 @@ fn picture(name: &str, factor: f32, precision: Precision, package: &Package) -> 
 fn difference(name: &str, factor: f32, package: &Package) -> f64 {
     let full = picture(name, 1.0, Precision::F32, &Package::embedded());
     let halved = picture(name, factor, Precision::F16, package);
-    let metrics = metrics::compare(&halved, &full).unwrap();
-    if metrics.not_finite > 0 { f64::INFINITY } else { metrics.rmse / metrics.reference_mean }
+    let metrics =
+        metrics::compare_exact(halved.as_chunks::<3>().0, full.as_chunks::<3>().0).unwrap();
+    if metrics.not_finite > 0 { f64::INFINITY } else { metrics.rmse_over_mean().value }
 }
 
 /// The share that halves may move the picture by: each power and each diffuse direction is rounded by up to one part in

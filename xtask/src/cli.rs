@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::command::{
-    choose, doctor, gen_shaders, kernels, render, report, reproduce, stability, test, variants,
-    verify,
+    choose, compare, doctor, gen_shaders, kernels, render, report, reproduce, stability, test,
+    variants, verify,
 };
 use crate::failure::Result;
 
@@ -31,6 +31,9 @@ pub(crate) enum Command {
     /// Render a scene to a picture
     #[command(after_help = render::EXAMPLES)]
     Render(render::Arguments),
+    /// Compare two pictures by every metric
+    #[command(after_help = compare::EXAMPLES)]
+    Compare(compare::Arguments),
     /// Show where filtering kernels lie on an image, and what lies within them
     #[command(after_help = kernels::EXAMPLES)]
     Kernels(kernels::Arguments),
@@ -68,6 +71,7 @@ impl Command {
             Self::GenShaders(arguments) => gen_shaders::run(&arguments),
             Self::Variants(arguments) => variants::run(&arguments),
             Self::Render(arguments) => render::run(&arguments),
+            Self::Compare(arguments) => compare::run(&arguments),
             Self::Kernels(arguments) => kernels::run(&arguments),
             Self::Report(arguments) => report::run(&arguments),
             Self::Choose(arguments) => choose::run(&arguments),

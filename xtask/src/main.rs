@@ -7,6 +7,7 @@ use clap::Parser as _;
 mod cli;
 mod command;
 mod derivation;
+mod errors;
 mod failure;
 mod json;
 mod machine;

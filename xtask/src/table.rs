@@ -6,7 +6,7 @@ use comfy_table::{ContentArrangement, LineStyle, Table, TableStyle};
 const STYLE: TableStyle =
     TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
 /// Columns where there is no terminal to ask.
-const WIDTH: u16 = 120;
+const WIDTH: u16 = 100;
 
 /// An empty table under `header`, as wide as the terminal.
 pub(crate) fn new<const N: usize>(header: [&str; N]) -> Table {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use sglow_runtime::settings::Settings;
 
-use super::choose::{Bought, Budget, Metric, choose};
-use super::document::{Reference, Way};
+use super::choose::{Bought, Budget, choose};
+use super::document::{Metric, Reference, Way};
 use super::progress::Progress;
 use super::subject::{FrontierError, Subject};
 use super::together::whole_frames;
@@ -42,7 +42,7 @@ pub fn buy(
 ) -> Result<Purchase, FrontierError> {
     let truth = truth(subject, cache, progress)?;
     let mut measured = measure::every(subject, ways, &truth, cache, progress)?;
-    rank::mark(&mut measured.ways, truth.reference.floor_over_mean);
+    rank::mark(&mut measured.ways, &truth.reference);
     let settings: BTreeMap<String, &Settings> =
         ways.iter().map(|settings| (way::name(settings, &subject.base), settings)).collect();
     loop {

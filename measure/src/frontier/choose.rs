@@ -1,27 +1,7 @@
 //! The way that a budget buys.
 
-use super::document::Way;
+use super::document::{Metric, Way};
 use crate::time::Time;
-
-/// What error is counted in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Metric {
-    /// Root of the mean squared difference over the mean of the reference.
-    Rmse,
-    /// Mean of the FLIP map.
-    Flip,
-}
-
-impl Metric {
-    /// The error of a way.
-    #[must_use]
-    pub fn of(self, way: &Way) -> f64 {
-        match self {
-            Self::Rmse => way.picture.rmse_over_mean,
-            Self::Flip => way.picture.flip,
-        }
-    }
-}
 
 /// What may be spent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,10 +41,7 @@ pub fn time(way: &Way) -> Time {
 /// their time.
 #[must_use]
 pub fn choose(ways: &[Way], metric: Metric, budget: Budget) -> Option<Bought<'_>> {
-    let error = |way: &Way| {
-        let error = metric.of(way);
-        if error.is_finite() { error } else { f64::INFINITY }
-    };
+    let error = |way: &Way| way.picture.of(metric);
     let time = |way: &Way| time(way).median;
     let (spent, limit): (&dyn Fn(&Way) -> f64, f64) = match budget {
         Budget::Error(limit) => (&error, limit),
@@ -89,12 +66,12 @@ pub fn choose(ways: &[Way], metric: Metric, budget: Budget) -> Option<Bought<'_>
 
 #[cfg(test)]
 pub(super) mod tests {
-    use std::collections::BTreeMap;
+    use std::collections::{BTreeMap, BTreeSet};
 
     use super::*;
-    use crate::frontier::document::PictureError;
+    use crate::frontier::document::{PictureError, Worst};
 
-    fn way(name: &str, time: f64, rmse: f64, flip: f64) -> Way {
+    pub(in crate::frontier) fn way(name: &str, time: f64, rmse: f64, flip: f64) -> Way {
         Way {
             name: name.to_owned(),
             axes: BTreeMap::new(),
@@ -106,11 +83,13 @@ pub(super) mod tests {
             whole: None,
             bytes: BTreeMap::new(),
             picture: PictureError { rmse_over_mean: rmse, flip, ..PictureError::default() },
+            unshadowed: None,
+            worst: Worst::default(),
             model_rms_over_mean: None,
             rounding: None,
             flicker: None,
-            frontier: false,
-            dominated: None,
+            frontiers: BTreeSet::new(),
+            dominated: BTreeMap::new(),
         }
     }
 

@@ -1,10 +1,11 @@
 //! What was measured of a scene, as it stands in `report.json`, where an error that is not finite is null.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::picture_error::{Metric, PictureError, Radiance, Uncertainty};
 use crate::time::Time;
 
 /// One pass of a frame.
@@ -39,34 +40,15 @@ pub struct Rounding {
     pub worst: Worst,
 }
 
-/// How far a picture is from its reference: what is seen.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct PictureError {
-    /// Root of the mean squared difference over the mean of the reference.
-    #[schemars(with = "Option<f64>")]
-    pub rmse_over_mean: f64,
-    /// Mean of the squared difference over the squared reference plus 1e-2 times its mean square.
-    #[schemars(with = "Option<f64>")]
-    pub relative_mse: f64,
-    /// Mean of the picture over that of the reference, minus 1.
-    #[schemars(with = "Option<f64>")]
-    pub bias: f64,
-    /// Mean of the FLIP map of both whole pictures as they are shown, direct light and all; 0 to 1.
-    #[schemars(with = "Option<f64>")]
-    pub flip: f64,
-    /// The pixel that is furthest off.
-    pub worst: Worst,
-}
-
-/// What beats a way in error and in time alike.
+/// What dominates a configuration by one metric: it is as fast and as good, and better in one of both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Dominated {
-    /// The name of the way of the frontier that beats it.
+    /// The name of the configuration on the frontier that dominates it.
     pub by: String,
-    /// Its time over that of the way that beats it.
+    /// Its time over that of the one that dominates it.
     #[schemars(with = "Option<f64>")]
     pub time_ratio: f64,
-    /// Its error over that of the way that beats it.
+    /// Its error over that of the one that dominates it.
     #[schemars(with = "Option<f64>")]
     pub error_ratio: f64,
     /// Whether the spreads of both times are apart; if they are not, the times may be the same.
@@ -94,8 +76,13 @@ pub struct Way {
     pub whole: Option<Time>,
     /// Bytes of each texture and buffer that it keeps, by name.
     pub bytes: BTreeMap<String, u64>,
-    /// What is seen.
+    /// How far its picture is from the reference with visibility: what is seen.
     pub picture: PictureError,
+    /// How far it is from the reference without visibility, of which every texel of the light's map is a facet. None
+    /// with visibility.
+    pub unshadowed: Option<PictureError>,
+    /// The pixel that is furthest off the reference with visibility.
+    pub worst: Worst,
     /// Root of the mean squared difference of the oracle with the same lights from the sum over all texels of the map
     /// as points, over the mean, neither with visibility, on a sample of pixels: the error of the model. None with
     /// visibility.
@@ -105,10 +92,24 @@ pub struct Way {
     /// How much more it changes from frame to frame under a moving light than it has to, over the mean: on the
     /// frontier alone.
     pub flicker: Option<f64>,
-    /// Whether no other way is better in error and in time.
-    pub frontier: bool,
-    /// What is.
-    pub dominated: Option<Dominated>,
+    /// The metrics by which it is on the frontier: no other configuration dominates it.
+    pub frontiers: BTreeSet<Metric>,
+    /// What dominates it by each of the other metrics.
+    pub dominated: BTreeMap<Metric, Dominated>,
+}
+
+impl Way {
+    /// Whether no other configuration dominates it by a metric.
+    #[must_use]
+    pub fn on_frontier(&self, metric: Metric) -> bool {
+        self.frontiers.contains(&metric)
+    }
+
+    /// Whether it is looked at closely: on the frontier by some metric, or the default.
+    #[must_use]
+    pub fn is_shown(&self) -> bool {
+        self.default || !self.frontiers.is_empty()
+    }
 }
 
 /// What pictures are compared with.
@@ -142,6 +143,36 @@ pub struct Reference {
     pub dark: bool,
 }
 
+impl Reference {
+    /// A reference without any error.
+    #[cfg(test)]
+    pub(super) fn exact() -> Self {
+        Self {
+            kind: ReferenceKind::Points,
+            samples: 1,
+            mean: 1.0,
+            noise_over_mean: 0.0,
+            discretisation_over_mean: 0.0,
+            floor_over_mean: 0.0,
+            other_floor_over_mean: None,
+            dark: false,
+        }
+    }
+
+    /// The error of the reference by a metric that more samples do not take away, below which nothing is claimed. What
+    /// is known of it is a root mean square, so it is 0 for metrics that are none; noise is in each error's own
+    /// uncertainty.
+    #[must_use]
+    pub fn floor(&self, metric: Metric) -> f64 {
+        match metric {
+            Metric::Rmse => self.discretisation_over_mean,
+            // As if it were in proportion to the light.
+            Metric::RelativeMse => self.discretisation_over_mean.powi(2),
+            Metric::Median | Metric::Quantile95 | Metric::Flip | Metric::Bias => 0.0,
+        }
+    }
+}
+
 /// One measurement along a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SweepPoint {
@@ -149,8 +180,8 @@ pub struct SweepPoint {
     pub at: f64,
     /// Of the passes that the number bears on; none of what is modelled.
     pub time: Option<Time>,
-    /// RMSE against the reference over its mean; none of what is modelled.
-    pub picture_rmse_over_mean: Option<f64>,
+    /// How far the picture is from the reference; none of what is modelled.
+    pub picture: Option<PictureError>,
     /// RMS difference from the limit of the same way, over its mean: the error that the number is to blame for.
     pub own_rms_over_mean: Option<f64>,
 }
@@ -162,7 +193,7 @@ pub struct Series {
     pub name: String,
     /// In ascending order.
     pub points: Vec<SweepPoint>,
-    /// From here on more does not pay: the least number whose picture error is within 1 % of the best.
+    /// From here on more does not pay: the least number whose RMSE is within 1 % of the best.
     pub pays_until: Option<f64>,
 }
 
@@ -244,7 +275,7 @@ pub struct SceneReport {
     pub runs: usize,
     /// What pictures are compared with.
     pub reference: Reference,
-    /// Every way, those of the frontier first, then by time.
+    /// Every configuration, those on the frontier by the default metric first, then by time.
     pub ways: Vec<Way>,
     /// Error and time against numbers.
     pub sweeps: Vec<Sweep>,
@@ -253,9 +284,6 @@ pub struct SceneReport {
     /// Numbers that were not finite, in all pictures.
     pub not_finite: usize,
 }
-
-/// Linear radiance of a picture, three numbers each pixel, row by row from the top.
-pub type Radiance = Vec<[f32; 3]>;
 
 /// The pictures that go with a scene's report.
 #[derive(Clone, Debug, Default)]

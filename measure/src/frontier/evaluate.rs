@@ -1,13 +1,12 @@
-//! How wrong one picture is: against its reference, against the oracle with the same lights, and that oracle against the
+//! How far one picture is off: against its reference, against the oracle with the same lights, and that oracle against the
 //! sum over all points.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sglow_oracle::flip::{PIXELS_PER_DEGREE, decoded, flip};
+use sglow_oracle::Vector3;
 use sglow_oracle::shade::shade;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
-use sglow_oracle::{Vector3, metrics};
 use sglow_runtime::frame::{Frame, Surfaces};
 use sglow_runtime::reference;
 use sglow_runtime::settings::Settings;
@@ -17,12 +16,17 @@ use super::document::{PictureError, Radiance, Rounding, Worst};
 use super::subject::{Subject, worst};
 use super::truth::Truth;
 use crate::display::Exposure;
+use crate::picture_error::{Display, Pair, compare};
 
-/// How wrong one picture is.
+/// How far one picture is off.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Evaluation {
     /// What is seen.
     pub picture: PictureError,
+    /// The same against the reference without visibility, where the picture has none.
+    pub unshadowed: Option<PictureError>,
+    /// The pixel that is furthest off.
+    pub worst: Worst,
     /// The device against the oracle.
     pub rounding: Option<Rounding>,
     /// The oracle against all points.
@@ -39,11 +43,12 @@ pub struct Evaluator<'a> {
     fixed: Radiance,
     eye: Vector3,
     sample: Vec<SurfaceTexel>,
-    width: u32,
-    size: [usize; 2],
+    size: [u32; 2],
     exposure: Exposure,
-    /// What a screen shows of the reference.
-    reference: Vec<Vector3>,
+    /// The whole pictures of the reference's halves.
+    whole_halves: [Radiance; 2],
+    /// Indirect light without visibility of every pixel, black where there is no surface; and the whole picture of it.
+    unshadowed: [Radiance; 2],
 }
 
 impl<'a> Evaluator<'a> {
@@ -61,15 +66,18 @@ impl<'a> Evaluator<'a> {
             })
             .collect();
         let surfaces: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
-        let reference = whole(&fixed, &truth.indirect);
-        let exposure = Exposure::automatic(&reference);
+        let exposure = Exposure::automatic(&whole(&fixed, &truth.indirect));
+        let mut unshadowed = vec![[0.0; 3]; fixed.len()];
+        for (&at, &pixel) in truth.present.iter().zip(&truth.unshadowed) {
+            unshadowed[at] = pixel;
+        }
         Self {
             sample: truth.sample.iter().map(|&at| surfaces[at]).collect(),
             surfaces: &frame.gbuffer,
             eye: reference::vector(eye),
-            width: subject.base.size[0],
-            size: subject.base.size.map(|side| side as usize),
-            reference: displayed(&reference, exposure),
+            size: subject.base.size,
+            whole_halves: truth.halves.each_ref().map(|half| whole(&fixed, half)),
+            unshadowed: [unshadowed.clone(), whole(&fixed, &unshadowed)],
             exposure,
             fixed,
             truth,
@@ -90,9 +98,26 @@ impl<'a> Evaluator<'a> {
         indirect: &Radiance,
         lights: &[Vsgl<f64>],
     ) -> Evaluation {
-        let (picture, not_finite) = self.picture(indirect);
+        let picture = self.picture(indirect);
+        let at_present = |radiance: &Radiance| -> Vec<[f64; 3]> {
+            self.truth.present.iter().map(|&at| radiance[at].map(f64::from)).collect()
+        };
+        let (found, expected) = (at_present(indirect), at_present(&self.truth.indirect));
+        let not_finite = found.iter().flatten().filter(|value| !value.is_finite()).count();
+        let worst_of_all = apart(&found, &expected).1.map_or_else(Worst::default, |at| {
+            let pixel = self.truth.present[at];
+            worst(self.surfaces, self.size[0], pixel, found[at], expected[at])
+        });
+        let seen = Evaluation {
+            picture,
+            unshadowed: None,
+            worst: worst_of_all,
+            rounding: None,
+            model_rms_over_mean: None,
+            not_finite,
+        };
         if settings.visibility != Visibility::None {
-            return Evaluation { picture, rounding: None, model_rms_over_mean: None, not_finite };
+            return seen;
         }
         let oracle = self.by_oracle(settings, lights);
         let device: Vec<[f64; 3]> =
@@ -102,15 +127,15 @@ impl<'a> Evaluator<'a> {
             rms_over_mean: over_mean(rms, &oracle),
             worst: at.map_or_else(Worst::default, |at| {
                 let pixel = self.truth.sample[at];
-                worst(self.surfaces, self.width, pixel, device[at], oracle[at])
+                worst(self.surfaces, self.size[0], pixel, device[at], oracle[at])
             }),
         };
         let model = over_mean(apart(&oracle, &self.truth.points).0, &self.truth.points);
         Evaluation {
-            picture,
+            unshadowed: Some(self.unshadowed(indirect)),
             rounding: Some(rounding),
             model_rms_over_mean: Some(model),
-            not_finite,
+            ..seen
         }
     }
 
@@ -124,59 +149,37 @@ impl<'a> Evaluator<'a> {
         reflected.collect()
     }
 
-    /// What is seen of a picture, and how many of its numbers are not finite.
+    /// How far a picture is from the reference.
     #[must_use]
-    pub fn picture(&self, indirect: &Radiance) -> (PictureError, usize) {
-        let at_present = |radiance: &Radiance| -> Vec<[f64; 3]> {
-            self.truth.present.iter().map(|&at| radiance[at].map(f64::from)).collect()
-        };
-        let (found, expected) = (at_present(indirect), at_present(&self.truth.indirect));
-        let flat = |pixels: &[[f64; 3]]| pixels.iter().flatten().copied().collect::<Vec<f64>>();
-        let not_finite = found.iter().flatten().filter(|value| !value.is_finite()).count();
-        let Some(compared) = metrics::compare(&flat(&found), &flat(&expected)) else {
-            let nothing = PictureError { rmse_over_mean: f64::MAX, ..PictureError::default() };
-            return (nothing, not_finite);
-        };
-        let lit = compared.reference_mean > 0.0;
-        let error = PictureError {
-            rmse_over_mean: over_mean(compared.rmse, &expected),
-            relative_mse: compared.relative_mse,
-            bias: if lit { compared.bias } else { 0.0 },
-            flip: self.flip(indirect),
-            worst: apart(&found, &expected).1.map_or_else(Worst::default, |at| {
-                let pixel = self.truth.present[at];
-                worst(self.surfaces, self.width, pixel, found[at], expected[at])
-            }),
-        };
-        (error, not_finite)
+    pub fn picture(&self, indirect: &Radiance) -> PictureError {
+        let [one, other] = &self.truth.halves;
+        let [whole_one, whole_other] = &self.whole_halves;
+        self.against(indirect, [one, other], [whole_one, whole_other])
     }
 
-    /// The mean of the FLIP map of whole pictures, 1 if there is none since a number is not finite.
-    fn flip(&self, indirect: &Radiance) -> f64 {
-        let shown = displayed(&self.whole(indirect), self.exposure);
-        flip(&self.reference, &shown, self.size, PIXELS_PER_DEGREE).map_or(1.0, |flip| flip.mean)
+    /// How far it is from the reference without visibility, which is exact.
+    #[must_use]
+    pub fn unshadowed(&self, indirect: &Radiance) -> PictureError {
+        let [reference, whole] = &self.unshadowed;
+        self.against(indirect, [reference; 2], [whole; 2])
     }
-}
 
-/// The FLIP map of a whole picture against its reference, 0 to 1 each pixel, as both are shown with the reference's
-/// exposure; 1 everywhere if a number is not finite.
-#[must_use]
-pub fn flip_map(reference: &Radiance, picture: &Radiance, size: [u32; 2]) -> Vec<f32> {
-    let exposure = Exposure::automatic(reference);
-    let shown = [reference, picture].map(|radiance| displayed(radiance, exposure));
-    let size = size.map(|side| side as usize);
-    match flip(&shown[0], &shown[1], size, PIXELS_PER_DEGREE) {
-        Ok(flip) => flip.errors.into_iter().map(|error| error as f32).collect(),
-        Err(_) => vec![1.0; picture.len()],
+    fn against(
+        &self,
+        indirect: &Radiance,
+        halves: [&Radiance; 2],
+        whole_halves: [&Radiance; 2],
+    ) -> PictureError {
+        compare(&Pair {
+            size: self.size,
+            present: Some(&self.truth.present),
+            picture: indirect,
+            halves,
+            whole: &self.whole(indirect),
+            whole_halves,
+            display: Display::Exposed(self.exposure),
+        })
     }
-}
-
-/// What a screen shows of radiance, as light again: linear, 0 to 1.
-#[must_use]
-pub fn displayed(radiance: &Radiance, exposure: Exposure) -> Vec<Vector3> {
-    let linear = |value: f32| decoded(f64::from(value));
-    let shown = radiance.iter().map(|&pixel| exposure.shown(pixel).map(linear));
-    shown.map(|[r, g, b]| Vector3::new(r, g, b)).collect()
 }
 
 fn whole(fixed: &Radiance, indirect: &Radiance) -> Radiance {

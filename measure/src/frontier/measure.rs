@@ -3,7 +3,7 @@
 //! Ways have most of what they do in common: maps, lights and what reflects them are timed once each.
 
 use std::cell::OnceCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_runtime::plan::Part;
 use sglow_runtime::settings::Settings;
@@ -125,11 +125,13 @@ fn way_of(
         whole: None,
         bytes: bytes(subject, settings),
         picture: evaluation.picture,
+        unshadowed: evaluation.unshadowed,
+        worst: evaluation.worst,
         model_rms_over_mean: evaluation.model_rms_over_mean,
         rounding: evaluation.rounding,
         flicker: None,
-        frontier: false,
-        dominated: None,
+        frontiers: BTreeSet::new(),
+        dominated: BTreeMap::new(),
     }
 }
 

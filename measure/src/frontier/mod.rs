@@ -5,6 +5,7 @@ mod bench;
 pub mod buy;
 pub mod choose;
 pub mod document;
+pub mod equal;
 pub mod evaluate;
 mod measure;
 pub mod progress;

@@ -1,15 +1,17 @@
-//! Which ways no other beats in error and in time.
+//! Which configurations no other dominates in error and in time, by each metric.
 
-use super::document::{Dominated, Way};
+use super::document::{Dominated, Metric, Reference, Way};
 use crate::time::Time;
 
-/// A way as ranking sees it.
+/// A configuration as ranking sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// How long it takes.
     pub time: Time,
-    /// How wrong it is; what is not finite is beaten by all that is.
+    /// Its error; what is not finite is dominated by all that is.
     pub error: f64,
+    /// How far noise may have moved that error.
+    pub uncertainty: f64,
 }
 
 /// An error counts as less than another if it is by more than this share: nobody sees the rest.
@@ -17,10 +19,24 @@ pub const SAME_ERROR: f64 = 0.01;
 /// A time counts as less than another if it is by more than this share: runs differ by more.
 pub const SAME_TIME: f64 = 0.02;
 
-/// For each place the number of one that beats it, being as fast and as good and better in one of both; none on the
-/// frontier. Errors and times that differ by no more than [`SAME_ERROR`] and [`SAME_TIME`] count as the same, and so do
-/// errors below `floor`, where nothing is claimed. Of several that are alike in both the fastest stays. What beats is
-/// always on the frontier itself.
+/// Whether one error counts as less than another: by more than [`SAME_ERROR`] of it and by more than both uncertainties
+/// together. Errors of the same noise are apart by less noise than that, so what is told apart is.
+fn better(one: &Place, other: &Place, floor: f64) -> bool {
+    let error = |place: &Place| {
+        if place.error.is_finite() { place.error.max(floor) } else { f64::INFINITY }
+    };
+    let (one_error, other_error) = (error(one), error(other));
+    if !other_error.is_finite() {
+        return one_error.is_finite();
+    }
+    let same = SAME_ERROR * other_error;
+    other_error - one_error > same.max(one.uncertainty.hypot(other.uncertainty))
+}
+
+/// For each place the number of one that dominates it, being as fast and as good and better in one of both; none on the
+/// frontier. Errors that differ by no more than [`SAME_ERROR`] or their uncertainties and times that differ by no more
+/// than [`SAME_TIME`] count as the same, and so do errors below `floor`, where nothing is claimed. Of several that are
+/// alike in both the fastest stays. What dominates is always on the frontier itself.
 #[must_use]
 pub fn rank(places: &[Place], floor: f64) -> Vec<Option<usize>> {
     let error = |at: usize| {
@@ -32,45 +48,58 @@ pub fn rank(places: &[Place], floor: f64) -> Vec<Option<usize>> {
     order.sort_by(|&a, &b| {
         time(a).total_cmp(&time(b)).then(error(a).total_cmp(&error(b))).then(a.cmp(&b))
     });
-    let mut beaten = vec![None; places.len()];
-    // All that come before are as fast; the last one that stayed is the best of them, and beats what is not better.
+    let mut dominated = vec![None; places.len()];
+    // All that come before are as fast; the last one that stayed is the best of them, and dominates what is not better.
     let mut stayed: Vec<usize> = Vec::new();
     for at in order {
         match stayed.last() {
-            Some(&best) if (1.0 - SAME_ERROR) * error(best) <= error(at) => beaten[at] = Some(best),
+            Some(&best) if !better(&places[at], &places[best], floor) => dominated[at] = Some(best),
             _ => stayed.push(at),
         }
     }
-    // From the slowest and best on: what is no faster than one that stays, but for what runs differ by, is beaten by it.
+    // From the slowest and best on: what is no faster than one that stays, but for what runs differ by, is dominated.
     let mut best: Option<usize> = None;
     for &at in stayed.iter().rev() {
         match best {
-            Some(best) if (1.0 - SAME_TIME) * time(best) <= time(at) => beaten[at] = Some(best),
+            Some(best) if (1.0 - SAME_TIME) * time(best) <= time(at) => dominated[at] = Some(best),
             _ => best = Some(at),
         }
     }
-    // What beat something and was beaten then gives way to what beat it.
-    (0..places.len()).map(|at| beaten[at].map(|by| beaten[by].unwrap_or(by))).collect()
+    // What dominated something and was dominated then gives way to what dominates it.
+    (0..places.len()).map(|at| dominated[at].map(|by| dominated[by].unwrap_or(by))).collect()
 }
 
-/// Marks the frontier in `ways` and names what beats the others, then sorts them: the frontier first, then by time.
-pub fn mark(ways: &mut [Way], floor: f64) {
-    let places: Vec<Place> = ways
-        .iter()
-        .map(|way| Place { time: way.time, error: way.picture.rmse_over_mean })
-        .collect();
+/// Marks the frontier by every metric in `ways` and names what dominates the others, then sorts them: the frontier by
+/// the default metric first, then by time.
+pub fn mark(ways: &mut [Way], reference: &Reference) {
     let names: Vec<String> = ways.iter().map(|way| way.name.clone()).collect();
-    for (at, by) in rank(&places, floor).into_iter().enumerate() {
-        ways[at].frontier = by.is_none();
-        ways[at].dominated = by.map(|by| Dominated {
-            by: names[by].clone(),
-            time_ratio: places[at].time.median / places[by].time.median,
-            error_ratio: places[at].error / places[by].error,
-            clear: places[by].time.most < places[at].time.least,
-        });
+    for metric in Metric::ALL {
+        let place = |way: &Way| Place {
+            time: way.time,
+            error: way.picture.of(metric),
+            uncertainty: way.picture.measured(metric).uncertainty,
+        };
+        let places: Vec<Place> = ways.iter().map(place).collect();
+        for (at, by) in rank(&places, reference.floor(metric)).into_iter().enumerate() {
+            let way = &mut ways[at];
+            let Some(by) = by else {
+                way.dominated.remove(&metric);
+                way.frontiers.insert(metric);
+                continue;
+            };
+            way.frontiers.remove(&metric);
+            let dominated = Dominated {
+                by: names[by].clone(),
+                time_ratio: places[at].time.median / places[by].time.median,
+                error_ratio: places[at].error / places[by].error,
+                clear: places[by].time.most < places[at].time.least,
+            };
+            way.dominated.insert(metric, dominated);
+        }
     }
+    let behind = |way: &Way| !way.on_frontier(Metric::default());
     ways.sort_by(|one, other| {
-        other.frontier.cmp(&one.frontier).then(one.time.median.total_cmp(&other.time.median))
+        behind(one).cmp(&behind(other)).then(one.time.median.total_cmp(&other.time.median))
     });
 }
 
@@ -80,11 +109,11 @@ mod tests {
 
     fn place(time: f64, error: f64) -> Place {
         let time = Time { median: time, least: 0.9 * time, most: 1.1 * time };
-        Place { time, error }
+        Place { time, error, uncertainty: 0.0 }
     }
 
     #[test]
-    fn the_frontier_is_what_nothing_beats_in_both() {
+    fn the_frontier_is_what_nothing_dominates() {
         let places = [
             place(1.0, 0.5),
             place(2.0, 0.6),
@@ -107,6 +136,39 @@ mod tests {
     }
 
     #[test]
+    fn what_noise_may_have_made_is_not_ranked() {
+        let uncertain =
+            |time: f64, error: f64, uncertainty: f64| Place { uncertainty, ..place(time, error) };
+        let places = [uncertain(1.0, 0.5, 0.1), uncertain(2.0, 0.4, 0.1), uncertain(3.0, 0.2, 0.1)];
+        assert_eq!(rank(&places, 0.0), [None, Some(0), None]);
+        // The same numbers known exactly are apart.
+        let exact = places.map(|place| Place { uncertainty: 0.0, ..place });
+        assert_eq!(rank(&exact, 0.0), [None, None, None]);
+        // Below the noise all are equal.
+        let below =
+            [uncertain(1.0, 0.0, 0.1), uncertain(2.0, 0.05, 0.1), uncertain(0.5, 0.09, 0.1)];
+        assert_eq!(rank(&below, 0.0), [Some(2), Some(2), None]);
+        let lost = [uncertain(1.0, f64::NAN, 0.0), uncertain(2.0, 0.5, 9.0)];
+        assert_eq!(rank(&lost, 0.0), [None, None], "what is finite is better than what is not");
+    }
+
+    #[test]
+    fn metrics_may_disagree() {
+        use crate::frontier::choose::tests::way;
+        let mut ways = vec![way("one", 1.0, 0.5, 0.1), way("two", 2.0, 0.2, 0.3)];
+        mark(&mut ways, &Reference::exact());
+        let two = ways.iter().find(|way| way.name == "two").unwrap();
+        assert!(two.on_frontier(Metric::Rmse) && !two.on_frontier(Metric::Flip));
+        assert_eq!(two.dominated[&Metric::Flip].by, "one");
+        assert_eq!(two.frontiers.len() + two.dominated.len(), Metric::ALL.len());
+        // A floor above both makes them alike.
+        let coarse = Reference { discretisation_over_mean: 1.0, ..Reference::exact() };
+        mark(&mut ways, &coarse);
+        let two = ways.iter().find(|way| way.name == "two").unwrap();
+        assert!(two.frontiers.is_empty() && two.dominated.len() == Metric::ALL.len());
+    }
+
+    #[test]
     fn by_brute_force_the_frontier_is_the_same() {
         let mut random = sglow_oracle::fis::stress::Random::new(7);
         let places: Vec<Place> = (0..200)
@@ -115,7 +177,7 @@ mod tests {
                 place(coarse(random.uniform()), coarse(random.uniform()))
             })
             .collect();
-        let beats = |a: &Place, b: &Place| {
+        let dominates = |a: &Place, b: &Place| {
             let [time, error] = [(a.time.median, b.time.median), (a.error, b.error)];
             time.0 <= time.1 && error.0 <= error.1 && (time.0 < time.1 || error.0 < error.1)
         };
@@ -125,12 +187,12 @@ mod tests {
         };
         let found = rank(&places, 0.0);
         for (at, place) in places.iter().enumerate() {
-            if places.iter().any(|other| beats(other, place)) {
-                assert!(found[at].is_some(), "{place:?} is beaten");
+            if places.iter().any(|other| dominates(other, place)) {
+                assert!(found[at].is_some(), "{place:?} is dominated");
             }
             if let Some(by) = found[at] {
                 assert!(by != at && as_good(&places[by], place), "{place:?} by {:?}", places[by]);
-                assert_eq!(found[by], None, "what beats is on the frontier");
+                assert_eq!(found[by], None, "what dominates is on the frontier");
             }
         }
         assert!(found.iter().any(Option::is_none));

@@ -32,7 +32,7 @@ pub fn scene(
     }
     let truth = truth(subject, cache, progress)?;
     let mut measured = measure::every(subject, ways, &truth, cache, progress)?;
-    rank::mark(&mut measured.ways, truth.reference.floor_over_mean);
+    rank::mark(&mut measured.ways, &truth.reference);
     let chosen = chosen(&measured.ways, ways, &subject.base);
     let pictures = pictures(subject, &chosen, &truth, cache)?;
     again(subject, &chosen, &mut measured.ways, cache, progress)?;
@@ -59,14 +59,13 @@ pub fn scene(
     ))
 }
 
-/// The ways that are looked at closely: the frontier's and the default, by name.
+/// The configurations that are looked at closely: those on a frontier and the default, by name.
 fn chosen<'w>(
     measured: &[Way],
     ways: &'w [Settings],
     base: &Settings,
 ) -> Vec<(String, &'w Settings)> {
-    let close =
-        |name: &str| measured.iter().any(|way| way.name == name && (way.frontier || way.default));
+    let close = |name: &str| measured.iter().any(|way| way.name == name && way.is_shown());
     let named = ways.iter().map(|settings| (way::name(settings, base), settings));
     named.filter(|(name, _)| close(name)).collect()
 }

@@ -11,7 +11,7 @@ use sglow_runtime::{readback, reference};
 use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
 
 use super::bench::{RUNS, Timed};
-use super::document::{Radiance, Series, Sweep, SweepOver, SweepPoint};
+use super::document::{PictureError, Radiance, Series, Sweep, SweepOver, SweepPoint};
 use super::evaluate::{Evaluator, apart, over_mean};
 use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
@@ -29,7 +29,7 @@ const LIGHTS: [u32; 7] = [16, 64, 128, 256, 512, 1024, 2048];
 #[derive(Clone, Serialize, Deserialize)]
 struct At {
     timed: Timed,
-    rmse_over_mean: f64,
+    picture: PictureError,
     /// Indirect light of pixels that show a surface.
     indirect: Vec<[f64; 3]>,
 }
@@ -123,9 +123,9 @@ fn at(
         let mut timed = Timed::of(&runs);
         timed.passes.extend(Timed::of(&subject.time_reflecting(&lights, &shading, RUNS)?).passes);
         let indirect = subject.reflect(&lights, None, &shading)?;
-        let (error, _) = Evaluator::new(subject, truth, frame, renderer.eye()).picture(&indirect);
+        let picture = Evaluator::new(subject, truth, frame, renderer.eye()).picture(&indirect);
         let indirect = present(&indirect, truth);
-        Ok(At { timed, rmse_over_mean: error.rmse_over_mean, indirect })
+        Ok(At { timed, picture, indirect })
     })
 }
 
@@ -161,7 +161,7 @@ fn modelled(
     let points = ITERATIONS.iter().zip(own).map(|(&steps, own)| SweepPoint {
         at: f64::from(steps),
         time: None,
-        picture_rmse_over_mean: None,
+        picture: None,
         own_rms_over_mean: Some(own),
     });
     let name = "hardware, weights of 8 bits (modelled)".to_owned();
@@ -216,15 +216,17 @@ fn point(at: f64, found: &At, pass: &str, limit: Option<&Vec<[f64; 3]>>) -> Swee
     SweepPoint {
         at,
         time: Some(passes.map(|pass| pass.time).sum()),
-        picture_rmse_over_mean: Some(found.rmse_over_mean),
+        picture: Some(found.picture),
         own_rms_over_mean: limit.map(|limit| over_mean(apart(&found.indirect, limit).0, limit)),
     }
 }
 
 /// A line, with where it stops paying: the least number from which on the error stays within 1 % of the least.
 fn series(name: String, points: Vec<SweepPoint>) -> Series {
-    let errors: Vec<f64> =
-        points.iter().map(|point| point.picture_rmse_over_mean.unwrap_or(f64::NAN)).collect();
+    let errors: Vec<f64> = points
+        .iter()
+        .map(|point| point.picture.map_or(f64::NAN, |one| one.rmse_over_mean))
+        .collect();
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
     let from = errors.iter().rposition(|&error| error.is_nan() || error > 1.01 * least);
     let from = from.map_or(0, |last| last + 1);
@@ -243,7 +245,7 @@ mod tests {
             let point = |(at, &error): (usize, &f64)| SweepPoint {
                 at: at as f64,
                 time: None,
-                picture_rmse_over_mean: Some(error),
+                picture: Some(PictureError { rmse_over_mean: error, ..PictureError::default() }),
                 own_rms_over_mean: None,
             };
             series(String::new(), errors.iter().enumerate().map(point).collect()).pays_until

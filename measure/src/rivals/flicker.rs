@@ -7,6 +7,7 @@
 use glam::Vec3;
 use serde::Serialize;
 use sglow_oracle::fis::stress::Random;
+use sglow_oracle::metrics;
 use sglow_oracle::path::Paths;
 use sglow_oracle::surface;
 use sglow_runtime::device::{DeviceError, Gpu};
@@ -286,10 +287,11 @@ fn mean(frames: &[Vec<f64>]) -> f64 {
     if mean > 0.0 { mean } else { 1.0 }
 }
 
+/// The RMSE of all frames together over the mean of the reference.
 fn error(frames: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
-    let squares = frames.iter().flatten().zip(reference.iter().flatten());
-    let squares: Vec<f64> = squares.map(|(a, b)| (a - b).powi(2)).collect();
-    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt() / mean(reference)
+    let [frames, reference] = [frames.concat(), reference.concat()];
+    let compared = metrics::compare_exact(frames.as_chunks::<3>().0, reference.as_chunks::<3>().0);
+    compared.map_or(0.0, |one| one.rmse_over_mean().value)
 }
 
 /// The RMS of changes from frame to frame that the reference's own do not explain, over all pairs and of the worst one,

@@ -28,6 +28,12 @@ pub struct Row {
     pub brightest: f64,
     /// RMSE against virtual point lights on a sample of pixels, without visibility, over their mean.
     pub error: f64,
+    /// Relative MSE there.
+    pub relative_mse: f64,
+    /// Median of the relative error there.
+    pub median: f64,
+    /// Its 95 % quantile.
+    pub q95: f64,
     /// Mean over mean of the reference, less 1.
     pub bias: f64,
     /// Numbers that were not finite.
@@ -126,16 +132,19 @@ pub fn survey(
         let powers: Vec<f64> = lights.iter().map(|light| light.power().luminance()).collect();
         let over = |power: f64| if photons > 0.0 { power / photons } else { 0.0 };
         let ours = indirect_at(gpu, &indirect, &pixels)?;
-        let compared = metrics::compare(&ours, &truth);
-        let mean = compared.map_or(0.0, |one| one.reference_mean);
+        let compared = metrics::compare_exact(ours.as_chunks::<3>().0, truth.as_chunks::<3>().0);
+        let compared = compared.unwrap_or_default();
         rows.push(Row {
             method,
             size_factor,
             overlap,
             power: over(powers.iter().sum()),
             brightest: over(powers.iter().copied().fold(0.0, f64::max) * powers.len() as f64),
-            error: compared.map_or(0.0, |one| if mean > 0.0 { one.rmse / mean } else { one.rmse }),
-            bias: compared.map_or(0.0, |one| if mean > 0.0 { one.bias } else { 0.0 }),
+            error: compared.rmse_over_mean().value,
+            relative_mse: compared.relative_mse.value,
+            median: compared.median.value,
+            q95: compared.quantile_95.value,
+            bias: compared.bias.value,
             not_finite: ours.iter().filter(|one| !one.is_finite()).count(),
         });
     }

@@ -122,9 +122,22 @@ mod tests {
         let seen = camera_light(&patch(1.0, -1.0), Lobes::Both);
         let at = |model: SpecularPower, other| {
             let reflecting = model.reflecting(&surface, towards);
-            let power =
-                moments(&reflecting, Vector3::splat(1.0), towards, Vector3::zero(), Lobes::Both);
-            bidirectional(power.weight(), &surface, towards, [seen], Lobes::Both, other)
+            let power = moments(
+                &reflecting,
+                Vector3::splat(1.0),
+                towards,
+                Vector3::zero(),
+                &Emission::printed(Lobes::Both),
+            );
+            bidirectional(
+                power.weight(),
+                &surface,
+                towards,
+                [seen],
+                Emitter::Lobe,
+                Lobes::Both,
+                other,
+            )
         };
         let [f0, albedo] = [F0, SpecularPower::Albedo].map(|model| at(model, model));
         assert!(f0 > 0.0 && (albedo / f0 - 1.0).abs() < 1e-12);

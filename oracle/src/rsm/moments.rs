@@ -280,7 +280,8 @@ mod tests {
         let surface = surface::<f64>(0.04);
         let weight = |model: SpecularPower, towards: Vector3| {
             let surface = model.reflecting(&surface, towards);
-            let moments = moments(&surface, power, towards, origin, Lobes::Both);
+            let moments =
+                moments(&surface, power, towards, origin, &Emission::printed(Lobes::Both));
             let expected = power.times(surface.material.diffuse + surface.material.specular);
             assert!((moments.weight() - expected.luminance()).abs() < 1e-14);
             // The direction is that of the same lobe: only its power is another.

@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use clap::{ArgGroup, Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use serde_json::Value;
 use sglow_measure::frontier::RUNS;
 use sglow_measure::frontier::buy::{Purchase, buy};
 use sglow_measure::frontier::choose::{self, Budget};
-use sglow_measure::frontier::document::Way;
+use sglow_measure::frontier::document::{Metric, Way};
 use sglow_measure::frontier::subject::Subject;
 use sglow_shader_gen::package::Target;
 
@@ -19,28 +19,20 @@ use crate::failure::{self, Failure, Result};
 use crate::json::{self, Check, Relation, Report};
 use crate::progress::Bars;
 use crate::shot::{self, Numbers};
-use crate::{say, selection, table};
+use crate::{errors, say, selection, table};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
 Examples:
   cargo xtask choose --scene cornell --max-ms 100 --out out/cornell
-  cargo xtask choose --scene cornell --max-error 30% --size 320x180 --out out/cornell
+  cargo xtask choose --scene cornell --max-error 0.05 --size 320x180 --out out/cornell
+  cargo xtask choose --scene cornell --max-error 30% --metric rmse --out out/cornell
   cargo xtask choose --scene columns --max-error 0.05 --metric flip --only visibility=none --target wgsl,spirv --out out/columns
 
-Every way that the committed variants allow is measured, as `report` does, or taken from what was measured before. With
---max-error the cheapest way wins that is at most so wrong, with --max-ms the most accurate one that takes at most so
-long; those that come close are measured again as whole frames, in turns. A budget of time is one of all passes of
+Every configuration that the committed variants allow is measured, as `report` does, or taken from what was measured
+before. With --max-error the cheapest one wins whose error is at most that, with --max-ms the most accurate one that
+takes at most that long; those that come close are measured again as whole frames, in turns. A budget of time is one of all passes of
 indirect light at the size of the picture that is given.";
-
-/// What error is counted in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Metric {
-    /// Root mean square difference from the reference over its mean
-    Rmse,
-    /// Mean of the FLIP map of whole pictures as they are shown, 0 to 1
-    Flip,
-}
 
 /// Options of `choose`.
 #[derive(Debug, Args)]
@@ -55,8 +47,8 @@ pub(crate) struct Arguments {
     /// The longest time of indirect light in a frame, in milliseconds
     #[arg(long, value_name = "T", value_parser = milliseconds, allow_negative_numbers = true, group = "budget")]
     max_ms: Option<f64>,
-    /// What the error is counted in
-    #[arg(long, value_enum, value_name = "METRIC", default_value = "rmse")]
+    /// The metric of the error: relative_mse, rmse, median, q95, flip, bias
+    #[arg(long, value_name = "METRIC", default_value_t)]
     metric: Metric,
     /// Pixels of the picture
     #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = shot::size)]
@@ -77,7 +69,7 @@ pub(crate) struct Arguments {
 }
 
 /// A share, as a number or a percentage.
-fn share(text: &str) -> Result<f64, String> {
+pub(crate) fn share(text: &str) -> Result<f64, String> {
     let wrong = || format!("'{text}' is not a share such as 0.3 or 30%");
     let (number, unit) = match text.strip_suffix('%') {
         Some(number) => (number, 100.0),
@@ -105,10 +97,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         (None, Some(time)) => Budget::Milliseconds(time),
         (None, None) => return Err(Failure::new("give --max-error or --max-ms")),
     };
-    let metric = match arguments.metric {
-        Metric::Rmse => choose::Metric::Rmse,
-        Metric::Flip => choose::Metric::Flip,
-    };
+    let metric = arguments.metric;
     let (only, cache) = (ways::only(&arguments.choice.only), arguments.choice.cache());
     let case = Case::new(&arguments.scene, arguments.size, &arguments.numbers);
     let places = failure::both(cache, gen_shaders::writable(&arguments.out));
@@ -190,19 +179,22 @@ fn again(arguments: &Arguments, set: &[String]) -> String {
 }
 
 /// The budget as something that holds.
-fn kept(winner: &Way, metric: choose::Metric, budget: Budget) -> Check {
+fn kept(winner: &Way, metric: Metric, budget: Budget) -> Check {
     let relation = Relation::AtMost;
     match budget {
         Budget::Error(most) => {
-            let unit = match metric {
-                choose::Metric::Rmse => "RMSE over mean",
-                choose::Metric::Flip => "FLIP",
-            };
-            Check::new("error of the way that was chosen", metric.of(winner), unit, relation, most)
+            let error = winner.picture.of(metric);
+            Check::new(
+                "error of the configuration that was chosen",
+                error,
+                metric.title(),
+                relation,
+                most,
+            )
         }
         Budget::Milliseconds(most) => {
             let time = choose::time(winner).median;
-            Check::new("time of the way that was chosen", time, "ms", relation, most)
+            Check::new("time of the configuration that was chosen", time, "ms", relation, most)
         }
     }
 }
@@ -215,35 +207,40 @@ fn package_variants(folder: &std::path::Path) -> Result<BTreeSet<String>> {
 }
 
 /// What comes first and next.
-fn show(order: &[&Way], metric: choose::Metric, purchase: &Purchase) {
-    let mut table = table::new(["", "way", "ms of a frame", "RMSE", "FLIP"]);
+fn show(order: &[&Way], metric: Metric, purchase: &Purchase) {
+    let [relative_mse, rmse, median, q95, flip, bias] = errors::HEADINGS;
+    let header = ["", "configuration", "ms", relative_mse, rmse, median, q95, flip, bias];
+    let mut table = table::new(header);
     for (place, way) in order.iter().enumerate() {
         let time = choose::time(way);
+        let [relative_mse, rmse, median, q95, flip, bias] = errors::cells(&way.picture);
         table.add_row([
             if place == 0 { "chosen".to_owned() } else { format!("{}", place + 1) },
             way.name.clone(),
             format!("{:.2} ({:.2}-{:.2})", time.median, time.least, time.most),
-            percent(way.picture.rmse_over_mean),
-            format!("{:.4}", way.picture.flip),
+            relative_mse,
+            rmse,
+            median,
+            q95,
+            flip,
+            bias,
         ]);
     }
     say::line(format!("{table}"));
-    let floor = purchase.reference.floor_over_mean;
-    let below =
-        metric == choose::Metric::Rmse && order.first().is_some_and(|way| metric.of(way) < floor);
+    let below = order.first().is_some_and(|way| way.picture.measured(metric).below_noise());
     say::line(format!(
-        "{} ways measured; medians of {RUNS} whole frames in turns, {}; the reference is itself off by {}{}",
+        "{} configurations measured; medians of {RUNS} whole frames in turns, {}; estimated error of the reference: {}{}",
         purchase.ways.len(),
         purchase.clock,
-        percent(floor),
-        if below { ", and less is not told apart" } else { "" },
+        errors::text(purchase.reference.floor_over_mean, Metric::Rmse, purchase.reference.dark),
+        if below { "; the chosen error is below its noise" } else { "" },
     ));
 }
 
 /// By how much the runner-up lost.
-fn margin(winner: &Way, runner_up: &Way, metric: choose::Metric, budget: Budget) -> String {
+fn margin(winner: &Way, runner_up: &Way, metric: Metric, budget: Budget) -> String {
     let (ours, theirs) = (choose::time(winner), choose::time(runner_up));
-    let (right, wrong) = (metric.of(winner), metric.of(runner_up));
+    let (right, wrong) = (winner.picture.of(metric), runner_up.picture.of(metric));
     let name = &runner_up.name;
     match budget {
         Budget::Error(_) => {
@@ -261,10 +258,10 @@ fn margin(winner: &Way, runner_up: &Way, metric: choose::Metric, budget: Budget)
             let times = format!("in {:.2} ms against {:.2}", theirs.median, ours.median);
             let (theirs, ours) = (error(wrong, metric), error(right, metric));
             if theirs == ours {
-                return format!("Runner-up: {name}, just as wrong ({ours}), {times}.");
+                return format!("Runner-up: {name}, with the same error ({ours}), {times}.");
             }
             format!(
-                "Runner-up: {name}, more wrong by {}, with an error of {theirs} against {ours}, {times}.",
+                "Runner-up: {name}, with {} more error, {theirs} against {ours}, {times}.",
                 error(wrong - right, metric)
             )
         }
@@ -272,15 +269,12 @@ fn margin(winner: &Way, runner_up: &Way, metric: choose::Metric, budget: Budget)
 }
 
 /// An error as the table shows it.
-fn error(value: f64, metric: choose::Metric) -> String {
-    match metric {
-        choose::Metric::Rmse => percent(value),
-        choose::Metric::Flip => format!("{value:.4}"),
-    }
+fn error(value: f64, metric: Metric) -> String {
+    errors::text(value, metric, false)
 }
 
 /// Why nothing was chosen.
-fn nothing(purchase: &Purchase, metric: choose::Metric, budget: Budget) -> Failure {
+fn nothing(purchase: &Purchase, metric: Metric, budget: Budget) -> Failure {
     let Some(choose::Bought::Nothing { nearest, by }) =
         choose::choose(&purchase.ways, metric, budget)
     else {
@@ -288,30 +282,26 @@ fn nothing(purchase: &Purchase, metric: choose::Metric, budget: Budget) -> Failu
     };
     match budget {
         Budget::Error(most) => Failure::new(format!(
-            "no way has an error of at most {}; {} comes nearest, with {}: {} too much, in {:.2} ms",
+            "no configuration meets the error budget of {}; {} comes nearest, with {}: {} too much, in {:.2} ms",
             error(most, metric),
             nearest.name,
-            error(metric.of(nearest), metric),
+            error(nearest.picture.of(metric), metric),
             error(by, metric),
             choose::time(nearest).median
         )),
         Budget::Milliseconds(most) => Failure::new(format!(
-            "no way takes at most {most} ms; {} comes nearest, with {:.2} ms: {by:.2} ms too long, with an error of {}",
+            "no configuration takes at most {most} ms; {} comes nearest, with {:.2} ms: {by:.2} ms too long, with an error of {}",
             nearest.name,
             choose::time(nearest).median,
-            error(metric.of(nearest), metric)
+            error(nearest.picture.of(metric), metric)
         )),
     }
     .help(match budget {
-        Budget::Error(_) => "more lights (--lights) are less wrong; --all tries every legal variant",
+        Budget::Error(_) => "more lights (--lights) reduce the error; --all tries every legal variant",
         Budget::Milliseconds(_) => {
             "fewer lights (--lights), a smaller map (--rsm) or a smaller picture (--size) take less time; --all tries every legal variant"
         }
     })
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.2} %", 100.0 * share)
 }
 
 #[cfg(test)]
@@ -353,8 +343,11 @@ mod tests {
 
     #[test]
     fn errors_are_told_as_the_table_has_them() {
-        assert_eq!(error(0.25, choose::Metric::Rmse), "25.00 %");
-        assert_eq!(error(0.25, choose::Metric::Flip), "0.2500");
+        assert_eq!(error(0.25, Metric::Rmse), "25.0 %");
+        assert_eq!(error(0.25, Metric::Flip), "0.250");
+        assert_eq!(line(&["--max-ms", "2"]).unwrap().metric, Metric::RelativeMse);
+        let wrong = line(&["--max-ms", "2", "--metric", "mean"]).unwrap_err();
+        assert!(wrong.contains("unknown metric 'mean'") && wrong.contains("q95"), "{wrong}");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! One file per command.
 
 pub(crate) mod choose;
+pub(crate) mod compare;
 pub(crate) mod doctor;
 pub(crate) mod gen_shaders;
 pub(crate) mod kernels;

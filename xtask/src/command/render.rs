@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use sglow_measure::picture_error::{Display, Pair, PictureError, Radiance, compare};
+use sglow_oracle::estimate::Estimate;
 use sglow_oracle::shade::Reflected;
 use sglow_runtime::frame::{Frame, Pixels, Renderer, Times};
 use sglow_runtime::package::Package;
@@ -11,11 +13,11 @@ use sglow_runtime::scene::Scene;
 
 use crate::failure::{Failure, Result};
 use crate::json::Report;
-use crate::picture::{Image, Layer, Picture, compare, exr, png, tone};
-use crate::progress;
+use crate::picture::{self, Image, Layer, Picture, exr, png, tone};
 use crate::say;
 use crate::selection::whole_space;
 use crate::shot::{self, Numbers, Shot};
+use crate::{errors, progress};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -64,8 +66,8 @@ pub(crate) struct Arguments {
     /// Also compute the picture by brute force, and compare
     #[arg(long, value_enum, value_name = "HOW", default_value = "none")]
     reference: Reference,
-    /// Paths per pixel of `--reference path`, at least 2
-    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(2..))]
+    /// Paths per pixel of `--reference path`, half of them in each of two independent references, at least 4
+    #[arg(long, value_name = "N", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(4..))]
     samples: u32,
     /// A package that `gen-shaders --out` wrote [default: made from the library, every variant]
     #[arg(long, value_name = "DIR")]
@@ -142,45 +144,37 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     if let Some(theirs) = truth(arguments, &renderer, &shot.scene, &frame)? {
         let noise = theirs.standard_error;
         let (what, key) = match noise {
-            None => ("virtual point lights (without visibility)", "against_virtual_point_lights"),
+            None => ("facets of the map (without visibility)", "against_virtual_point_lights"),
             Some(_) => ("paths of one bounce (with visibility)", "against_paths"),
         };
+        let error = error(&frame, &theirs)?;
+        let halves = theirs.halves;
         let theirs = picture(&theirs.frame)?;
         let (ours_light, theirs_light) = (indirect(&ours)?, indirect(&theirs)?);
-        let metrics = sglow_oracle::metrics::compare(&flat(&ours_light), &flat(&theirs_light))
-            .ok_or_else(|| Failure::new("the reference has no finite pixel"))?;
         // Where nothing is lit there is nothing to relate to.
-        let lit = metrics.reference_mean > 0.0;
-        let relative = |value: f64| lit.then_some(value / metrics.reference_mean);
+        let lit = error.reference_mean > 0.0;
+        let relative = |value: f64| lit.then_some(value / error.reference_mean);
         let percent = |value: Option<f64>| {
             value.map_or_else(|| "no light".to_owned(), |value| format!("{:.1} %", 100.0 * value))
         };
-        let bias = lit.then_some(metrics.bias);
+        let mut table = crate::table::new(errors::HEADINGS);
+        table.add_row(errors::cells(&error));
         say::line(format!(
-            "indirect light against {what}: RMSE {:.3e} ({} of the mean), relative MSE {:.3e}, bias {}",
-            metrics.rmse,
-            percent(relative(metrics.rmse)),
-            metrics.relative_mse,
-            bias.map_or_else(|| "none".to_owned(), |bias| format!("{:+.1} %", 100.0 * bias)),
+            "indirect light against {what}, on {} pixels with a surface:\n{table}",
+            error.pixels
         ));
-        let mut numbers = serde_json::json!({
-            "rmse": metrics.rmse,
-            "rmse_over_mean": relative(metrics.rmse),
-            "relative_mse": metrics.relative_mse,
-            "bias": bias,
-            "reference_mean": metrics.reference_mean,
-        });
+        let mut numbers = serde_json::to_value(error)?;
         if let Some(noise) = noise {
             say::line(format!(
                 "the reference's own standard error: {:.3e} root mean square ({} of the mean), from {} paths per pixel; \
                  of its mean {:.3e} ({})",
                 noise.pixel,
                 percent(relative(noise.pixel)),
-                arguments.samples,
+                noise.samples,
                 noise.mean,
                 percent(relative(noise.mean)),
             ));
-            numbers["samples"] = arguments.samples.into();
+            numbers["samples"] = noise.samples.into();
             numbers["seed"] = SEED.into();
             numbers["standard_error"] = noise.pixel.into();
             numbers["standard_error_over_mean"] = serde_json::to_value(relative(noise.pixel))?;
@@ -190,13 +184,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         let path = beside(&arguments.out, "reference");
         if exr {
             exr::write(&path, &theirs, &comment)?;
+            for (half, name) in halves.iter().flatten().zip(["reference.1", "reference.2"]) {
+                exr::write(&beside(&arguments.out, name), &picture(half)?, &comment)?;
+            }
         } else {
             png::write(&path, &developed(&theirs)?)?;
             let sheet = beside(&arguments.out, "comparison");
-            let scale = if lit { 0.5 * metrics.reference_mean as f32 } else { 1.0 };
-            let difference = compare::difference(&ours_light, &theirs_light, scale)?;
+            let scale = if lit { 0.5 * error.reference_mean as f32 } else { 1.0 };
+            let difference = picture::compare::difference(&ours_light, &theirs_light, scale)?;
             let (ours, theirs) = (developed(&ours)?, developed(&theirs)?);
-            png::write(&sheet, &compare::side_by_side(&[&ours, &theirs, &difference]))?;
+            png::write(&sheet, &picture::compare::side_by_side(&[&ours, &theirs, &difference]))?;
             say::line(format!("{} (ours, reference, difference)", sheet.display()));
         }
         say::line(format!("{}", path.display()));
@@ -245,6 +242,8 @@ pub(crate) fn brute_force(renderer: &Renderer<'_>, frame: &Frame) -> Result<Fram
 pub(crate) struct Truth {
     /// The frame with the reference's indirect light; all else is ours.
     pub(crate) frame: Frame,
+    /// The same of two independent halves, if it has noise.
+    pub(crate) halves: Option<[Frame; 2]>,
     /// How uncertain it is, if it is.
     pub(crate) standard_error: Option<Noise>,
 }
@@ -256,6 +255,37 @@ pub(crate) struct Noise {
     pub(crate) pixel: f64,
     /// Of the mean over the whole picture.
     mean: f64,
+    /// Paths of each pixel, of both halves together.
+    samples: u32,
+}
+
+/// How far a frame's indirect light is from a reference of it, by every metric.
+pub(crate) fn error(frame: &Frame, truth: &Truth) -> Result<PictureError> {
+    let halves = match &truth.halves {
+        Some([one, other]) => [one, other],
+        None => [&truth.frame; 2],
+    };
+    let pixels = |image: Image| -> Radiance { image.pixels().to_vec() };
+    let both = |frame: &Frame| -> Result<[Radiance; 2]> {
+        let picture = picture(frame)?;
+        Ok([pixels(indirect(&picture)?), pixels(picture.radiance()?)])
+    };
+    let [light, whole] = both(frame)?;
+    let [one, other] = [both(halves[0])?, both(halves[1])?];
+    let position = &frame.gbuffer.position;
+    let present: Vec<usize> = (0..position.len()).filter(|&at| position[at][3] >= 0.0).collect();
+    if present.is_empty() {
+        return Err(Failure::new("the camera sees no surface, so there is nothing to compare"));
+    }
+    Ok(compare(&Pair {
+        size: frame.size,
+        present: Some(&present),
+        picture: &light,
+        halves: [&one[0], &other[0]],
+        whole: &whole,
+        whole_halves: [&one[1], &other[1]],
+        display: Display::Automatic,
+    }))
 }
 
 /// The reference that is asked for, if any.
@@ -268,7 +298,8 @@ fn truth(
     match arguments.reference {
         Reference::None => Ok(None),
         Reference::Vpl => {
-            Ok(Some(Truth { frame: brute_force(renderer, frame)?, standard_error: None }))
+            let frame = brute_force(renderer, frame)?;
+            Ok(Some(Truth { frame, halves: None, standard_error: None }))
         }
         Reference::Path => paths(renderer, scene, frame, arguments.samples).map(Some),
     }
@@ -288,15 +319,24 @@ pub(crate) fn paths(
         bar.set_position(done as u64);
         true
     };
-    let estimates =
-        reference::paths(light, settings, scene, gbuffer, eye, samples, SEED, progress)?
+    let halves =
+        reference::path_halves(light, settings, scene, gbuffer, eye, samples, SEED, progress)?
             .ok_or_else(|| Failure::new("the reference was not finished"))?;
     bar.finish_and_clear();
+    let estimates: Vec<Estimate> = halves.iter().map(Estimate::mean_of).collect();
     let squares: f64 = estimates.iter().map(|one| one.standard_error.length_squared()).sum();
     let numbers = 3.0 * estimates.len() as f64;
-    let noise = Noise { pixel: (squares / numbers).sqrt(), mean: squares.sqrt() / numbers };
-    let reflected: Vec<_> = estimates.iter().map(|one| one.mean).collect();
-    Ok(Truth { frame: with_indirect(frame, &reflected), standard_error: Some(noise) })
+    let noise =
+        Noise { pixel: (squares / numbers).sqrt(), mean: squares.sqrt() / numbers, samples };
+    let lit = |estimates: &mut dyn Iterator<Item = &Estimate>| {
+        let reflected: Vec<_> = estimates.map(|one| one.mean).collect();
+        with_indirect(frame, &reflected)
+    };
+    Ok(Truth {
+        frame: lit(&mut estimates.iter()),
+        halves: Some([0, 1].map(|half: usize| lit(&mut halves.iter().map(|both| &both[half])))),
+        standard_error: Some(noise),
+    })
 }
 
 /// A frame with other indirect light, of the reflections that it has.
@@ -343,11 +383,6 @@ pub(crate) fn indirect(picture: &Picture) -> Result<Image> {
     let sum = diffuse.pixels().iter().zip(specular.pixels());
     let pixels = sum.map(|(a, b)| std::array::from_fn(|channel| a[channel] + b[channel])).collect();
     Image::new(diffuse.width(), diffuse.height(), pixels)
-}
-
-/// The numbers of an image one after another.
-pub(crate) fn flat(image: &Image) -> Vec<f32> {
-    image.pixels().iter().flatten().copied().collect()
 }
 
 /// `picture.png` as `picture.NAME.png`.

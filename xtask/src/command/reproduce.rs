@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use image::RgbImage;
 use serde::Serialize;
+use sglow_measure::picture_error::PictureError;
 use sglow_measure::rivals::flicker::{Contender, Flickers, Walk, flicker};
 use sglow_measure::rivals::method::Method;
 use sglow_measure::rivals::stages::{Code, Stages, code, sampling_ratios, stages};
 use sglow_measure::rivals::survey::{Kernels, Survey, survey};
 use sglow_oracle::fis::stress::Stress;
-use sglow_oracle::metrics;
 use sglow_runtime::device::Gpu;
 use sglow_runtime::frame::Renderer;
 use sglow_runtime::mips;
@@ -50,8 +50,8 @@ pub(crate) struct Arguments {
     /// Pixels of the camera's map whose stages are timed; the paper's are the default
     #[arg(long, value_name = "WxH", default_value = "1920x1088", value_parser = shot::size)]
     timed_size: [u32; 2],
-    /// Paths per pixel of the reference
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(2..))]
+    /// Paths per pixel of the reference, half of them in each of two independent halves
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(4..))]
     samples: u32,
     /// Frames of the moving light
     #[arg(long, value_name = "N", default_value_t = 17, value_parser = clap::value_parser!(u32).range(2..))]
@@ -122,8 +122,8 @@ pub(crate) struct Shown {
     pub(crate) name: String,
     /// The file, beside the page.
     pub(crate) file: String,
-    /// RMSE against the reference over its mean; none of the reference itself.
-    pub(crate) error: Option<f64>,
+    /// How far it is from the reference; none of the reference itself.
+    pub(crate) error: Option<PictureError>,
 }
 
 /// A figure.
@@ -543,7 +543,7 @@ impl Work<'_> {
         stem: &str,
         name: &str,
         picture: &RgbImage,
-        error: Option<f64>,
+        error: Option<PictureError>,
     ) -> Result<Shown> {
         let plain: String = stem
             .chars()
@@ -587,8 +587,7 @@ impl Work<'_> {
             let bar = progress::spinner(format!("{name}: {label}"));
             let renderer = Renderer::new(self.gpu, self.package, &shot.scene, &settings, 0)?;
             let frames = if method == Method::Metropolis { WARM_UP } else { 0 };
-            renderer.render()?;
-            for _ in 0..frames.min(2) {
+            for _ in 0..=frames.min(2) {
                 renderer.render()?;
             }
             let frame = renderer.read()?;
@@ -596,7 +595,7 @@ impl Work<'_> {
             if truth.is_none() {
                 let found = if caustic {
                     let frame = render::brute_force(&renderer, &frame)?;
-                    render::Truth { frame, standard_error: None }
+                    render::Truth { frame, halves: None, standard_error: None }
                 } else {
                     render::paths(&renderer, &shot.scene, &frame, self.arguments.samples)?
                 };
@@ -606,22 +605,17 @@ impl Work<'_> {
             }
             let Some((reference, exposure)) = &truth else { continue };
             let ours = render::picture(&frame)?;
-            let (light, expected) =
-                (render::indirect(&ours)?, render::indirect(&render::picture(&reference.frame)?)?);
-            let compared = metrics::compare(&render::flat(&light), &render::flat(&expected))
-                .ok_or_else(|| Failure::new("there is nothing to compare"))?;
-            let error =
-                (compared.reference_mean > 0.0).then_some(compared.rmse / compared.reference_mean);
+            let error = render::error(&frame, reference)?;
             let shown = tone::radiance(&ours.radiance()?, *exposure);
             figure.standard_error = reference
                 .standard_error
-                .filter(|_| compared.reference_mean > 0.0)
-                .map(|noise| noise.pixel / compared.reference_mean);
+                .filter(|_| error.reference_mean > 0.0)
+                .map(|noise| noise.pixel / error.reference_mean);
             figure.pictures.push(self.picture(
                 &format!("{stem}-{label}"),
                 &label,
                 &shown,
-                error,
+                Some(error),
             )?);
         }
         if let Some((reference, exposure)) = &truth {
@@ -758,7 +752,10 @@ fn show(found: &Findings) {
             "covered",
             "power",
             "brightest",
+            "relMSE",
             "RMSE",
+            "median",
+            "95 %",
             "bias",
         ]);
         for row in &surveyed.found.rows {
@@ -770,7 +767,10 @@ fn show(found: &Findings) {
                 format!("{:.3}", row.overlap.covered),
                 format!("{:.3}", row.power),
                 format!("{:.1}", row.brightest),
+                format!("{:.4}", row.relative_mse),
                 format!("{:.3}", row.error),
+                format!("{:.3}", row.median),
+                format!("{:.3}", row.q95),
                 format!("{:+.3}", row.bias),
             ]);
         }

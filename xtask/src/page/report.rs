@@ -1,11 +1,11 @@
-//! The page of error against time: which way to indirect light a scene should take, why, and how wrong each is.
+//! The page of error against time: which configuration a scene should take, why, and the measured error of each.
 
 use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 use schemars::JsonSchema;
 use serde::Serialize;
-use sglow_measure::frontier::document::{Pictures, SceneReport};
+use sglow_measure::frontier::document::{Metric, Pictures, SceneReport};
 use sglow_runtime::{needs, scene};
 use sglow_shader_gen::manifest;
 use sglow_shader_gen::package::Purpose;
@@ -143,25 +143,31 @@ pub(crate) struct Input<'a> {
 
 /// The page.
 pub(crate) fn page(input: &Input<'_>) -> String {
-    let named: Vec<Named<'_>> = input
-        .scenes
-        .iter()
-        .enumerate()
-        .map(|(index, scene)| {
-            let mut named = Named::new(index, scene);
-            let advice = advice::advise(&named, input.within);
-            named.taken = advice.map(|advice| advice.good.name.as_str());
-            named
+    let by: Vec<Vec<Named<'_>>> = Metric::ALL
+        .into_iter()
+        .map(|metric| {
+            let scenes = input.scenes.iter().enumerate();
+            let named = scenes.map(|(index, scene)| {
+                let mut named = Named::new(index, scene, metric);
+                let advice = advice::advise(&named, input.within);
+                named.taken = advice.map(|advice| advice.good.name.as_str());
+                named
+            });
+            named.collect()
         })
         .collect();
-    let ids: Vec<String> = named.iter().map(Named::id).collect();
+    let default: &[Named<'_>] = by.first().map_or(&[], Vec::as_slice);
+    let ids: Vec<String> = default.iter().map(Named::id).collect();
+    let answers = |metric, at: usize| advice::answers(&by[at], metric, input.within);
     let mut sections = vec![Section {
         id: "answer",
-        title: "Which way to take",
-        body: advice::answers(&named, input.within),
+        title: "Which configuration to take",
+        body: html! { (picker()) (by_metric(&answers)) },
     }];
-    for (named, id) in named.iter().zip(&ids) {
-        sections.push(Section { id, title: &named.scene.measured.scene, body: scene(named) });
+    for (at, id) in ids.iter().enumerate() {
+        let named: Vec<&Named<'_>> = by.iter().map(|named| &named[at]).collect();
+        let title = &input.scenes[at].measured.scene;
+        sections.push(Section { id, title, body: scene(&named) });
     }
     sections.push(Section {
         id: "checks",
@@ -181,10 +187,35 @@ pub(crate) fn page(input: &Input<'_>) -> String {
     page_with("sglow: error against time", &verdict(input), &sections, extras)
 }
 
-fn scene(named: &Named<'_>) -> Markup {
+/// A list to pick the metric from; without a script the default one is shown.
+fn picker() -> Markup {
+    html! {
+        p.picker hidden {
+            label {
+                "Errors by "
+                select { @for metric in Metric::ALL { option value=(metric.name()) { (metric.title()) } } }
+            }
+        }
+        noscript { p.quiet { "Errors are by " (Metric::default().title()) "; a browser that runs scripts lets you pick another metric." } }
+    }
+}
+
+/// One part for each metric, of which the picked one is seen.
+fn by_metric(of: &dyn Fn(Metric, usize) -> Markup) -> Markup {
+    html! {
+        @for (at, metric) in Metric::ALL.into_iter().enumerate() {
+            div data-metric=(metric.name()) hidden[metric != Metric::default()] { (of(metric, at)) }
+        }
+    }
+}
+
+/// A scene, `all` by each metric.
+fn scene(all: &[&Named<'_>]) -> Markup {
+    let Some(named) = all.first().copied() else { return html! {} };
     let measured = named.scene.measured;
     let parts = [
-        ("time", "Error against time", against_time::section(named)),
+        ("time", "Error against time", by_metric(&|_, at| against_time::section(all[at]))),
+        ("metrics", "Where metrics disagree", errors::disagreements(named)),
         ("pictures", "Pictures", pictures::section(named)),
         ("errors", "Three errors, never mixed", errors::section(named)),
         ("flicker", "Flicker", costs::flicker(named)),
@@ -199,7 +230,7 @@ fn scene(named: &Named<'_>) -> Markup {
             (count(measured.triangles)) " triangles, light: " (measured.light) "; " (width) " × " (height) " pixels, map of "
             (measured.rsm_size) " squared, " (count(measured.lights as usize)) " virtual lights, " (measured.iterations)
             " bisection steps, K = " (figure(measured.size_factor)) ". Times: " (measured.clock) ", median of "
-            (measured.runs) " runs. " (count(measured.ways.len())) " ways."
+            (measured.runs) " runs. " (count(measured.ways.len())) " configurations."
             @if measured.not_finite > 0 { strong { " " (count(measured.not_finite)) " numbers are not finite." } }
         }
         (reference(named))
@@ -226,9 +257,9 @@ fn reference(named: &Named<'_>) -> Markup {
     html! {
         p.quiet {
             "Reference: " (made) " with exact visibility, " (count(reference.samples as usize)) " " (samples)
-            " a pixel. It may be off by " strong { (named.error(reference.floor_over_mean)) } " itself (noise "
+            " a pixel. Its estimated error is " strong { (named.error(reference.floor_over_mean)) } " itself (noise "
             (named.error(reference.noise_over_mean)) ", discretisation " (named.error(reference.discretisation_over_mean))
-            "); nothing is claimed of errors below that."
+            "). Its noise is taken out of squared errors by its two halves; each error has an uncertainty, within which nothing is ranked."
             @if let Some(floor) = reference.other_floor_over_mean {
                 " Of " (other) ", it would be " (named.error(floor)) "."
             }
@@ -263,7 +294,7 @@ fn verdict(input: &Input<'_>) -> Markup {
             }
         }
         p {
-            (count(ways)) " ways to indirect light on " (count(input.scenes.len()))
+            (count(ways)) " configurations on " (count(input.scenes.len()))
             @if input.scenes.len() == 1 { " scene" } @else { " scenes" }
             ", each with its error and its time on " (input.report.adapter) "."
         }

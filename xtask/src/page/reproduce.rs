@@ -8,6 +8,7 @@ use super::frame::{Section, page as whole};
 use super::number::figure as digits;
 use super::table::{mark, number, table, text};
 use crate::command::reproduce::{DOES_NOT_SHOW, Figure, Findings, TimeTable};
+use crate::errors::{HEADINGS, cells};
 use crate::json::Report;
 
 /// Stages of [Tokuyoshi 2016, Tab. 1, Tab. 2] in milliseconds on a GeForce GTX 970: table, method, map (the camera's is
@@ -175,8 +176,10 @@ fn figures(figures: &[Figure]) -> Markup {
                         }
                         figcaption {
                             (picture.name)
-                            @if let Some(error) = picture.error {
-                                ": RMSE " (digits(100.0 * error)) " % of the reference's mean"
+                            @if let Some(error) = &picture.error {
+                                @for (name, error) in HEADINGS.iter().zip(cells(error)) {
+                                    "; " (name) " " (error)
+                                }
                             }
                         }
                     }
@@ -337,14 +340,17 @@ fn surveys(found: &Findings) -> Markup {
                     td.n { (digits(row.overlap.covered)) }
                     td.n { (digits(row.power)) }
                     td.n { (digits(row.brightest)) }
+                    td.n { (digits(row.relative_mse)) }
                     td.n { (digits(row.error)) }
+                    td.n { (digits(row.median)) }
+                    td.n { (digits(row.q95)) }
                     td.n { (digits(row.bias)) }
                 }
             }).collect();
             (table(
                 &surveyed.scene,
                 "",
-                &[text("method"), number("K"), number("variation"), number("gaps"), number("covered"), number("power"), number("brightest × N"), number("RMSE"), number("bias")],
+                &[text("method"), number("K"), number("variation"), number("gaps"), number("covered"), number("power"), number("brightest × N"), number("relMSE"), number("RMSE"), number("median"), number("95 %"), number("bias")],
                 &rows,
             ))
         }

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use exr::image::{AnyChannels, FlatSamples};
 use exr::prelude::read_all_flat_layers_from_file;
-use image::ImageReader;
 use sglow_oracle::fis::stress::Stress;
 
-use crate::failure::{Context as _, Failure, Result};
+use crate::failure::{Failure, Result};
+use crate::picture::read::decoded;
 
 /// The seed of built-in densities: those of `report`.
 const SEED: u64 = 1;
@@ -38,8 +38,8 @@ impl Density {
         let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase());
         let (size, pixels) = match extension.as_deref() {
             Some("exr") => exr_pixels(path)?,
-            Some("hdr") => pixels(path, false)?,
-            Some("png") => pixels(path, true)?,
+            Some("hdr") => decoded(path, false)?,
+            Some("png") => decoded(path, true)?,
             _ => {
                 let names: Vec<&str> = Stress::ALL.iter().map(|(name, _)| *name).collect();
                 return Err(Failure::new(format!("there is no density '{name_or_path}'"))
@@ -71,24 +71,6 @@ impl Density {
         }
         Ok(Self { name, size, texels })
     }
-}
-
-/// Linear pixels of what the image library reads; a grey image has the same number three times.
-fn pixels(path: &Path, srgb: bool) -> Result<([usize; 2], Vec<[f32; 3]>)> {
-    let place = path.display();
-    let reader = ImageReader::open(path).context(format!("{place}: cannot read"))?;
-    let image = reader.decode().context(format!("{place}: cannot read"))?.into_rgb32f();
-    let size = [image.width() as usize, image.height() as usize];
-    let linear = |value: f32| {
-        if !srgb {
-            value
-        } else if value <= 0.04045 {
-            value / 12.92
-        } else {
-            ((value + 0.055) / 1.055).powf(2.4)
-        }
-    };
-    Ok((size, image.pixels().map(|pixel| pixel.0.map(linear)).collect()))
 }
 
 /// Linear pixels of the first part of an OpenEXR file that has red, green and blue, or a luminance, or one channel alone.

@@ -10,6 +10,7 @@ pub(crate) mod exr;
 pub(crate) mod false_colour;
 pub(crate) mod kernels;
 pub(crate) mod png;
+pub(crate) mod read;
 pub(crate) mod tone;
 
 /// One quantity of a picture.

@@ -12,9 +12,9 @@ use crate::json::Report;
 use crate::page::report::LeftOut;
 
 /// The form of the file; it grows when a reader of the form before would misread it.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 
-/// What `report` found: error against run time of every way to each scene's indirect light.
+/// What `report` found: error against run time of every configuration of each scene's indirect light.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Document<'a> {
     /// The form of this file.

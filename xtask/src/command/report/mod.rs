@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use sglow_measure::cache::Cache;
 use sglow_measure::densities::OnDensity;
-use sglow_measure::frontier::document::{Pictures, ReferenceKind, SceneReport};
+use sglow_measure::frontier::document::{Metric, Pictures, ReferenceKind, SceneReport};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::way::Allowed;
-use sglow_measure::frontier::{RUNS, evaluate, scene};
+use sglow_measure::frontier::{RUNS, scene};
+use sglow_measure::picture_error::{Display, flip_map};
 use sglow_runtime::device::Gpu;
 use sglow_runtime::scene::Scene;
 
@@ -21,7 +22,7 @@ use crate::page::report as page;
 use crate::progress::Bars;
 use crate::selection::library;
 use crate::shot::{self, Numbers};
-use crate::{measured, saving, say, table, write};
+use crate::{errors, measured, saving, say, table, write};
 
 mod densities;
 mod document;
@@ -40,7 +41,8 @@ Examples:
 
 For each scene, every way to its indirect light that the committed variants allow is measured: its time, pass by pass,
 and its error, which is three numbers: what is seen against the reference, the device against the oracle, the oracle
-against the sum over all points. The page says which way no other beats, and what beats the others.
+against the sum over all points. What is seen is measured by relative MSE, RMSE, median and 95 % quantile of the relative
+error, bias and FLIP; the page shows the frontier by the metric that its reader picks, and where metrics disagree.
 
 What is measured is kept (target/measured): a run that was interrupted goes on where it was, and a run in which nothing
 has changed measures nothing.";
@@ -261,7 +263,7 @@ fn measure(
         measured::keep(cache, scene, pruned, &gpu.adapter)?;
     }
     let (purpose, _) = saving::purpose(&library()?, derivation, &scene.name, &[], rules.as_ref())?;
-    let map = |picture| evaluate::flip_map(&pictures.reference, picture, measured.size);
+    let map = |picture| flip_map(&pictures.reference, picture, measured.size, Display::Automatic);
     let flip = pictures.ways.iter().map(|(name, picture)| (name.clone(), map(picture))).collect();
     Ok(Found {
         flip,
@@ -277,7 +279,7 @@ fn measure(
 fn show(scene: &SceneReport) {
     let [width, height] = scene.size;
     say::line(format!(
-        "\n{}: {} triangles, {width} x {height}, map of {} squared, {} lights, {}; reference by {}, itself off by {}",
+        "\n{}: {} triangles, {width} x {height}, map of {} squared, {} lights, {}; reference by {}, its estimated error {}",
         scene.scene,
         scene.triangles,
         scene.rsm_size,
@@ -289,36 +291,36 @@ fn show(scene: &SceneReport) {
         },
         percent(scene.reference.floor_over_mean),
     ));
-    let mut table = table::new([
-        "frontier, and default",
-        "ms",
-        "RMSE",
-        "FLIP",
-        "bias",
-        "model",
-        "rounding",
-        "flicker",
-    ]);
-    for way in scene.ways.iter().filter(|way| way.frontier || way.default) {
-        let maybe = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), percent);
+    let [relative_mse, rmse, median, q95, flip, bias] = errors::HEADINGS;
+    let header =
+        ["frontier, and default", "ms", relative_mse, rmse, median, q95, flip, bias, "flicker"];
+    let mut table = table::new(header);
+    let metric = Metric::default();
+    for way in scene.ways.iter().filter(|way| way.on_frontier(metric) || way.default) {
         let time = way.whole.unwrap_or(way.time);
+        let dark = scene.reference.dark;
+        let flicker = way.flicker.map(|flicker| errors::text(flicker, Metric::Rmse, dark));
+        let [relative_mse, rmse, median, q95, flip, bias] = errors::cells(&way.picture);
         table.add_row([
-            format!("{}{}", way.name, if way.frontier { "" } else { " (beaten)" }),
+            format!("{}{}", way.name, if way.on_frontier(metric) { "" } else { " (dominated)" }),
             format!("{:.1} ({:.1}-{:.1})", time.median, time.least, time.most),
-            percent(way.picture.rmse_over_mean),
-            format!("{:.3}", way.picture.flip),
-            percent(way.picture.bias),
-            maybe(way.model_rms_over_mean),
-            way.rounding
-                .as_ref()
-                .map_or_else(|| "–".to_owned(), |one| format!("{:.1e}", one.rms_over_mean)),
-            maybe(way.flicker),
+            relative_mse,
+            rmse,
+            median,
+            q95,
+            flip,
+            bias,
+            flicker.unwrap_or_else(|| "–".to_owned()),
         ]);
     }
+    let counts = Metric::ALL.map(|metric| {
+        let count = scene.ways.iter().filter(|way| way.on_frontier(metric)).count();
+        format!("{count} {}", metric.name())
+    });
     say::line(format!(
-        "{table}\n{} ways, {} on the frontier",
+        "{table}\n{} configurations; on the frontier by each metric: {}",
         scene.ways.len(),
-        scene.ways.iter().filter(|way| way.frontier).count()
+        counts.join(", ")
     ));
 }
 

@@ -1,7 +1,7 @@
-//! The answer: which way a scene should take, and why.
+//! The answer: which configuration a scene should take, and why.
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::Way;
+use sglow_measure::frontier::document::{Metric, Way};
 
 use super::named::Named;
 use crate::page::number::{bytes, figure, percent, times};
@@ -19,21 +19,21 @@ pub(crate) struct Advice<'a> {
     pub(crate) by_floor: bool,
 }
 
-/// Whether a way is a choice: it has all that the scene needs, and its error and time are numbers.
-fn choosable(way: &Way) -> bool {
-    way.complete && way.picture.rmse_over_mean.is_finite() && way.time.median.is_finite()
+/// Whether a configuration is a choice: it has all that the scene needs, and its error and time are numbers.
+fn choosable(named: &Named<'_>, way: &Way) -> bool {
+    way.complete && named.value(way).is_finite() && way.time.median.is_finite()
 }
 
 /// What to take; none if no way is a choice.
 pub(crate) fn advise<'a>(named: &Named<'a>, within: f64) -> Option<Advice<'a>> {
-    let choices = || named.ways().iter().filter(|way| choosable(way));
-    let error = |way: &Way| way.picture.rmse_over_mean;
+    let choices = || named.ways().iter().filter(|way| choosable(named, way));
+    let error = |way: &Way| named.value(way);
     let time = |way: &Way| way.time.median;
     let best = choices().min_by(|one, other| {
         error(one).total_cmp(&error(other)).then(time(one).total_cmp(&time(other)))
     })?;
     let near = error(best) * (1.0 + within);
-    let floor = named.scene.measured.reference.floor_over_mean;
+    let floor = named.floor();
     let limit = if floor > near { floor } else { near };
     let good = choices().filter(|way| error(way) <= limit).min_by(|one, other| {
         time(one).total_cmp(&time(other)).then(error(one).total_cmp(&error(other)))
@@ -42,11 +42,11 @@ pub(crate) fn advise<'a>(named: &Named<'a>, within: f64) -> Option<Advice<'a>> {
 }
 
 /// One answer for each scene.
-pub(crate) fn answers(scenes: &[Named<'_>], within: f64) -> Markup {
+pub(crate) fn answers(scenes: &[Named<'_>], metric: Metric, within: f64) -> Markup {
     html! {
         p.quiet {
-            "Error is that of the picture's indirect light against brute force (root of the mean squared difference over the mean). "
-            "Time is that of all passes of indirect light in one frame. Numbers in discs are those of the plots below; a way is called by where it differs from the default, which is what the scene gets if nobody chooses."
+            "Error is that of the picture's indirect light against brute force, here by " strong { (metric.title()) } ". "
+            "Time is that of all passes of indirect light in one frame. Numbers in discs are those of the plots below; a configuration is called by where it differs from the default, which is what the scene gets if nobody chooses."
         }
         @if scenes.is_empty() { p.quiet { "No scene was measured." } }
         @for named in scenes {
@@ -54,14 +54,14 @@ pub(crate) fn answers(scenes: &[Named<'_>], within: f64) -> Markup {
                 h3 { a href={ "#" (named.id()) } { (named.scene.measured.scene) } }
                 @match advise(named, within) {
                     Some(advice) => (answer(named, &advice, within)),
-                    None => p { strong { "No way has all that the scene needs and a finite error: there is nothing to recommend." } },
+                    None => p { strong { "No configuration has all that the scene needs and a finite error: there is nothing to recommend." } },
                 }
             }
         }
     }
 }
 
-fn answer(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
+fn answer<'a>(named: &Named<'a>, advice: &Advice<'a>, within: f64) -> Markup {
     let Advice { good, best, .. } = *advice;
     let same = good.name == best.name;
     html! {
@@ -69,13 +69,13 @@ fn answer(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
             p { "No indirect light reaches what the camera sees: leave it out, or take the cheapest." }
         }
         p {
-            "Take " (named.call(good)) ": " strong { (named.error(good.picture.rmse_over_mean)) } " error in "
+            "Take " (named.call(good)) ": " strong { (named.cell(good)) } " error in "
             strong { (figure(good.time.median)) " ms" } " and " (bytes(Named::bytes(good))) ". "
             @if same {
                 "It is the most accurate, and nothing " (near(named, advice, within)) " is cheaper. "
             } @else {
                 "It is the cheapest " (near(named, advice, within)) "; the most accurate, " (named.call(best)) ", takes "
-                (times(best.time.median / good.time.median)) " its time for " (named.error(best.picture.rmse_over_mean)) ". "
+                (times(best.time.median / good.time.median)) " its time for " (named.cell(best)) ". "
             }
             (against_default(named, good))
         }
@@ -87,15 +87,15 @@ fn answer(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
 fn near(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> String {
     if advice.by_floor {
         format!(
-            "within the reference's own error of {}, below which nothing is told apart",
-            named.error(advice.limit)
+            "within the estimated error of the reference, {}, below which nothing is told apart",
+            named.text(advice.limit)
         )
     } else {
         format!("within {} of the best error", percent(within))
     }
 }
 
-fn against_default(named: &Named<'_>, good: &Way) -> Markup {
+fn against_default<'a>(named: &Named<'a>, good: &'a Way) -> Markup {
     let Some(default) = named.default() else {
         return html! { "The scene has no default among these." };
     };
@@ -103,17 +103,17 @@ fn against_default(named: &Named<'_>, good: &Way) -> Markup {
         return html! { "It is the default: what the scene gets if nobody chooses." };
     }
     let ratio = default.time.median / good.time.median;
-    let errors = default.picture.rmse_over_mean / good.picture.rmse_over_mean;
+    let errors = named.value(default) / named.value(good);
     html! {
         "The default, " (named.badge(default)) ", takes " (times(ratio)) " the time"
-        @if errors.is_finite() { " with " (times(errors)) " the error" } @else { " with " (named.error(default.picture.rmse_over_mean)) " error" }
-        @match default.dominated.as_ref() {
+        @if errors.is_finite() { " with " (times(errors)) " the error" } @else { " with " (named.cell(default)) " error" }
+        @match named.dominated(default) {
             Some(dominated) => {
-                ", and is beaten by " @match named.way(&dominated.by) { Some(by) => (named.badge(by)), None => code { (dominated.by) } }
+                ", and is dominated by " @match named.way(&dominated.by) { Some(by) => (named.badge(by)), None => code { (dominated.by) } }
                 @if !dominated.clear { ", though within the spread of the times" }
                 "."
             }
-            None => "; it is on the frontier, so nothing beats it in both.",
+            None => "; it is on the frontier, so nothing dominates it.",
         }
     }
 }
@@ -126,7 +126,8 @@ fn choices(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
     } else {
         roles.push(("most accurate".to_owned(), advice.best));
     }
-    let fastest = named.ways().iter().filter(|way| choosable(way) && way.frontier);
+    let fastest =
+        named.ways().iter().filter(|way| choosable(named, way) && way.on_frontier(named.metric));
     if let Some(fastest) =
         fastest.min_by(|one, other| one.time.median.total_cmp(&other.time.median))
         && roles.iter().all(|role| role.1.name != fastest.name)
@@ -146,7 +147,7 @@ fn choices(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
                 tr {
                     th.wide scope="row" { (role) }
                     td.wide { (named.badge(way)) " " (named.words(way)) }
-                    td.n data-label="error" { (named.error(way.picture.rmse_over_mean)) }
+                    td.n data-label="error" { (named.cell(way)) }
                     td.n data-label="ms" { (figure(way.time.median)) }
                     td.n data-label="memory" { (bytes(Named::bytes(way))) }
                     td.n data-label="FLIP" { (figure(way.picture.flip)) }
@@ -154,14 +155,20 @@ fn choices(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
             }
         })
         .collect();
-    let columns =
-        [text(""), text("way"), number("error"), number("ms"), number("memory"), number("FLIP")];
+    let columns = [
+        text(""),
+        text("configuration"),
+        number("error"),
+        number("ms"),
+        number("memory"),
+        number("FLIP"),
+    ];
     table(&format!("Choices for {}", named.scene.measured.scene), "choices", &columns, &rows)
 }
 
 fn short(advice: &Advice<'_>, within: f64) -> String {
     if advice.by_floor {
-        "within the reference's own error".to_owned()
+        "within the estimated error of the reference".to_owned()
     } else {
         format!("within {} of the best error", percent(within))
     }

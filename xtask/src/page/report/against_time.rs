@@ -1,4 +1,4 @@
-//! Error against time of every way, and what beats those that are beaten.
+//! Error against time of every configuration, and what dominates those that are dominated.
 
 use maud::{Markup, html};
 use sglow_measure::frontier::document::{Dominated, Way};
@@ -12,49 +12,52 @@ use crate::page::table::{number, table, text};
 const MANY: usize = 9;
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {
-    let crowded = named.ways().iter().filter(|way| way.frontier).count() > MANY;
+    let crowded = named.ways().iter().filter(|way| way.on_frontier(named.metric)).count() > MANY;
     let dots: Vec<Dot> = named.ways().iter().map(|way| dot(named, way, crowded)).collect();
-    let reference = &named.scene.measured.reference;
     let floor = Floor {
-        at: reference.floor_over_mean,
+        at: named.floor(),
         says: format!(
-            "the reference's own error, {}: no claim below",
-            named.error(reference.floor_over_mean)
+            "estimated error of the reference, {}: no claim below",
+            named.text(named.floor())
         ),
     };
     let drawing = cloud(
-        &format!("{}: error against time of every way", named.scene.measured.scene),
+        &format!(
+            "{}: {} against time of every configuration",
+            named.scene.measured.scene,
+            named.metric.title()
+        ),
         "ms of indirect light in a frame",
-        named.error_axis(),
+        &named.error_axis(),
         &dots,
         (floor.at > 0.0).then_some(&floor),
     );
     html! {
         @match drawing {
-            None => p.quiet { "No way has an error above 0: there is nothing to plot." },
+            None => p.quiet { "No configuration has an error above 0: there is nothing to plot." },
             Some(drawing) => div.explorer {
                 (filter(named))
                 figure {
                     (drawing.points())
                     p.readout role="status" hidden {}
                     figcaption {
-                        "Lower and further left is better. Numbered discs, joined by what is reached at each time: the frontier, which nothing beats "
-                        "in error and time alike. Rings: beaten. Crosses: leave out light that the scene has. Diamond: the default, where it is beaten. Ring around a disc: the one to take. Bars: from least to most time; where they overlap, times are not told apart. "
+                        "Lower and further left is better. Numbered discs, joined by what is reached at each time: the frontier, which nothing "
+                        "dominates in error and time. Rings: dominated. Crosses: leave out light that the scene has. Diamond: the default, where it is dominated. Ring around a disc: the one to take. Bars: from least to most time; where they overlap, times are not told apart. "
                         "Point at one for its axes, or walk along them with the arrow keys."
                     }
                 }
             }
         }
         (frontier(named))
-        (beaten(named))
+        (dominated(named))
     }
 }
 
 fn dot<'a>(named: &Named<'a>, way: &'a Way, crowded: bool) -> Dot {
     let taken = named.takes(way);
-    let end = |number| number == 1 || Some(number) == named.last();
-    let kind = match named.number(way) {
-        Some(number) if crowded && !way.default && !taken && !end(number) => {
+    let number = named.number(way).filter(|_| way.on_frontier(named.metric));
+    let kind = match number {
+        Some(number) if crowded && !way.default && !taken && !named.ends(way) => {
             Kind::Frontier { number, name: String::new(), ringed: false }
         }
         Some(number) => {
@@ -67,7 +70,7 @@ fn dot<'a>(named: &Named<'a>, way: &'a Way, crowded: bool) -> Dot {
     Dot {
         x: way.time.median,
         spread: [way.time.least, way.time.most],
-        y: way.picture.rmse_over_mean,
+        y: named.value(way),
         kind,
         says: says(named, way),
         key: key(named, way),
@@ -105,7 +108,7 @@ fn says<'a>(named: &Named<'a>, way: &'a Way) -> String {
         axes.join(", "),
         format!(
             "error {}, {} ms ({} to {}), {}",
-            named.error(way.picture.rmse_over_mean),
+            named.cell(way),
             figure(time.median),
             figure(time.least),
             figure(time.most),
@@ -118,8 +121,12 @@ fn says<'a>(named: &Named<'a>, way: &'a Way) -> String {
     if !way.complete {
         lines.push("leaves out light that the scene has".to_owned());
     }
-    if let Some(dominated) = &way.dominated {
-        lines.push(format!("beaten by {}: {}", caller(named, dominated), by_how_much(dominated)));
+    if let Some(dominated) = named.dominated(way) {
+        lines.push(format!(
+            "dominated by {}: {}",
+            caller(named, dominated),
+            by_how_much(dominated)
+        ));
     }
     lines.retain(|line| !line.is_empty());
     lines.join("\n")
@@ -159,8 +166,9 @@ fn filter(named: &Named<'_>) -> Markup {
 }
 
 fn frontier(named: &Named<'_>) -> Markup {
-    let rows: Vec<Markup> = named
-        .shown()
+    let mut shown = named.frontier();
+    shown.extend(named.default().filter(|way| !way.on_frontier(named.metric)));
+    let rows: Vec<Markup> = shown
         .into_iter()
         .map(|way| {
             let ratio = |of: &dyn Fn(&Way) -> f64| {
@@ -173,13 +181,13 @@ fn frontier(named: &Named<'_>) -> Markup {
                         (named.words(way))
                         @if named.takes(way) { " " span.tag { "take this" } }
                         @if !way.complete { " " span.tag { "leaves light out" } }
-                        @if let Some(dominated) = &way.dominated { " " span.quiet { "beaten by " (caller(named, dominated)) } }
+                        @if let Some(dominated) = named.dominated(way) { " " span.quiet { "dominated by " (caller(named, dominated)) } }
                     }
-                    td.n { (named.error(way.picture.rmse_over_mean)) }
+                    td.n { (named.cell(way)) }
                     td.n { (figure(way.time.median)) }
                     td.n { (figure(way.time.least)) " to " (figure(way.time.most)) }
                     td.n { (way.whole.map_or_else(|| "–".to_owned(), |whole| figure(whole.median))) }
-                    td.n { (ratio(&|way| way.picture.rmse_over_mean)) }
+                    td.n { (ratio(&|way| named.value(way))) }
                     td.n { (ratio(&|way| way.time.median)) }
                     td.n { (bytes(Named::bytes(way))) }
                     td.n { (way.flicker.map_or_else(|| "–".to_owned(), |flicker| named.error(flicker))) }
@@ -189,7 +197,7 @@ fn frontier(named: &Named<'_>) -> Markup {
         .collect();
     let columns = [
         text(""),
-        text("way, where it differs from the default"),
+        text("configuration, where it differs from the default"),
         number("error"),
         number("ms"),
         number("spread"),
@@ -204,11 +212,11 @@ fn frontier(named: &Named<'_>) -> Markup {
     }
 }
 
-/// Those that are beaten, by what beats them.
-fn beaten(named: &Named<'_>) -> Markup {
+/// Those that are dominated, by what dominates them.
+fn dominated(named: &Named<'_>) -> Markup {
     let mut groups: Vec<(&str, Vec<(&Way, &Dominated)>)> = Vec::new();
     for way in named.ways() {
-        let Some(dominated) = &way.dominated else { continue };
+        let Some(dominated) = named.dominated(way) else { continue };
         match groups.iter_mut().find(|group| group.0 == dominated.by) {
             Some(group) => group.1.push((way, dominated)),
             None => groups.push((&dominated.by, vec![(way, dominated)])),
@@ -219,7 +227,7 @@ fn beaten(named: &Named<'_>) -> Markup {
     });
     let total: usize = groups.iter().map(|group| group.1.len()).sum();
     let columns = [
-        text("beaten way"),
+        text("dominated configuration"),
         text("where it differs"),
         number("time over"),
         number("error over"),
@@ -227,22 +235,22 @@ fn beaten(named: &Named<'_>) -> Markup {
     ];
     html! {
         @if total > 0 {
-            p { (count(total)) " ways are beaten, by:" }
+            p { (count(total)) " configurations are dominated, by:" }
             @for (by, ways) in &groups {
                 details.beaten-by {
                     summary {
                         @match named.way(by) { Some(by) => (named.call(by)), None => code { (by) } }
-                        ": beats " (count(ways.len()))
+                        ": dominates " (count(ways.len()))
                     }
-                    @let rows: Vec<Markup> = ways.iter().map(|(way, dominated)| beaten_row(named, by, way, dominated)).collect();
-                    (table(&format!("Ways that {by} beats"), "sortable", &columns, &rows))
+                    @let rows: Vec<Markup> = ways.iter().map(|(way, dominated)| dominated_row(named, by, way, dominated)).collect();
+                    (table(&format!("Configurations that {by} dominates"), "sortable", &columns, &rows))
                 }
             }
         }
     }
 }
 
-fn beaten_row<'a>(named: &Named<'a>, by: &str, way: &'a Way, dominated: &Dominated) -> Markup {
+fn dominated_row<'a>(named: &Named<'a>, by: &str, way: &'a Way, dominated: &Dominated) -> Markup {
     let differences = named.way(by).map_or_else(Vec::new, |by| named.differences(way, by));
     let words: Vec<String> =
         differences.iter().map(|(axis, value)| format!("{axis} {value}")).collect();

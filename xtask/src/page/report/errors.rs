@@ -1,33 +1,46 @@
-//! The three errors of each way, apart: rounding, model, picture; and where each is worst.
+//! The three errors of each configuration, apart: rounding, model, picture by every metric; where each is worst; and
+//! where metrics disagree.
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::{Way, Worst};
+use sglow_measure::frontier::document::{Metric, PictureError, Way, Worst};
 
 use super::named::Named;
-use crate::page::number::{exact, figure, maybe, percent};
-use crate::page::table::{number, table, text};
+use crate::errors;
+use crate::page::number::{count, exact, maybe};
+use crate::page::table::{Column, number, table, text};
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {
     let shown = named.shown();
     let rows: Vec<Markup> = shown.iter().map(|way| row(named, way)).collect();
-    let columns = [
-        text("way"),
-        number("rounding, over the mean"),
-        number("model"),
-        number("picture"),
-        number("relative MSE"),
-        number("bias"),
-        number("FLIP"),
-        number("flicker"),
-    ];
+    let mut columns =
+        vec![text("configuration"), number("rounding, over the mean"), number("model")];
+    columns.extend(errors::HEADINGS.map(number));
+    columns.push(number("flicker"));
+    let unshadowed: Vec<Markup> = shown
+        .iter()
+        .filter_map(|way| {
+            let error = way.unshadowed.as_ref()?;
+            Some(html! { tr { th scope="row" { (named.line(way)) } (cells(error)) } })
+        })
+        .collect();
     html! {
         p {
             em { "Rounding" } ": the device against the oracle's f64 with the same lights. " em { "Model" }
-            ": the oracle with these lights against the sum over all points of the map, neither with visibility. " em { "Picture" }
-            ": against the reference, so with all of it. " em { "Bias" } ": the mean over the reference's, less 1. "
-            "– was not measured: with visibility there is no rounding and no model, and flicker is of the frontier alone."
+            ": the oracle with these lights against the sum over all points of the map, neither with visibility; RMS over the mean. "
+            "The others are those of the picture against the reference, over pixels that show a surface. " em { "relMSE" }
+            ": mean of the squared difference over the squared reference plus 1e-2 times its mean. " em { "RMSE" }
+            ": over the mean. " em { "Median" } " and " em { "95 %" }
+            ": quantiles of the relative error, the luminance of the absolute difference over that of the reference plus 1e-2 times its mean. "
+            em { "Bias" } ": the mean over the reference's, less 1. "
+            "Squared errors are free of the reference's noise; what is written < or ± is below it. "
+            "– was not measured: with visibility there is no rounding and no model, and flicker is of the frontiers alone."
         }
         (table(&format!("Errors of {}", named.scene.measured.scene), "", &columns, &rows))
+        @if !unshadowed.is_empty() {
+            h4 { "Against the reference without visibility" }
+            @let columns: Vec<Column<'_>> = [text("configuration")].into_iter().chain(errors::HEADINGS.map(number)).collect();
+            (table(&format!("Errors of {} without visibility", named.scene.measured.scene), "", &columns, &unshadowed))
+        }
         details {
             summary { "Worst pixels, and the bits of what was shaded there" }
             (worst(named, &shown))
@@ -36,19 +49,66 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
 }
 
 fn row<'a>(named: &Named<'a>, way: &'a Way) -> Markup {
-    let picture = &way.picture;
     let of = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| named.error(value));
-    let odd = |value: f64| if value.is_finite() { "n" } else { "n bad" };
     html! {
         tr {
             th scope="row" { (named.line(way)) }
             td.n { (maybe(way.rounding.as_ref().map(|rounding| rounding.rms_over_mean))) }
             td.n { (of(way.model_rms_over_mean)) }
-            td class=(odd(picture.rmse_over_mean)) { (named.error(picture.rmse_over_mean)) }
-            td class=(odd(picture.relative_mse)) { (figure(picture.relative_mse)) }
-            td class=(odd(picture.bias)) { (if picture.bias > 0.0 { "+" } else { "" }) (percent(picture.bias)) }
-            td.n { (figure(picture.flip)) }
+            (cells(&way.picture))
             td.n { (of(way.flicker)) }
+        }
+    }
+}
+
+/// An error by every metric.
+fn cells(error: &PictureError) -> Markup {
+    html! {
+        @for (metric, cell) in Metric::ALL.into_iter().zip(errors::cells(error)) {
+            td class=(if error.of(metric).is_finite() { "n" } else { "n bad" }) { (cell.replace(' ', "\u{a0}")) }
+        }
+    }
+}
+
+/// By which metrics each configuration is on the frontier, where that is not the same for all.
+pub(crate) fn disagreements(named: &Named<'_>) -> Markup {
+    let shown = named.shown();
+    let disputed: Vec<&&Way> = shown
+        .iter()
+        .filter(|way| !way.frontiers.is_empty() && way.frontiers.len() < Metric::ALL.len())
+        .collect();
+    let rows: Vec<Markup> = disputed
+        .iter()
+        .map(|way| {
+            html! {
+                tr {
+                    td.wide { (named.call(way)) }
+                    @for metric in Metric::ALL {
+                        td {
+                            @match way.dominated.get(&metric) {
+                                None => "on it",
+                                Some(dominated) => span.quiet {
+                                    "dominated by " @match named.way(&dominated.by) { Some(by) => (named.badge(by)), None => (dominated.by) }
+                                },
+                            }
+                        }
+                    }
+                }
+            }
+        })
+        .collect();
+    let mut columns = vec![text("configuration")];
+    columns.extend(Metric::ALL.map(|metric| text(metric.title())));
+    let all = shown.len() - disputed.len();
+    html! {
+        @if rows.is_empty() {
+            p { "They do not: each configuration on one frontier is on all of them." }
+        } @else {
+            p {
+                (count(disputed.len())) " of " (count(shown.len())) " configurations are on the frontier by some metrics and dominated by others"
+                @if all > 0 { "; the others are the same by each" } "."
+            }
+            (table(&format!("Frontiers of {} by metric", named.scene.measured.scene), "", &columns, &rows))
         }
     }
 }
@@ -58,12 +118,12 @@ fn worst(named: &Named<'_>, shown: &[&Way]) -> Markup {
         .iter()
         .flat_map(|way| {
             let rounding = way.rounding.as_ref().map(|rounding| ("rounding", &rounding.worst));
-            rounding.into_iter().chain([("picture", &way.picture.worst)]).map(move |one| (way, one))
+            rounding.into_iter().chain([("picture", &way.worst)]).map(move |one| (way, one))
         })
         .map(|(way, (kind, worst))| worst_row(named, way, kind, worst))
         .collect();
     let columns = [
-        text("way"),
+        text("configuration"),
         text("error"),
         text("pixel"),
         text("found"),

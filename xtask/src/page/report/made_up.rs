@@ -1,11 +1,12 @@
 //! Made-up scenes with everything that a page can have; nothing in them was measured.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_measure::frontier::document::{
-    Dominated, Pass, PictureError, Pictures, Pruned, Radiance, Reference, ReferenceKind, Rounding,
-    SceneReport, Series, Side, Sweep, SweepOver, SweepPoint, Way, Worst,
+    Pass, PictureError, Pictures, Pruned, Radiance, Reference, ReferenceKind, Rounding,
+    SceneReport, Series, Side, Sweep, SweepOver, SweepPoint, Uncertainty, Way, Worst,
 };
+use sglow_measure::frontier::rank;
 use sglow_measure::time::Time;
 use sglow_oracle::fis::stress::Random;
 
@@ -132,9 +133,10 @@ pub(crate) fn report() -> Report {
 fn scene(name: &str, seed: u64, error: f64, floor: f64) -> MadeUp {
     let mut random = Random::new(seed);
     let mut ways = ways(&mut random, error);
-    rank(&mut ways);
-    let shown = |way: &&Way| way.frontier || way.default;
-    for way in ways.iter_mut().filter(|way| way.frontier) {
+    let made_of = reference(floor);
+    rank::mark(&mut ways, &made_of);
+    let shown = |way: &&Way| way.is_shown();
+    for way in ways.iter_mut().filter(|way| !way.frontiers.is_empty()) {
         way.flicker = Some(way.picture.rmse_over_mean * 0.2);
         way.whole = Some(around(way.time.median * 0.93));
     }
@@ -159,16 +161,7 @@ fn scene(name: &str, seed: u64, error: f64, floor: f64) -> MadeUp {
             size_factor: 1.0,
             clock: "time stamps".to_owned(),
             runs: 7,
-            reference: Reference {
-                kind: ReferenceKind::Points,
-                samples: 256,
-                mean: 0.25,
-                noise_over_mean: floor * 0.8,
-                discretisation_over_mean: floor * 0.6,
-                floor_over_mean: floor,
-                other_floor_over_mean: Some(floor * 3.0),
-                dark: false,
-            },
+            reference: made_of,
             ways,
             sweeps: sweeps(error),
             pruned: None,
@@ -189,6 +182,19 @@ fn scene(name: &str, seed: u64, error: f64, floor: f64) -> MadeUp {
     }
 }
 
+fn reference(floor: f64) -> Reference {
+    Reference {
+        kind: ReferenceKind::Points,
+        samples: 256,
+        mean: 0.25,
+        noise_over_mean: floor * 0.8,
+        discretisation_over_mean: floor * 0.6,
+        floor_over_mean: floor,
+        other_floor_over_mean: Some(floor * 3.0),
+        dark: false,
+    }
+}
+
 fn fact(name: &str, holds: bool, evidence: &str) -> Fact {
     Fact { name: name.to_owned(), holds, evidence: evidence.to_owned() }
 }
@@ -199,10 +205,14 @@ fn ways(random: &mut Random, error: f64) -> Vec<Way> {
     let mut ways: Vec<Way> = (0..count).map(|index| way(index, random, error)).collect();
     ways.extend((0..12).map(|index| clusters(index, random, error)));
     if let Some(odd) = ways.get_mut(count / 2) {
-        odd.picture.rmse_over_mean = f64::NAN;
+        let nan = f64::NAN;
+        let (rmse_over_mean, relative_mse, median, q95, flip) = (nan, nan, nan, nan, nan);
+        let old = odd.picture;
+        odd.picture = PictureError { rmse_over_mean, relative_mse, median, q95, flip, ..old };
     }
     if let Some(odd) = ways.get_mut(count / 3) {
         odd.picture.rmse_over_mean = f64::INFINITY;
+        odd.picture.relative_mse = f64::INFINITY;
         odd.picture.bias = f64::INFINITY;
     }
     ways
@@ -280,15 +290,33 @@ fn measured(
         picture: PictureError {
             rmse_over_mean: error,
             relative_mse: error * error,
+            // Half precision looks better by one metric and worse by another, so that metrics disagree.
+            median: if half { 0.2 } else { 0.25 } * error,
+            q95: if half { 3.5 } else { 3.0 } * error,
             bias: -error / 3.0,
             flip: error / 4.0,
-            worst: worst(error),
+            uncertainty: Uncertainty {
+                relative_mse: 0.03 * error * error,
+                rmse_over_mean: 0.015 * error,
+                median: 0.01 * error,
+                ..Uncertainty::default()
+            },
+            reference_mean: 0.25,
+            pixels: 14_400,
+            not_finite: 0,
         },
+        unshadowed: (!visible).then(|| PictureError {
+            rmse_over_mean: 0.5 * error,
+            relative_mse: 0.25 * error * error,
+            reference_mean: 0.3,
+            ..PictureError::default()
+        }),
+        worst: worst(error),
         model_rms_over_mean: (!visible).then_some(error * 0.4),
         rounding: (!visible).then(|| Rounding { rms_over_mean: 3e-7, worst: worst(3e-7) }),
         flicker: None,
-        frontier: false,
-        dominated: None,
+        frontiers: BTreeSet::new(),
+        dominated: BTreeMap::new(),
         axes,
     }
 }
@@ -300,29 +328,6 @@ fn worst(error: f64) -> Worst {
         found: [0.25 * (1.0 + error), 0.2, 0.1],
         expected: [0.25, 0.2, 0.1],
         surface: ["0x42b20000", "0x00000000", "0x3f4ccccd"].map(texel),
-    }
-}
-
-/// Marks the frontier, and what beats each of the others.
-fn rank(ways: &mut [Way]) {
-    let points: Vec<(String, f64, f64)> = ways
-        .iter()
-        .map(|way| (way.name.clone(), way.picture.rmse_over_mean, way.time.median))
-        .collect();
-    for way in ways {
-        let (error, time) = (way.picture.rmse_over_mean, way.time.median);
-        let better = points
-            .iter()
-            .filter(|point| point.1.is_finite() && point.0 != way.name)
-            .filter(|point| (point.1 <= error || !error.is_finite()) && point.2 <= time)
-            .min_by(|one, other| one.1.total_cmp(&other.1).then(one.2.total_cmp(&other.2)));
-        way.frontier = better.is_none();
-        way.dominated = better.map(|better| Dominated {
-            by: better.0.clone(),
-            time_ratio: time / better.2,
-            error_ratio: error / better.1,
-            clear: time > 1.1 * better.2,
-        });
     }
 }
 
@@ -416,7 +421,10 @@ fn series(
         .map(|&at| SweepPoint {
             at,
             time: time.map(|time| around(time(at))),
-            picture_rmse_over_mean: time.map(|_| error.hypot(own(at))),
+            picture: time.map(|_| PictureError {
+                rmse_over_mean: error.hypot(own(at)),
+                ..PictureError::default()
+            }),
             own_rms_over_mean: Some(own(at)),
         })
         .collect();

@@ -1,11 +1,13 @@
-//! What ways are called on a page: a number on the frontier, and where they differ from what the scene gets.
+//! What configurations are called on a page: a number, and where they differ from what the scene gets; and their
+//! errors by one metric.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::Way;
+use sglow_measure::frontier::document::{Dominated, Metric, Way};
 
 use super::Scene;
+use crate::errors;
 use crate::page::number::{figure, percent};
 
 /// A scene and what its ways are called.
@@ -13,16 +15,18 @@ pub(crate) struct Named<'a> {
     /// The scene.
     pub(crate) scene: &'a Scene<'a>,
     index: usize,
+    /// The metric that errors are by.
+    pub(crate) metric: Metric,
     /// Axes on which ways differ, with their values.
     pub(crate) axes: Vec<(&'a str, Vec<&'a str>)>,
-    /// Numbers of the frontier, from 1 at the fastest.
+    /// Numbers of what is on a frontier by any metric, from 1 at the fastest: the same whatever the metric.
     numbers: BTreeMap<&'a str, usize>,
     /// The way to take, of which the page says why.
     pub(crate) taken: Option<&'a str>,
 }
 
 impl<'a> Named<'a> {
-    pub(crate) fn new(index: usize, scene: &'a Scene<'a>) -> Self {
+    pub(crate) fn new(index: usize, scene: &'a Scene<'a>, metric: Metric) -> Self {
         let ways = &scene.measured.ways;
         let mut values: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
         for (axis, value) in ways.iter().flat_map(|way| &way.axes) {
@@ -33,14 +37,14 @@ impl<'a> Named<'a> {
             .filter(|(_, values)| values.len() > 1)
             .map(|(axis, values)| (axis, values.into_iter().collect()))
             .collect();
-        let mut frontier: Vec<&Way> = ways.iter().filter(|way| way.frontier).collect();
+        let mut frontier: Vec<&Way> = ways.iter().filter(|way| !way.frontiers.is_empty()).collect();
         frontier.sort_by(|one, other| one.time.median.total_cmp(&other.time.median));
         let numbers = frontier
             .iter()
             .enumerate()
             .map(|(index, way)| (way.name.as_str(), index + 1))
             .collect();
-        Self { scene, index, axes, numbers, taken: None }
+        Self { scene, index, metric, axes, numbers, taken: None }
     }
 
     /// What links to the scene.
@@ -63,22 +67,62 @@ impl<'a> Named<'a> {
         self.ways().iter().find(|way| way.default)
     }
 
-    /// The frontier from its fast end, and the default if it is not on it.
+    /// What is on a frontier by any metric from its fast end, and the default if it is on none.
     pub(crate) fn shown(&self) -> Vec<&'a Way> {
-        let mut shown: Vec<&Way> = self.ways().iter().filter(|way| way.frontier).collect();
+        let mut shown: Vec<&Way> =
+            self.ways().iter().filter(|way| !way.frontiers.is_empty()).collect();
         shown.sort_by_key(|way| self.number(way));
-        shown.extend(self.default().filter(|way| !way.frontier));
+        shown.extend(self.default().filter(|way| way.frontiers.is_empty()));
         shown
     }
 
-    /// A way's number on the frontier.
+    /// The frontier by the metric from its fast end.
+    pub(crate) fn frontier(&self) -> Vec<&'a Way> {
+        let mut frontier = self.shown();
+        frontier.retain(|way| way.on_frontier(self.metric));
+        frontier
+    }
+
+    /// What dominates a configuration by the metric.
+    pub(crate) fn dominated(&self, way: &'a Way) -> Option<&'a Dominated> {
+        way.dominated.get(&self.metric)
+    }
+
+    /// The error of a configuration as ranking takes it.
+    pub(crate) fn value(&self, way: &Way) -> f64 {
+        way.picture.of(self.metric)
+    }
+
+    /// The error of a configuration as a person reads it.
+    pub(crate) fn cell(&self, way: &Way) -> String {
+        errors::cell(&way.picture, self.metric).replace(' ', "\u{a0}")
+    }
+
+    /// A number of the metric as a person reads it.
+    pub(crate) fn text(&self, value: f64) -> String {
+        let dark = self.scene.measured.reference.dark;
+        errors::text(value, self.metric, dark).replace(' ', "\u{a0}")
+    }
+
+    /// Below what an error is not told apart: the reference's own, or what its noise may make of the smallest error.
+    pub(crate) fn floor(&self) -> f64 {
+        let least = self
+            .ways()
+            .iter()
+            .min_by(|one, other| self.value(one).total_cmp(&self.value(other)))
+            .map_or(0.0, |way| way.picture.measured(self.metric).uncertainty);
+        self.scene.measured.reference.floor(self.metric).max(least)
+    }
+
+    /// A configuration's number.
     pub(crate) fn number(&self, way: &Way) -> Option<usize> {
         self.numbers.get(way.name.as_str()).copied()
     }
 
-    /// The number of the most accurate of the frontier.
-    pub(crate) fn last(&self) -> Option<usize> {
-        self.numbers.values().max().copied()
+    /// Whether a configuration is at an end of the frontier by the metric.
+    pub(crate) fn ends(&self, way: &Way) -> bool {
+        let frontier = self.frontier();
+        [frontier.first(), frontier.last()].into_iter().flatten().any(|end| end.name == way.name)
     }
 
     /// Where a way differs from another, as axes and values.
@@ -132,17 +176,18 @@ impl<'a> Named<'a> {
         format!("{number} {}", self.words(way))
     }
 
-    /// An error over the mean, or an absolute one where there is no light.
+    /// A share of the mean, or an absolute number where there is no light.
     pub(crate) fn error(&self, value: f64) -> String {
         if self.scene.measured.reference.dark { figure(value) } else { percent(value) }
     }
 
     /// What errors are in.
-    pub(crate) fn error_axis(&self) -> &'static str {
+    pub(crate) fn error_axis(&self) -> String {
+        let title = self.metric.title();
         if self.scene.measured.reference.dark {
-            "error: RMSE, radiance"
+            format!("error: {title}, absolute, in radiance")
         } else {
-            "error: RMSE over the reference's mean"
+            format!("error: {title}")
         }
     }
 

@@ -7,6 +7,7 @@ use maud::{Markup, html};
 use sglow_measure::frontier::document::{Radiance, Way};
 
 use super::named::Named;
+use crate::errors;
 use crate::failure::Result;
 use crate::page::number::figure;
 use crate::picture::tone::{Exposure, radiance};
@@ -85,7 +86,8 @@ fn strip<'a>(
             figcaption {
                 (named.call(way)) br;
                 span.quiet {
-                    "error " (named.error(way.picture.rmse_over_mean)) ", FLIP " (figure(way.picture.flip)) ", " (figure(way.time.median)) " ms"
+                    @for (name, error) in errors::HEADINGS.iter().zip(errors::cells(&way.picture)) { (name) " " (error.replace(' ', "\u{a0}")) ", " }
+                    (figure(way.time.median)) " ms"
                 }
             }
             div.both {

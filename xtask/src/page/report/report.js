@@ -2,6 +2,18 @@
 "use strict";
 document.documentElement.classList.add("scripted");
 
+const pickers = [...document.querySelectorAll(".picker")];
+for (const picker of pickers) {
+  const select = picker.querySelector("select");
+  const show = () => {
+    for (const part of document.querySelectorAll("[data-metric]")) part.hidden = part.dataset.metric !== select.value;
+  };
+  picker.hidden = false;
+  select.addEventListener("change", show);
+  // A browser may have kept a choice.
+  show();
+}
+
 for (const compare of document.querySelectorAll(".compare")) {
   const slide = compare.querySelector(".slide");
   const pair = compare.querySelector(".pair");

@@ -4,6 +4,7 @@ use maud::{Markup, html};
 use sglow_measure::frontier::document::{Series, Sweep, SweepOver, SweepPoint};
 
 use super::named::Named;
+use crate::errors::{HEADINGS, cells};
 use crate::page::number::{figure, maybe};
 use crate::page::plot::lines::{Line, legend, lines};
 use crate::page::table::{number, table, text};
@@ -28,7 +29,7 @@ fn over(sweep: &Sweep) -> [&'static str; 2] {
 fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
     let [heading, axis] = over(sweep);
     let floor = named.scene.measured.reference.floor_over_mean;
-    let picture = |point: &SweepPoint| point.picture_rmse_over_mean;
+    let picture = |point: &SweepPoint| point.picture.map(|one| one.rmse_over_mean);
     let own = |point: &SweepPoint| point.own_rms_over_mean;
     let time = |point: &SweepPoint| point.time.map(|time| time.median);
     // The ring stands for the picture's error, so it is drawn where that is and where its price is.
@@ -43,7 +44,7 @@ fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
             lines(
                 &format!("{heading}: error of the picture"),
                 axis,
-                "picture error",
+                "picture error, RMSE",
                 &picture_lines,
                 // A floor far below would flatten the lines.
                 (floor > least / 4.0).then_some(floor),
@@ -75,7 +76,7 @@ fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
                 @if let Some(drawing) = drawing { (drawing.small(caption)) }
             }
         }
-        p.quiet { "Ringed: the least number whose picture error is within 1 % of the best. Own errors are differences from " (sweep.limit) "." }
+        p.quiet { "Ringed: the least number whose RMSE is within 1 % of the best. Own errors are differences from " (sweep.limit) "." }
         details {
             summary { "Numbers" }
             (numbers(sweep, axis))
@@ -93,7 +94,7 @@ fn verdict(sweep: &Sweep) -> Markup {
     let measured = sweep
         .series
         .iter()
-        .filter(|series| series.points.iter().any(|point| point.picture_rmse_over_mean.is_some()));
+        .filter(|series| series.points.iter().any(|point| point.picture.is_some()));
     html! {
         @for series in measured {
             em { (series.name) } ": "
@@ -131,14 +132,17 @@ fn numbers(sweep: &Sweep, axis: &'static str) -> Markup {
                 tr {
                     th scope="row" { (series.name) }
                     td.n { (figure(point.at)) }
-                    td.n { (maybe(point.picture_rmse_over_mean)) }
+                    @for cell in point.picture.map_or_else(|| HEADINGS.map(|_| "–".to_owned()), |one| cells(&one)) {
+                        td.n { (cell.replace(' ', "\u{a0}")) }
+                    }
                     td.n { (maybe(point.own_rms_over_mean)) }
                     td.n { (maybe(point.time.map(|time| time.median))) }
                 }
             }
         })
         .collect();
-    let columns =
-        [text("line"), number(axis), number("picture error"), number("own error"), number("ms")];
+    let mut columns = vec![text("line"), number(axis)];
+    columns.extend(HEADINGS.map(number));
+    columns.extend([number("own error"), number("ms")]);
     table(&format!("Numbers along {axis}"), "", &columns, &rows)
 }

@@ -16,7 +16,7 @@ fn page_of(scenes: &[MadeUp], within: f64) -> String {
 fn every_section_is_there_and_nothing_comes_from_elsewhere() {
     let page = whole();
     let titles = [
-        "Which way to take",
+        "Which configuration to take",
         "court",
         "chalk",
         "&lt;night&gt; &amp; &quot;shade&quot;",
@@ -60,19 +60,19 @@ fn every_way_of_the_frontier_has_its_picture_and_each_beaten_one_what_beats_it()
     let scenes = scenes();
     for scene in &scenes {
         let page = page_of(std::slice::from_ref(scene), 0.05);
-        let frontier = scene.measured.ways.iter().filter(|way| way.frontier).count();
+        let frontier = scene.measured.ways.iter().filter(|way| !way.frontiers.is_empty()).count();
         assert!(frontier > 0, "{}: there is something to choose", scene.measured.scene);
         let strips = page.matches("<figure class=\"compare\">").count();
-        let shown = scene.measured.ways.iter().filter(|way| way.frontier || way.default).count();
+        let shown = scene.measured.ways.iter().filter(|way| way.is_shown()).count();
         assert_eq!(strips, shown, "{}", scene.measured.scene);
         assert_eq!(page.matches("no picture").count(), 0);
-        let beaten = scene.measured.ways.iter().filter(|way| way.dominated.is_some()).count();
+        let dominated: usize = scene.measured.ways.iter().map(|way| way.dominated.len()).sum();
         let rows = page.matches("<tr data-key=").count();
-        assert_eq!(rows, beaten);
+        assert_eq!(rows, dominated);
         for way in &scene.measured.ways {
             let name = html! { (way.name) }.into_string();
             assert_eq!(
-                way.dominated.is_some(),
+                !way.dominated.is_empty(),
                 page.contains(&format!("<td class=\"code\">{name}")),
                 "{name}"
             );
@@ -104,7 +104,7 @@ fn the_answer_is_the_cheapest_that_is_good_enough() {
     scenes.truncate(1);
     let name = |scenes: &[MadeUp], within: f64| {
         let scene = scenes[0].scene();
-        let named = Named::new(0, &scene);
+        let named = Named::new(0, &scene, Metric::default());
         let advice = advice::advise(&named, within).unwrap();
         (advice.good.clone(), advice.best.clone(), advice.by_floor)
     };
@@ -112,9 +112,9 @@ fn the_answer_is_the_cheapest_that_is_good_enough() {
     assert_eq!(exact.name, best.name);
     let (wide, _, by_floor) = name(&scenes, 1.0);
     assert!(!by_floor && wide.time.median < exact.time.median);
-    assert!(wide.picture.rmse_over_mean <= 2.0 * best.picture.rmse_over_mean);
+    assert!(wide.picture.relative_mse <= 2.0 * best.picture.relative_mse);
     let cheaper = |way: &&sglow_measure::frontier::document::Way| {
-        way.complete && way.picture.rmse_over_mean <= 2.0 * best.picture.rmse_over_mean
+        way.complete && way.picture.relative_mse <= 2.0 * best.picture.relative_mse
     };
     let least = scenes[0]
         .measured
@@ -125,7 +125,7 @@ fn the_answer_is_the_cheapest_that_is_good_enough() {
         .fold(f64::INFINITY, f64::min);
     assert_eq!(wide.time.median, least);
     // Errors below the reference's own are not told apart.
-    scenes[0].measured.reference.floor_over_mean = 10.0;
+    scenes[0].measured.reference.discretisation_over_mean = 10.0;
     let (under, _, by_floor) = name(&scenes, 0.0);
     assert!(by_floor && under.time.median < wide.time.median);
     // What leaves light out is no choice, however cheap.
@@ -142,12 +142,12 @@ fn numbers_stand_where_they_are_looked_for() {
     let answers = &page[page.find("id=\"answer\"").unwrap()..page.find("id=\"scene-0\"").unwrap()];
     for scene in &scenes {
         let scene = scene.scene();
-        let named = Named::new(0, &scene);
+        let named = Named::new(0, &scene, Metric::default());
         let advice = advice::advise(&named, 0.05).unwrap();
         assert!(
             answers.contains(&format!("<strong>{} ms</strong>", figure(advice.good.time.median)))
         );
-        assert!(answers.contains(&named.error(advice.good.picture.rmse_over_mean)));
+        assert!(answers.contains(&named.cell(advice.good)));
     }
     for part in [
         "no claim below",
@@ -191,6 +191,29 @@ fn nothing_measured_is_no_success() {
     scenes[0].measured.ways.clear();
     let empty = page_of(&scenes, 0.05);
     assert!(empty.contains("nothing to plot") && empty.contains("nothing to recommend"));
+}
+
+#[test]
+fn the_reader_picks_the_metric_and_sees_where_metrics_disagree() {
+    let page = whole();
+    // Without a script only the default metric is shown.
+    for metric in Metric::ALL {
+        let hidden = format!("<div data-metric=\"{}\" hidden>", metric.name());
+        assert_eq!(page.contains(&hidden), metric != Metric::default(), "{metric}");
+        assert!(page.contains(&format!("<option value=\"{}\">", metric.name())));
+        assert!(page.contains(&format!("error: {}", metric.title())));
+    }
+    assert_eq!(page.matches("Where metrics disagree</h3>").count(), scenes().len());
+    assert!(page.contains("on the frontier by some metrics and dominated by others"));
+    assert!(page.contains("Against the reference without visibility"));
+    // Where there is one metric's frontier for all, the page says that.
+    let mut scenes = scenes();
+    scenes.truncate(1);
+    for way in scenes[0].measured.ways.iter_mut().filter(|way| !way.frontiers.is_empty()) {
+        way.frontiers.extend(Metric::ALL);
+        way.dominated.clear();
+    }
+    assert!(page_of(&scenes, 0.05).contains("They do not: each configuration on one frontier"));
 }
 
 #[test]
