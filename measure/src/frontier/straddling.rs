@@ -46,8 +46,7 @@ pub(super) fn straddling(
         let (_, coverage) = Weighted::of_kernels(&density, side, &kernels);
         let counted = |[x, y]: [usize; 2]| coverage.counted()[y * side + x];
         let light = renderer.light();
-        let texels =
-            reference::counted_facets(light, renderer.indirect().settings(), rsm, counted);
+        let texels = reference::counted_facets(light, renderer.indirect().settings(), rsm, counted);
         let receivers = reference::texels(&of_pixels(&frame.gbuffer, &truth.sample));
         let eye = reference::vector(renderer.eye());
         let summed = texels.reflect(&receivers, eye, &|_| true).unwrap_or_default();
