@@ -59,6 +59,18 @@ impl TexelFacets {
     /// The facets of a map of `size` texels, row by row from the top; texels without surface or power are left out.
     #[must_use]
     pub fn of_map(light: &Light, texels: &[SurfaceTexel], size: [usize; 2], ndf: Ndf) -> Self {
+        Self::of_counted_map(light, texels, size, ndf, |_| 1.0)
+    }
+
+    /// The same with the power of each texel times how often it counts: what filtering kernels hold, summed exactly.
+    #[must_use]
+    pub fn of_counted_map(
+        light: &Light,
+        texels: &[SurfaceTexel],
+        size: [usize; 2],
+        ndf: Ndf,
+        counted: impl Fn([usize; 2]) -> f64,
+    ) -> Self {
         let mut facets = Self::none(ndf);
         let mut squares: Vec<[usize; 2]> = (0..size[1].div_ceil(2))
             .flat_map(|y| (0..size[0].div_ceil(2)).map(move |x| [2 * x, 2 * y]))
@@ -72,7 +84,7 @@ impl TexelFacets {
                     return None;
                 }
                 let surface = texels.get(texel[1] * size[0] + texel[0])?;
-                let power = light.photon_power::<f64>(texel, size);
+                let power = light.photon_power::<f64>(texel, size) * counted(texel);
                 if !surface.present || power == Vector3::zero() {
                     return None;
                 }

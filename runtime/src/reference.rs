@@ -352,10 +352,20 @@ fn by_facets(
     eye: Vec3,
     progress: impl Fn(usize, usize) -> bool + Sync,
 ) -> Option<Vec<Reflected>> {
+    let facets = counted_facets(view, settings, rsm, |_| 1.0);
+    facets.reflect(receivers, vector(eye), &growing(receivers.len(), progress))
+}
+
+/// The lit facets of the reflective shadow map, the power of each texel times how often it counts.
+pub fn counted_facets(
+    view: &LightView,
+    settings: &Settings,
+    rsm: &Surfaces,
+    counted: impl Fn([usize; 2]) -> f64,
+) -> TexelFacets {
     let size = [settings.rsm_size as usize; 2];
     let light = light(view, settings.light);
-    let facets = TexelFacets::of_map(&light, &texels(rsm), size, ndf(settings.ndf));
-    facets.reflect(receivers, vector(eye), &growing(receivers.len(), progress))
+    TexelFacets::of_counted_map(&light, &texels(rsm), size, ndf(settings.ndf), counted)
 }
 
 /// What is told of `total` pixels done: threads report out of order, progress only grows.

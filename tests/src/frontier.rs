@@ -190,6 +190,21 @@ fn more_iterations_come_closer_to_the_root() {
 }
 
 #[test]
+fn each_size_of_kernels_has_its_flicker_and_texels_summed_exactly_are_the_better_lights() {
+    let report = &first().0;
+    let sizes = &report.sweeps[1].series[0].points;
+    assert_eq!((sizes[0].at, sizes[sizes.len() - 1].at), (0.125, 16.0));
+    assert!(sizes.iter().all(|point| point.flicker.unwrap() > 0.0));
+    let straddling = &report.straddling;
+    assert!(
+        straddling.texels_relative_mse < 0.5 * straddling.lights_relative_mse,
+        "{straddling:?}"
+    );
+    assert!(straddling.texels_median < straddling.lights_median, "{straddling:?}");
+    assert_eq!(straddling.size_factor, report.size_factor);
+}
+
+#[test]
 fn a_budget_buys_a_way_that_keeps_it_or_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, package) = (Scene::builtin("cornell").unwrap(), Package::embedded());

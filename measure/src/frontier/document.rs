@@ -184,6 +184,9 @@ pub struct SweepPoint {
     pub picture: Option<PictureError>,
     /// RMS difference from the limit of the same way, over its mean: the error that the number is to blame for.
     pub own_rms_over_mean: Option<f64>,
+    /// How much more it changes from frame to frame under a moving light than it has to, over the mean: of sizes of
+    /// kernels alone.
+    pub flicker: Option<f64>,
 }
 
 /// One line of a sweep.
@@ -237,6 +240,26 @@ pub struct Side {
     pub passes: Vec<Pass>,
 }
 
+/// What kernels cost by the texels that they put together, on a sample of pixels without visibility, against the sum over
+/// all texels of the map: the scene's default numbers, drawn by power.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Straddling {
+    /// K.
+    pub size_factor: f64,
+    /// Relative MSE of the lights.
+    #[schemars(with = "Option<f64>")]
+    pub lights_relative_mse: f64,
+    /// Median of their relative error.
+    #[schemars(with = "Option<f64>")]
+    pub lights_median: f64,
+    /// Relative MSE of the same kernels with their texels summed exactly, each by its weight.
+    #[schemars(with = "Option<f64>")]
+    pub texels_relative_mse: f64,
+    /// Median of their relative error.
+    #[schemars(with = "Option<f64>")]
+    pub texels_median: f64,
+}
+
 /// What leaving out saves, measured in turns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Pruned {
@@ -279,6 +302,8 @@ pub struct SceneReport {
     pub ways: Vec<Way>,
     /// Error and time against numbers.
     pub sweeps: Vec<Sweep>,
+    /// The error of lights beside that of their kernels' texels.
+    pub straddling: Straddling,
     /// What leaving out saves.
     pub pruned: Option<Pruned>,
     /// Numbers that were not finite, in all pictures.

@@ -14,6 +14,7 @@ pub mod rank;
 pub mod scene;
 mod shadings;
 mod shared;
+mod straddling;
 pub mod subject;
 mod sweep;
 mod together;

@@ -12,7 +12,7 @@ use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
 use super::together::{self, Named};
 use super::truth::{Truth, truth};
-use super::{measure, prune, rank, sweep, way};
+use super::{measure, prune, rank, straddling, sweep, way};
 use crate::cache::Cache;
 
 /// Measures a scene by each of `ways`; what was measured before under the same circumstances is taken from `cache`.
@@ -52,6 +52,7 @@ pub fn scene(
             reference: truth.reference.clone(),
             ways: measured.ways,
             sweeps: sweep::sweeps(subject, &truth, cache, progress)?,
+            straddling: straddling::straddling(subject, &truth, cache)?,
             pruned: prune::pruned(subject, cache, progress)?,
             not_finite: measured.not_finite,
         },

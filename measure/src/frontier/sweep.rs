@@ -15,13 +15,13 @@ use super::document::{PictureError, Radiance, Series, Sweep, SweepOver, SweepPoi
 use super::evaluate::{Evaluator, apart, over_mean};
 use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
+use super::together;
 use super::truth::Truth;
 use crate::cache::Cache;
+use crate::rivals::method::SIZE_FACTORS;
 
 /// Bisection steps that are measured.
 const ITERATIONS: [u32; 13] = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24];
-/// Sizes of kernels.
-const SIZE_FACTORS: [f32; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 /// Numbers of lights.
 const LIGHTS: [u32; 7] = [16, 64, 128, 256, 512, 1024, 2048];
 
@@ -79,9 +79,15 @@ pub(super) fn sweeps(
     }
     iterations.push(modelled(subject, truth, cache, &base)?);
     let mut sizes = Vec::new();
-    for size_factor in SIZE_FACTORS {
-        let settings = Settings { size_factor, ..base.clone() };
-        sizes.push(point(f64::from(size_factor), &at(&settings)?, "sample", None));
+    let sized = SIZE_FACTORS.map(|size_factor| Settings { size_factor, ..base.clone() });
+    for settings in &sized {
+        sizes.push(point(f64::from(settings.size_factor), &at(settings)?, "sample", None));
+    }
+    // Smaller kernels flicker more: without it the smallest would always seem the best.
+    let named: Vec<(String, &Settings)> =
+        sized.iter().map(|one| (format!("K = {}", one.size_factor), one)).collect();
+    for (point, flicker) in sizes.iter_mut().zip(together::flicker(subject, &named, cache)?) {
+        point.flicker = Some(flicker);
     }
     let mut lights = Vec::new();
     for count in LIGHTS {
@@ -163,6 +169,7 @@ fn modelled(
         time: None,
         picture: None,
         own_rms_over_mean: Some(own),
+        flicker: None,
     });
     let name = "hardware, weights of 8 bits (modelled)".to_owned();
     Ok(Series { name, points: points.collect(), pays_until: None })
@@ -218,6 +225,7 @@ fn point(at: f64, found: &At, pass: &str, limit: Option<&Vec<[f64; 3]>>) -> Swee
         time: Some(passes.map(|pass| pass.time).sum()),
         picture: Some(found.picture),
         own_rms_over_mean: limit.map(|limit| over_mean(apart(&found.indirect, limit).0, limit)),
+        flicker: None,
     }
 }
 
@@ -247,6 +255,7 @@ mod tests {
                 time: None,
                 picture: Some(PictureError { rmse_over_mean: error, ..PictureError::default() }),
                 own_rms_over_mean: None,
+                flicker: None,
             };
             series(String::new(), errors.iter().enumerate().map(point).collect()).pays_until
         };

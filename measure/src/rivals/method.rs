@@ -4,6 +4,9 @@ use serde::Serialize;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Draw, Kernel, Solver, Space};
 
+/// Sizes of kernels K that are compared; the paper has 1, 4 and 16.
+pub const SIZE_FACTORS: [f32; 8] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
 /// A method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]

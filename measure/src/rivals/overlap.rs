@@ -1,7 +1,8 @@
 //! Overlaps of kernels and gaps between them: how evenly the density is shared out.
 
+use rayon::prelude::*;
 use serde::Serialize;
-use sglow_oracle::fis::Footprints;
+use sglow_oracle::fis::{Coverage, Footprints, Spread};
 use sglow_shaders::SglowKernel;
 
 /// How evenly a density is shared out among clusters.
@@ -62,6 +63,55 @@ impl Overlap {
     }
 }
 
+/// How evenly a density is shared out by the weights with which the filter sums texels, which reach beyond the nominal
+/// square of 4^level texels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Weighted {
+    /// The share of the density that is not counted: the mean of what each texel lacks of one; 0 is ideal.
+    pub gaps: f64,
+    /// The share of the density that is counted beyond once; 0 is ideal.
+    pub excess: f64,
+    /// Root mean square of how often a texel is counted, less one; 0 is ideal.
+    pub variation: f64,
+    /// The number of kernels that share a texel, in the mean; 1 is a partition.
+    pub sharing: f64,
+    /// The variance of a kernel over that of its nominal square, in the mean; 1 of a square.
+    pub widening: f64,
+}
+
+impl Weighted {
+    /// Of clusters, each of whose texels is in one of them.
+    pub const PARTITION: Self =
+        Self { gaps: 0.0, excess: 0.0, variation: 0.0, sharing: 1.0, widening: 1.0 };
+
+    /// Of filtering kernels, with how often they count each texel.
+    #[must_use]
+    pub fn of_kernels(texels: &[f32], size: usize, kernels: &[SglowKernel]) -> (Self, Coverage) {
+        let spreads: Vec<(Spread, f64)> = kernels
+            .par_iter()
+            .map(|kernel| {
+                let centre = kernel.centre.map(f64::from);
+                let spread = Spread::trilinear(size, centre, f64::from(kernel.level));
+                (spread, f64::from(kernel.scale))
+            })
+            .collect();
+        let coverage = Coverage::of(size, spreads.iter().map(|(spread, scale)| (spread, *scale)));
+        let even = coverage.evenness(texels);
+        let wider = |((spread, _), kernel): (&(Spread, f64), &SglowKernel)| {
+            spread.variance() * 12.0 / (2.0 * f64::from(kernel.level)).exp2()
+        };
+        let sum: f64 = spreads.iter().zip(kernels).map(wider).sum();
+        let weighted = Self {
+            gaps: even.gaps,
+            excess: even.excess,
+            variation: even.variation,
+            sharing: even.sharing,
+            widening: sum / kernels.len().max(1) as f64,
+        };
+        (weighted, coverage)
+    }
+}
+
 /// The share of a density in texels whose centre no kernel's square covers. A kernel covers the texel of its own centre,
 /// however small it is.
 fn gaps(texels: &[f32], size: usize, kernels: &[SglowKernel]) -> f64 {
@@ -115,6 +165,24 @@ mod tests {
         assert_eq!(gaps(&texels, 4, &[kernel(0.9, 0.1, -9.0)]), 16.0 / 20.0);
         assert_eq!(gaps(&texels, 4, &[kernel(1.0, 1.0, 1.0)]), 15.0 / 20.0);
         assert_eq!(gaps(&[0.0; 16], 4, &[]), 0.0);
+    }
+
+    #[test]
+    fn a_kernel_s_weights_reach_beyond_its_square() {
+        // Four kernels of 4 texels at the centres of the texels of level 1: each is that texel and no more.
+        let kernel = |x: f32, y: f32, level: f32| SglowKernel { centre: [x, y], level, scale: 4.0 };
+        let aligned = [0.25, 0.75].map(|y| [0.25, 0.75].map(|x| kernel(x, y, 1.0))).concat();
+        let texels = [1.0; 16];
+        let (found, coverage) = Weighted::of_kernels(&texels, 4, &aligned);
+        assert!((found.widening - 1.0).abs() < 1e-12, "{found:?}");
+        assert_eq!(Weighted { widening: 1.0, ..found }, Weighted::PARTITION);
+        assert_eq!(coverage.counted(), [1.0; 16]);
+        // One in the middle of all four: a quarter of each, so that it is four times as wide as its square.
+        let (found, coverage) = Weighted::of_kernels(&texels, 4, &[kernel(0.5, 0.5, 1.0)]);
+        assert_eq!(coverage.counted(), [0.25; 16]);
+        assert!((found.widening - 4.0).abs() < 1e-12 && found.gaps == 0.75, "{found:?}");
+        assert_eq!(gaps(&texels, 4, &[kernel(0.5, 0.5, 1.0)]), 0.75, "the nominal square");
+        assert_eq!(Weighted::of_kernels(&[], 4, &[]).0.sharing, 0.0);
     }
 
     #[test]

@@ -11,7 +11,19 @@ use sglow_shaders::SglowKernel;
 
 use super::flicker::{indirect_at, of_pixels, some_pixels};
 use super::method::Method;
-use super::overlap::Overlap;
+use super::overlap::{Overlap, Weighted};
+
+/// What remains when each light is replaced by the texels of its kernel, with their weights, as lit facets:
+/// what the choice of kernels costs, whatever the form of a light.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Floor {
+    /// RMSE over the mean, as that of the lights.
+    pub error: f64,
+    /// Relative MSE.
+    pub relative_mse: f64,
+    /// Median of the relative error.
+    pub median: f64,
+}
 
 /// What one method makes of a frame.
 #[derive(Clone, Debug, Serialize)]
@@ -20,8 +32,10 @@ pub struct Row {
     pub method: Method,
     /// K.
     pub size_factor: f32,
-    /// How the density is shared out.
+    /// How the density is shared out, kernels as their nominal squares.
     pub overlap: Overlap,
+    /// The same by the weights of the filter.
+    pub weighted: Weighted,
     /// The lights' summed power over that of the photons.
     pub power: f64,
     /// The brightest light's power times their number, over that of the photons: 1 is even.
@@ -36,6 +50,8 @@ pub struct Row {
     pub q95: f64,
     /// Mean over mean of the reference, less 1.
     pub bias: f64,
+    /// The error of the texels of the kernels, summed exactly. None of clusters, whose texels are those of the map.
+    pub floor: Option<Floor>,
     /// Numbers that were not finite.
     pub not_finite: usize,
 }
@@ -108,26 +124,45 @@ pub fn survey(
         indirect.encode_shade(&mut encoder, inputs.gbuffer, inputs.eye, None);
         gpu.queue.submit([encoder.finish()]);
         gpu.finish()?;
-        let overlap = match indirect.clusters() {
+        let mut counted = None;
+        let (overlap, weighted) = match indirect.clusters() {
             Some(clusters) => {
                 let assigned: Vec<u32> = readback::buffer(gpu, clusters.assignment())?;
                 let map = settings.rsm_size as usize;
                 let inside: Vec<f32> =
                     (0..map * map).map(|at| density[at / map * side + at % map]).collect();
-                Overlap::of_clusters(&inside, &assigned, settings.count as usize)
+                let count = settings.count as usize;
+                (Overlap::of_clusters(&inside, &assigned, count), Weighted::PARTITION)
             }
             None => {
                 let kernels = indirect.kernels().map(|kernels| readback::buffer(gpu, kernels));
                 let kernels: Vec<SglowKernel> = kernels.transpose()?.unwrap_or_default();
                 let overlap = Overlap::of_kernels(&density, side, &kernels);
+                let (weighted, coverage) = Weighted::of_kernels(&density, side, &kernels);
+                counted = Some(coverage);
                 match method {
                     Method::Previous if drawn[0].is_empty() => drawn[0] = kernels,
                     Method::Bracketed if drawn[1].is_empty() => drawn[1] = kernels,
                     _ => {}
                 }
-                overlap
+                (overlap, weighted)
             }
         };
+        let floor = counted.map(|coverage| {
+            let share = |[x, y]: [usize; 2]| coverage.counted()[y * side + x];
+            let lights = reference::counted_facets(view, &settings, &rsm, share);
+            let receivers = reference::texels(&surfaces);
+            let summed = lights.reflect(&receivers, reference::vector(eye), &|_| true);
+            let summed = summed.unwrap_or_default();
+            let numbers: Vec<[f64; 3]> = summed.iter().map(|one| one.total().to_array()).collect();
+            let compared = metrics::compare_exact(&numbers, truth.as_chunks::<3>().0);
+            let compared = compared.unwrap_or_default();
+            Floor {
+                error: compared.rmse_over_mean().value,
+                relative_mse: compared.relative_mse.value,
+                median: compared.median.value,
+            }
+        });
         let lights = reference::lights::<f64>(gpu, &indirect)?;
         let powers: Vec<f64> = lights.iter().map(|light| light.power().luminance()).collect();
         let over = |power: f64| if photons > 0.0 { power / photons } else { 0.0 };
@@ -138,6 +173,7 @@ pub fn survey(
             method,
             size_factor,
             overlap,
+            weighted,
             power: over(powers.iter().sum()),
             brightest: over(powers.iter().copied().fold(0.0, f64::max) * powers.len() as f64),
             error: compared.rmse_over_mean().value,
@@ -145,6 +181,7 @@ pub fn survey(
             median: compared.median.value,
             q95: compared.quantile_95.value,
             bias: compared.bias.value,
+            floor,
             not_finite: ours.iter().filter(|one| !one.is_finite()).count(),
         });
     }

@@ -325,3 +325,35 @@ fn the_sum_can_be_stopped() {
     assert!(facets.reflect(&surfaces, Vector3::zero(), &|done| done < 100).is_none());
     assert!(facets.reflect(&surfaces, Vector3::zero(), &|_| true).is_some());
 }
+
+/// What kernels hold: each texel's light as often as it counts.
+#[test]
+fn a_texel_brings_as_much_as_it_counts() {
+    let parallel = LightKind::Directional { half_extent: 1.0 };
+    let light = crate::scenery::light(parallel, Vector3::new(0.0, 0.0, 5.0));
+    let (size, up) = (8, Vector3::new(0.0, 0.0, 1.0));
+    let texels: Vec<SurfaceTexel> = (0..size * size)
+        .map(|index| {
+            let at = [(index % size) as f64 + 0.5, (index / size) as f64 + 0.5];
+            let place = light.cameras()[0].ray(at, [size; 2]).origin;
+            texel(Vector3 { z: 0.0, ..place }, up, diffuse(0.5))
+        })
+        .collect();
+    let receiver = texel(Vector3::new(0.2, 0.1, 0.7), -up, diffuse(0.8));
+    let lit_by = |counted: &dyn Fn([usize; 2]) -> f64| {
+        let map = TexelFacets::of_counted_map(&light, &texels, [size; 2], Ndf::Ggx, counted);
+        one(&map, receiver, Vector3::zero()).diffuse.x
+    };
+    let whole = lit_by(&|_| 1.0);
+    assert_eq!(
+        whole,
+        one(&TexelFacets::of_map(&light, &texels, [size; 2], Ndf::Ggx), receiver, Vector3::zero())
+            .diffuse
+            .x
+    );
+    let left = |share: f64| move |[x, _]: [usize; 2]| if x < 4 { share } else { 0.0 };
+    let right = lit_by(&|[x, _]| if x < 4 { 0.0 } else { 1.0 });
+    assert!((lit_by(&left(3.0)) + right - whole - 2.0 * lit_by(&left(1.0))).abs() < 1e-12 * whole);
+    // Negative control: the halves are not alike.
+    assert!((right / lit_by(&left(1.0)) - 1.0).abs() > 0.05);
+}

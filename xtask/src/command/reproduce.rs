@@ -7,9 +7,9 @@ use image::RgbImage;
 use serde::Serialize;
 use sglow_measure::picture_error::PictureError;
 use sglow_measure::rivals::flicker::{Contender, Flickers, Walk, flicker};
-use sglow_measure::rivals::method::Method;
+use sglow_measure::rivals::method::{Method, SIZE_FACTORS};
 use sglow_measure::rivals::stages::{Code, Stages, code, sampling_ratios, stages};
-use sglow_measure::rivals::survey::{Kernels, Survey, survey};
+use sglow_measure::rivals::survey::{Kernels, Row, Survey, survey};
 use sglow_oracle::fis::stress::Stress;
 use sglow_runtime::device::Gpu;
 use sglow_runtime::frame::Renderer;
@@ -26,7 +26,9 @@ use crate::picture::density::Density as DensityImage;
 use crate::picture::kernels::{self, Square};
 use crate::picture::{compare, png, tone};
 use crate::shot::{self, Numbers, Shot};
-use crate::{progress, say, table, write};
+use crate::{progress, say, write};
+
+mod tables;
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -222,7 +224,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.detail("flicker", &found.flickers)?;
     report.detail("figures", &found.figures)?;
     report.detail("does_not_show", DOES_NOT_SHOW)?;
-    show(&found);
+    tables::show(&found);
     say::line(format!("\n{}", report.table()));
     write::text(&arguments.out.join("index.html"), &page::page(&found, &report))?;
     let path = arguments.out.join("reproduce.json");
@@ -259,7 +261,22 @@ fn checks(found: &Findings, report: &mut Report) {
             let ratio = ours.overlap.variation / theirs.overlap.variation.max(f64::MIN_POSITIVE);
             report.check(Check::new(name, ratio, "", Relation::AtMost, 1.0));
         }
+        // Eq. (5) divides by the density that the kernel's own weights sum.
+        let sized_by_integral = |row: &&Row| row.method == Method::Bracketed;
+        let unbalanced = surveyed.found.rows.iter().filter(sized_by_integral);
+        let unbalanced = unbalanced.map(|row| (row.weighted.excess - row.weighted.gaps).abs());
+        let name = format!(
+            "{}, {}: density counted twice less density not counted, by the filter's weights, at any K",
+            surveyed.scene, surveyed.density
+        );
+        let most = if surveyed.found.dark { 0.0 } else { unbalanced.fold(0.0, f64::max) };
+        report.check(Check::new(name, most, "of the density", Relation::AtMost, 1e-3));
     }
+}
+
+/// The sizes of kernels beside K = 1.
+fn other_sizes() -> impl Iterator<Item = f32> {
+    SIZE_FACTORS.into_iter().filter(|&factor| factor != 1.0)
 }
 
 struct Work<'a> {
@@ -331,9 +348,9 @@ impl Work<'_> {
         )?;
         self.figure(
             "Fig. 6",
-            "The size of kernels: K = 1, 4, 16; what it does to flicker stands in the table of flicker.",
+            "The size of kernels: K = 1, 4, 16 as in the paper, and smaller; what it does to flicker stands in the table of flicker.",
             "atrium:262k",
-            &[1.0, 4.0, 16.0].map(|factor| (Method::Bracketed, factor)),
+            &[0.125, 0.25, 0.5, 1.0, 4.0, 16.0].map(|factor| (Method::Bracketed, factor)),
             found,
         )?;
         self.figure(
@@ -476,7 +493,7 @@ impl Work<'_> {
         let methods: Vec<_> = Method::ALL
             .map(|method| (method, 1.0))
             .into_iter()
-            .chain([4.0, 16.0].map(|factor| (Method::Bracketed, factor)))
+            .chain(other_sizes().map(|factor| (Method::Bracketed, factor)))
             .collect();
         let (surveyed, drawn) =
             survey(self.gpu, self.package, &renderer, &methods, PIXELS, WARM_UP)?;
@@ -647,7 +664,7 @@ impl Work<'_> {
                 settings: method.settings(&shot.settings),
             })
             .collect();
-        for factor in [4.0, 16.0] {
+        for factor in other_sizes() {
             let mut settings = Method::Bracketed.settings(&shot.settings);
             settings.size_factor = factor;
             contenders.push(Contender {
@@ -720,88 +737,5 @@ impl Work<'_> {
             asked.push(Asked::new(&name, ratio, most, 1.0, note));
         }
         found.asked = asked;
-    }
-}
-
-/// Tables for a terminal.
-fn show(found: &Findings) {
-    for times in &found.times {
-        let mut table = table::new(["method", "map", "stage", "ms", "spread", "dispatches"]);
-        for one in &times.methods {
-            for stage in &one.stages {
-                table.add_row([
-                    one.method.name().to_owned(),
-                    if stage.camera { "camera" } else { "light" }.to_owned(),
-                    stage.name.to_owned(),
-                    format!("{:.3}", stage.time.median),
-                    format!("{:.3}-{:.3}", stage.time.least, stage.time.most),
-                    stage.dispatches.to_string(),
-                ]);
-            }
-            let total = format!("{:.3}", one.total(None));
-            table.add_row([one.method.name(), "both", "total", &total, "", ""]);
-        }
-        say::line(format!("\n{}: {}, density {}\n{table}", times.name, times.scene, times.density));
-    }
-    for surveyed in &found.surveys {
-        let mut table = table::new([
-            "method",
-            "K",
-            "variation",
-            "gaps",
-            "covered",
-            "power",
-            "brightest",
-            "relMSE",
-            "RMSE",
-            "median",
-            "95 %",
-            "bias",
-        ]);
-        for row in &surveyed.found.rows {
-            table.add_row([
-                row.method.name().to_owned(),
-                row.size_factor.to_string(),
-                format!("{:.3}", row.overlap.variation),
-                format!("{:.3}", row.overlap.gaps),
-                format!("{:.3}", row.overlap.covered),
-                format!("{:.3}", row.power),
-                format!("{:.1}", row.brightest),
-                format!("{:.4}", row.relative_mse),
-                format!("{:.3}", row.error),
-                format!("{:.3}", row.median),
-                format!("{:.3}", row.q95),
-                format!("{:+.3}", row.bias),
-            ]);
-        }
-        say::line(format!("\n{}, density {}\n{table}", surveyed.scene, surveyed.density));
-    }
-    for (scene, flickers) in &found.flickers {
-        let mut table = table::new(["method", "error", "flicker", "worst", "own change"]);
-        for one in &flickers.contenders {
-            table.add_row([
-                one.name.clone(),
-                format!("{:.3}", one.error),
-                format!("{:.4}", one.flicker),
-                format!("{:.4}", one.worst),
-                format!("{:.4}", one.change),
-            ]);
-        }
-        say::line(format!(
-            "\n{scene}: {} frames of a moving light; the reference's own change {:.4}\n{table}",
-            flickers.walk.frames, flickers.reference_change
-        ));
-    }
-    let mut table = table::new(["asked for", "measured", "bound", "met"]);
-    for one in &found.asked {
-        table.add_row([
-            one.name.clone(),
-            format!("{:.3}", one.value),
-            format!("{} {}", one.relation.sign(), one.bound),
-            if one.met { "yes" } else { "NO" }.to_owned(),
-        ]);
-    }
-    if !found.asked.is_empty() {
-        say::line(format!("\n{table}"));
     }
 }

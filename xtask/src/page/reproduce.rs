@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 use sglow_measure::rivals::method::Method;
 use sglow_measure::rivals::stages::Stages;
+use sglow_measure::rivals::survey::Row;
 
 use super::frame::{Section, page as whole};
 use super::number::figure as digits;
@@ -317,20 +318,38 @@ fn sampling(found: &Findings) -> Markup {
     }
 }
 
+/// What kernels cost by the texels that they put together, in words.
+fn straddling(rows: &[Row]) -> Option<String> {
+    let own = rows.iter().find(|row| row.method == Method::Bracketed && row.size_factor == 1.0)?;
+    let floor = own.floor?;
+    Some(format!(
+        "Modified kernels, K = 1: the relative MSE of the lights is {}, that of their texels summed exactly {}. The \
+         second is what kernels cost by where they lie and how large they are; the rest is the form of a light, which \
+         knows only the mean of what its kernel holds, across edges of depth and of normals.",
+        digits(own.relative_mse),
+        digits(floor.relative_mse)
+    ))
+}
+
 fn surveys(found: &Findings) -> Markup {
     html! {
         p {
-            "Variation is the coefficient of variation of the density's integral within each kernel (its square of 4^level "
-            "texels) or cluster; gaps are the share of the density that lies in none; covered is the sum of all integrals "
-            "over the whole. Power is that of all lights over that of the photons, brightest the "
-            "brightest light's times their number. RMSE is against a sum over all texels of the map, both without "
-            "visibility, over the mean, on a sample of pixels."
+            "Nominal: kernels as squares of 4^level texels. Variation is the coefficient of variation of the density's "
+            "integral within each square or cluster; gaps are the share of the density that lies in none; covered is the "
+            "sum of all integrals over the whole. By weights: kernels as the filter sums them. Gaps are the share of the "
+            "density that is not counted, excess what is counted beyond once, sharing the number of kernels that share a "
+            "texel, width the variance of a kernel over that of its nominal square. Power is that of all lights over that "
+            "of the photons, brightest the brightest light's times their number. Errors are against a sum over all texels "
+            "of the map, both without visibility, on a sample of pixels: RMSE and bias over the mean, relative MSE, and "
+            "the median of the relative error. Floor: the relative MSE and the median when each light is replaced by the "
+            "texels of its kernel, summed exactly with their weights."
         }
         @for surveyed in &found.surveys {
             h3 { (surveyed.scene) ", density " (surveyed.density) }
             @if surveyed.found.dark {
                 p { "The light reaches nothing: indirect light is black by every method." }
             }
+            @if let Some(line) = straddling(&surveyed.found.rows) { p { (line) } }
             @let rows: Vec<Markup> = surveyed.found.rows.iter().map(|row| html! {
                 tr {
                     td { (row.method.name()) }
@@ -338,6 +357,10 @@ fn surveys(found: &Findings) -> Markup {
                     td.n { (digits(row.overlap.variation)) }
                     td.n { (digits(row.overlap.gaps)) }
                     td.n { (digits(row.overlap.covered)) }
+                    td.n { (digits(row.weighted.gaps)) }
+                    td.n { (digits(row.weighted.excess)) }
+                    td.n { (digits(row.weighted.sharing)) }
+                    td.n { (digits(row.weighted.widening)) }
                     td.n { (digits(row.power)) }
                     td.n { (digits(row.brightest)) }
                     td.n { (digits(row.relative_mse)) }
@@ -345,12 +368,14 @@ fn surveys(found: &Findings) -> Markup {
                     td.n { (digits(row.median)) }
                     td.n { (digits(row.q95)) }
                     td.n { (digits(row.bias)) }
+                    td.n { (row.floor.map_or_else(|| "–".to_owned(), |floor| digits(floor.relative_mse))) }
+                    td.n { (row.floor.map_or_else(|| "–".to_owned(), |floor| digits(floor.median))) }
                 }
             }).collect();
             (table(
                 &surveyed.scene,
                 "",
-                &[text("method"), number("K"), number("variation"), number("gaps"), number("covered"), number("power"), number("brightest × N"), number("relMSE"), number("RMSE"), number("median"), number("95 %"), number("bias")],
+                &[text("method"), number("K"), number("variation, nominal"), number("gaps, nominal"), number("covered, nominal"), number("gaps, by weights"), number("excess, by weights"), number("sharing"), number("width"), number("power"), number("brightest × N"), number("relMSE"), number("RMSE"), number("median"), number("95 %"), number("bias"), number("floor, relMSE"), number("floor, median")],
                 &rows,
             ))
         }

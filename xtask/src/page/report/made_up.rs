@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_measure::frontier::document::{
     Pass, PictureError, Pictures, Pruned, Radiance, Reference, ReferenceKind, Rounding,
-    SceneReport, Series, Side, Sweep, SweepOver, SweepPoint, Uncertainty, Way, Worst,
+    SceneReport, Series, Side, Straddling, Sweep, SweepOver, SweepPoint, Uncertainty, Way, Worst,
 };
 use sglow_measure::frontier::rank;
 use sglow_measure::time::Time;
@@ -164,6 +164,13 @@ fn scene(name: &str, seed: u64, error: f64, floor: f64) -> MadeUp {
             reference: made_of,
             ways,
             sweeps: sweeps(error),
+            straddling: Straddling {
+                size_factor: 1.0,
+                lights_relative_mse: error * error,
+                lights_median: 0.3 * error,
+                texels_relative_mse: 0.2 * error * error,
+                texels_median: 0.05 * error,
+            },
             pruned: None,
             not_finite: 0,
         },
@@ -361,7 +368,7 @@ fn sweeps(error: f64) -> Vec<Sweep> {
     let grown = |at: f64| 0.02 * (at.ln().abs() + 0.1);
     let fewer = |at: f64| 1.5 / at.sqrt();
     let steps: Vec<f64> = (1..=24).map(f64::from).collect();
-    let factors = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+    let factors = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
     let lights = [64.0, 128.0, 256.0, 512.0, 1024.0, 2048.0, 4096.0];
     let flat = |at: f64| 0.4 + 0.01 * at;
     vec![
@@ -426,6 +433,7 @@ fn series(
                 ..PictureError::default()
             }),
             own_rms_over_mean: Some(own(at)),
+            flicker: (pays_until == Some(1.0)).then(|| 0.02 / at),
         })
         .collect();
     Series { name: name.to_owned(), points, pays_until }

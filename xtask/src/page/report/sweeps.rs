@@ -1,7 +1,7 @@
 //! Error and time against one number: where more of it stops paying.
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::{Series, Sweep, SweepOver, SweepPoint};
+use sglow_measure::frontier::document::{Series, Straddling, Sweep, SweepOver, SweepPoint};
 
 use super::named::Named;
 use crate::errors::{HEADINGS, cells};
@@ -14,7 +14,23 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
     html! {
         @if sweeps.is_empty() { p.quiet { "Nothing was varied." } }
         @for sweep in sweeps { (one(named, sweep)) }
+        p { (straddling(&named.scene.measured.straddling)) }
     }
+}
+
+/// What kernels cost by the texels that they put together, in words.
+fn straddling(found: &Straddling) -> String {
+    format!(
+        "Without visibility, kernels drawn by power, K = {}: the relative MSE of the lights is {} (median {} %), that of \
+         the same kernels with their texels summed exactly {} (median {} %). The second is what kernels cost by where \
+         they lie and how large they are; the rest is the form of a light, which knows only the mean of what its kernel \
+         holds across edges of depth and of normals.",
+        figure(found.size_factor),
+        figure(found.lights_relative_mse),
+        figure(100.0 * found.lights_median),
+        figure(found.texels_relative_mse),
+        figure(100.0 * found.texels_median),
+    )
 }
 
 /// What is varied, as a heading and as the name of an axis.
@@ -31,6 +47,7 @@ fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
     let floor = named.scene.measured.reference.floor_over_mean;
     let picture = |point: &SweepPoint| point.picture.map(|one| one.rmse_over_mean);
     let own = |point: &SweepPoint| point.own_rms_over_mean;
+    let flicker = |point: &SweepPoint| point.flicker;
     let time = |point: &SweepPoint| point.time.map(|time| time.median);
     // The ring stands for the picture's error, so it is drawn where that is and where its price is.
     let picture_lines = of(sweep, &picture, true);
@@ -64,6 +81,16 @@ fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
         (
             lines(&format!("{heading}: time"), axis, "ms", &of(sweep, &time, true), None),
             "Of the passes that the number bears on.",
+        ),
+        (
+            lines(
+                &format!("{heading}: flicker"),
+                axis,
+                "flicker",
+                &of(sweep, &flicker, false),
+                None,
+            ),
+            "Change from frame to frame under a moving light that the reference does not have.",
         ),
     ];
     let names: Vec<String> = sweep.series.iter().map(|series| series.name.clone()).collect();
@@ -136,6 +163,7 @@ fn numbers(sweep: &Sweep, axis: &'static str) -> Markup {
                         td.n { (cell.replace(' ', "\u{a0}")) }
                     }
                     td.n { (maybe(point.own_rms_over_mean)) }
+                    td.n { (maybe(point.flicker)) }
                     td.n { (maybe(point.time.map(|time| time.median))) }
                 }
             }
@@ -143,6 +171,6 @@ fn numbers(sweep: &Sweep, axis: &'static str) -> Markup {
         .collect();
     let mut columns = vec![text("line"), number(axis)];
     columns.extend(HEADINGS.map(number));
-    columns.extend([number("own error"), number("ms")]);
+    columns.extend([number("own error"), number("flicker"), number("ms")]);
     table(&format!("Numbers along {axis}"), "", &columns, &rows)
 }
