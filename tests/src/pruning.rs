@@ -168,9 +168,8 @@ fn pruned(scene: &Scene) -> Settings {
     let needed = library.needed(&scene.facts().known()).unwrap();
     let mut settings = base();
     for axis in sglow_runtime::settings::AXES {
-        match needed[axis].values.as_slice() {
-            [value] => settings.set(axis, value).unwrap(),
-            _ => {}
+        if let [value] = needed[axis].values.as_slice() {
+            settings.set(axis, value).unwrap();
         }
         for rule in needed[axis].because.iter().map(|because| &because.need) {
             let rule = library.need.iter().find(|need| need.name == *rule).unwrap();
