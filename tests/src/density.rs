@@ -144,7 +144,7 @@ fn the_albedo_is_divided_out() {
     let base = settings(Density::Bidirectional, Lobes::Both);
     let settings = Settings { specular_power: SpecularPower::Albedo, ..base };
     let (from, to) = ("dot(towards, surface.normal)", "0.9 * dot(towards, surface.normal)");
-    let package = broken("density-bidirectional-both-albedo", from, to);
+    let package = broken("density-bidirectional-cosine-both-albedo", from, to);
     compare(&Run::new(&settings, KINDS[0], &package, 6)).assert_fails("another angle");
 }
 

@@ -119,8 +119,8 @@ fn a_broken_shader_is_noticed() {
         ("2.0 * cosine * normal - view", "2.0 * cosine * normal + view", "a mirrored direction"),
         ("attenuation * attenuation", "attenuation", "an attenuation that is not squared"),
         (
-            "diffuse_weight * diffuse_mean_length",
-            "diffuse_weight * 0.99999",
+            "diffuse_mean_length * surface.normal",
+            "0.99999 * surface.normal",
             "a length that is off by one part in a hundred thousand",
         ),
     ];
