@@ -283,14 +283,15 @@ pub(crate) fn variants(library: &Library, plan: &Plan) -> Vec<Variant> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::derivation::Wish;
     use crate::selection::library;
-    use crate::shot::{self, Numbers};
+    use crate::shot;
 
     fn of(name: &str, set: &[&str]) -> (Derivation, Purpose, Plan) {
         let library = library().unwrap();
         let scene = shot::load(name, None).unwrap();
         let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
-        let wished = Numbers::default().settings([640, 360]);
+        let wished = Wish::of([640, 360]);
         let derivation = Derivation::new(&library, &scene, &set, &wished).unwrap();
         let measured = BTreeMap::from([("no-specular-surface".to_owned(), 1.5)]);
         let (purpose, everything) =

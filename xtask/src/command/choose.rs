@@ -130,6 +130,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         choice: selection::Choice {
             scene: Some(arguments.scene.clone()),
             set: set.clone(),
+            preset: arguments.numbers.preset.clone(),
             all: false,
             light: arguments.numbers.light,
         },
@@ -157,19 +158,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 /// The line that renders what was chosen, with the numbers that it was measured with.
 fn again(arguments: &Arguments, set: &[String]) -> String {
     let Arguments { scene, size: [width, height], out, numbers, .. } = arguments;
-    let Numbers { lights, rsm, iterations, size_factor, light, .. } = numbers;
+    let Numbers { preset, lights, rsm, iterations, size_factor, light, .. } = numbers;
     let mut words = vec!["render".to_owned(), "--scene".to_owned(), scene.clone()];
     let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+    if let Some(preset) = preset {
+        option("--preset", preset.clone());
+    }
     if !set.is_empty() {
         option("--set", set.join(","));
     }
     option("--size", format!("{width}x{height}"));
-    option("--lights", lights.to_string());
+    if let Some(lights) = lights {
+        option("--lights", lights.to_string());
+    }
     if let Some(rsm) = rsm {
         option("--rsm", rsm.to_string());
     }
-    option("--iterations", iterations.to_string());
-    option("--size-factor", size_factor.to_string());
+    if let Some(iterations) = iterations {
+        option("--iterations", iterations.to_string());
+    }
+    if let Some(size_factor) = size_factor {
+        option("--size-factor", size_factor.to_string());
+    }
     if let Some(light) = light {
         option("--light", light.to_string());
     }

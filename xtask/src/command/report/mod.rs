@@ -125,7 +125,7 @@ impl Case {
     /// When the scene cannot be read.
     pub(crate) fn new(name: &str, size: [u32; 2], numbers: &Numbers) -> Result<Self> {
         let scene = shot::load(name, numbers.light)?;
-        let derivation = Derivation::new(&library()?, &scene, &[], &numbers.settings(size))?;
+        let derivation = Derivation::new(&library()?, &scene, &[], &numbers.wish(size))?;
         Ok(Self { scene, derivation })
     }
 }
@@ -177,7 +177,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         check(&scene.measured, &mut report);
     }
     let on_densities =
-        sglow_measure::densities::densities(&gpu, &package, arguments.numbers.iterations, &cache)?;
+        sglow_measure::densities::densities(&gpu, &package, arguments.numbers.steps(), &cache)?;
     densities::show(&on_densities, &mut report)?;
     say::line(format!("\n{}", report.table()));
     say::line(format!(
