@@ -81,7 +81,7 @@ impl Library {
             Err(error) if error.kind() == ErrorKind::NotFound => return,
             Err(error) => return errors.push(wrong(error.to_string())),
         };
-        match toml::from_str::<PresetFile>(&text) {
+        match PresetFile::read(&text) {
             Ok(file) => {
                 sources.add(relative(root, &path), text.as_str());
                 self.preset.extend(file.preset);

@@ -91,6 +91,26 @@ pub struct PresetFile {
     pub preset: Vec<Preset>,
 }
 
+impl PresetFile {
+    /// The presets of a file's text.
+    ///
+    /// # Errors
+    ///
+    /// What is no preset.
+    pub fn read(text: &str) -> Result<Self, toml::de::Error> {
+        toml::from_str(text)
+    }
+
+    /// The file's text.
+    ///
+    /// # Errors
+    ///
+    /// What TOML cannot hold.
+    pub fn text(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+}
+
 /// A rule that changes defaults for a class of input.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
