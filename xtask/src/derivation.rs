@@ -64,6 +64,8 @@ fn apply(set: &BTreeMap<String, Setting>, settings: &mut Settings) -> Result<()>
 /// What follows from a scene, and from what was asked for beside it.
 #[derive(Debug)]
 pub(crate) struct Derivation {
+    /// What was wished before the scene had its say.
+    pub(crate) wish: Wish,
     /// What is true of the scene, and its numbers.
     pub(crate) needs: Needs,
     /// What its facts leave of each axis.
@@ -101,7 +103,7 @@ impl Derivation {
         settings.assumed = assumptions(library, &allowed, &AXES, set);
         let surfaces = Surfaces::of(scene, settings.complete);
         let plan = Plan::new(&settings, &surfaces);
-        Ok(Self { needs, allowed, settings, surfaces, plan })
+        Ok(Self { wish: wish.clone(), needs, allowed, settings, surfaces, plan })
     }
 }
 
