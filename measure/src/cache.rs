@@ -107,6 +107,8 @@ pub struct Cache {
     outdated: Cell<usize>,
     /// Files that were there and are not trusted.
     distrusted: RefCell<BTreeSet<String>>,
+    /// Files that were made since: those are trusted.
+    own: RefCell<BTreeSet<String>>,
 }
 
 impl Cache {
@@ -114,8 +116,8 @@ impl Cache {
     #[must_use]
     pub fn new(folder: &Path, fresh: bool) -> Self {
         let [found, made, outdated] = [0; 3].map(Cell::new);
-        let distrusted = RefCell::default();
-        Self { folder: folder.to_owned(), fresh, found, made, outdated, distrusted }
+        let (distrusted, own) = (RefCell::default(), RefCell::default());
+        Self { folder: folder.to_owned(), fresh, found, made, outdated, distrusted, own }
     }
 
     /// The result of a key: a kept one if all it depends on is the same, else what `make` makes, which is then kept.
@@ -155,7 +157,7 @@ impl Cache {
     }
 
     fn kept<T: DeserializeOwned>(&self, key: &Key) -> Option<T> {
-        if self.fresh {
+        if self.fresh && !self.own.borrow().contains(&key.file()) {
             return None;
         }
         let bytes = fs::read(self.folder.join(key.file())).ok()?;
@@ -187,6 +189,7 @@ impl Cache {
         };
         write().map_err(|source| CacheError::Write { path: path.clone(), source })?;
         self.made.set(self.made.get() + 1);
+        self.own.borrow_mut().insert(key.file());
         if self.distrusted.borrow_mut().remove(&key.file()) {
             self.outdated.set(self.outdated.get() + 1);
         }

@@ -143,7 +143,7 @@ impl LeftOut {
 }
 
 /// The format of manifests that is read.
-const SCHEMA_VERSION: u32 = 2;
+const SCHEMA_VERSION: u32 = 3;
 
 #[derive(serde::Deserialize)]
 struct Variant {

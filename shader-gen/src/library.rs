@@ -4,12 +4,14 @@ mod check;
 mod load;
 mod modules;
 mod place;
+mod preset;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use serde::Deserialize;
 
+pub use self::preset::{ClassDefault, Measurement, Parameter, Preset, PresetFile, Setting};
 use crate::link::Graph;
 use crate::source::Sources;
 
@@ -28,6 +30,15 @@ pub struct Library {
     /// Choices that passes offer, by name.
     #[serde(default)]
     pub axis: BTreeMap<String, Axis>,
+    /// Numbers that presets and defaults may set beside axes.
+    #[serde(default)]
+    pub parameter: Vec<Parameter>,
+    /// Named configurations: those of the declaration, then those of [`Header::presets`].
+    #[serde(default)]
+    pub preset: Vec<Preset>,
+    /// What facts change of the defaults.
+    #[serde(default, rename = "default")]
+    pub class_default: Vec<ClassDefault>,
     /// Passes, in the order in which they run.
     #[serde(default)]
     pub pass: Vec<Pass>,
@@ -65,6 +76,9 @@ pub struct Header {
     pub prefix: String,
     /// Folder of the sources, relative to `library.toml`.
     pub source: String,
+    /// A file of more presets, which a program has measured and written, relative to `library.toml`. It need not exist.
+    #[serde(default)]
+    pub presets: Option<String>,
 }
 
 /// A work that the sources cite.

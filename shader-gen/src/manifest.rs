@@ -17,7 +17,7 @@ pub use purpose::{Assumed, LeftOut, MadeFor, Saved, Weight};
 pub use reflect::{Error, Reflection, reflect};
 
 /// The version of what [`Manifest`] says; it grows when a reader of the version before would misread it.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// A package of shaders: what it contains, by what it was made, and of what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -52,6 +52,8 @@ pub struct Manifest {
     pub targets: Vec<String>,
     /// The choices that passes offer, in alphabetical order.
     pub axes: Vec<Axis>,
+    /// Named configurations.
+    pub presets: Vec<Preset>,
     /// The passes, in the order in which they run.
     pub passes: Vec<Pass>,
     /// Files of functions for hosts that bring their own passes.
@@ -102,6 +104,18 @@ pub struct AxisValue {
     pub name: String,
     /// What choosing it means.
     pub description: String,
+}
+
+/// A named configuration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Preset {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub description: String,
+    /// Values of axes and parameters, by name; the others keep their defaults.
+    pub set: BTreeMap<String, String>,
 }
 
 /// One or more entry points with their bindings.

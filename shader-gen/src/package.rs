@@ -500,6 +500,19 @@ fn head(
         left_out: parts.purpose.map(|purpose| purpose.left_out.clone()).unwrap_or_default(),
         targets: names,
         axes: library.axis.iter().map(axis).collect(),
+        presets: library
+            .preset
+            .iter()
+            .map(|preset| manifest::Preset {
+                name: preset.name.clone(),
+                description: preset.description.clone(),
+                set: preset
+                    .set
+                    .iter()
+                    .map(|(name, value)| (name.clone(), value.to_string()))
+                    .collect(),
+            })
+            .collect(),
         passes: library
             .pass
             .iter()

@@ -1,5 +1,6 @@
 //! Error against time: what is measured of every way, that it is kept, and that what is wrong shows.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -68,7 +69,8 @@ fn measure(package: &Package, folder: &Path) -> (SceneReport, [usize; 3]) {
     let scene = Scene::builtin("cornell").unwrap();
     let subject = Subject::new(gpu(), package, &scene, base());
     let cache = Cache::new(folder, false);
-    let (report, pictures) = scene::scene(&subject, &ways(), &cache, &Silent).unwrap();
+    let (report, pictures) =
+        scene::scene(&subject, &ways(), &BTreeSet::new(), &cache, &Silent).unwrap();
     for way in report.ways.iter().filter(|way| way.is_shown()) {
         assert_eq!(pictures.ways[&way.name].len(), 24 * 18, "{}", way.name);
         assert!(way.whole.is_some() && way.flicker.is_some(), "{}", way.name);
@@ -228,10 +230,13 @@ fn without_ways_there_is_nothing_to_measure() {
     let (scene, package) = (Scene::builtin("cornell").unwrap(), Package::embedded());
     let subject = Subject::new(gpu(), &package, &scene, base());
     let cache = Cache::new(folder.path(), false);
-    let error = scene::scene(&subject, &[], &cache, &Silent).err().unwrap();
+    let error = scene::scene(&subject, &[], &BTreeSet::new(), &cache, &Silent).err().unwrap();
     assert!(matches!(error, FrontierError::NoWay { .. }));
     // A variant that the package lacks is named, and none takes its place.
     let lacking = [Settings { diffuse: sglow_shaders::Diffuse::Erf, ..base() }];
-    let error = scene::scene(&subject, &lacking, &cache, &Silent).err().unwrap().to_string();
+    let error = scene::scene(&subject, &lacking, &BTreeSet::new(), &cache, &Silent)
+        .err()
+        .unwrap()
+        .to_string();
     assert!(error.contains("shade-lobe-erf-none-none-diffuse-f32-none"), "{error}");
 }

@@ -462,11 +462,11 @@ fn a_package_for_a_scene_refuses_one_that_needs_more_and_says_what_left_a_varian
     // A manifest of another format is not read as if it were of this one.
     let manifest = folder.path().join("manifest.json");
     let text = std::fs::read_to_string(&manifest).unwrap();
-    let other = text.replacen("\"schema_version\": 2", "\"schema_version\": 1", 1);
+    let other = text.replacen("\"schema_version\": 3", "\"schema_version\": 2", 1);
     assert_ne!(text, other);
     std::fs::write(&manifest, other).unwrap();
     let errors = Package::load(folder.path()).unwrap_err();
-    assert!(errors[0].to_string().contains("is of format 1"), "{}", errors[0]);
+    assert!(errors[0].to_string().contains("is of format 2"), "{}", errors[0]);
 }
 
 #[test]

@@ -1,21 +1,71 @@
 //! What a scene needs, derived: facts, values on axes, numbers, and what a frame then takes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_runtime::frame;
 use sglow_runtime::needs::{Assumption, Needs, least_limits, needs};
 use sglow_runtime::plan::{Plan, Surfaces};
 use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::{AXES, Settings};
-use sglow_shader_gen::library::Library;
-use sglow_shader_gen::matrix::{Allowed, AllowedValues};
+use sglow_shader_gen::library::{Library, Setting};
+use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
 use sglow_shaders::{Ndf, Specular};
 
 use crate::failure::{self, Failure, Result};
 
+/// What is wished before a scene has its say.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Wish {
+    /// Pixels of the picture.
+    pub(crate) size: [u32; 2],
+    /// The preset that is changed.
+    pub(crate) preset: Option<String>,
+    /// Parameters, as `name=value`.
+    pub(crate) numbers: Vec<String>,
+}
+
+impl Wish {
+    /// A wish for a picture of a size by default.
+    pub(crate) fn of(size: [u32; 2]) -> Self {
+        Self { size, ..Self::default() }
+    }
+
+    /// Settings for an input of which `facts` are known: the preset, else the defaults for its class; then numbers.
+    ///
+    /// # Errors
+    ///
+    /// A preset that there is not, with those that there are; a number that cannot be.
+    pub(crate) fn settings(&self, library: &Library, facts: &Facts) -> Result<Settings> {
+        let mut settings = Settings { size: self.size, ..Settings::default() };
+        for rule in &library.class_default {
+            if rule.when.iter().all(|(fact, holds)| facts.get(fact) == Some(holds)) {
+                apply(&rule.set, &mut settings)?;
+            }
+        }
+        if let Some(name) = &self.preset {
+            apply(&library.find_preset(name).map_err(failure::rendered)?.set, &mut settings)?;
+        }
+        for number in &self.numbers {
+            if let Some((name, value)) = number.split_once('=') {
+                settings.set(name, value)?;
+            }
+        }
+        Ok(settings)
+    }
+}
+
+fn apply(set: &BTreeMap<String, Setting>, settings: &mut Settings) -> Result<()> {
+    for (name, value) in set {
+        settings.set(name, &value.to_string())?;
+    }
+    Ok(())
+}
+
 /// What follows from a scene, and from what was asked for beside it.
 #[derive(Debug)]
 pub(crate) struct Derivation {
+    /// What was wished before the scene had its say.
+    pub(crate) wish: Wish,
     /// What is true of the scene, and its numbers.
     pub(crate) needs: Needs,
     /// What its facts leave of each axis.
@@ -30,7 +80,7 @@ pub(crate) struct Derivation {
 
 impl Derivation {
     /// Settles every axis of a scene with one light: by `set` (`axis=value`, the last one counts), else by what the scene
-    /// needs, else by the default.
+    /// needs, else by what is wished: the preset, else the default for scenes of its class.
     ///
     /// # Errors
     ///
@@ -39,11 +89,12 @@ impl Derivation {
         library: &Library,
         scene: &Scene,
         set: &[String],
-        wished: &Settings,
+        wish: &Wish,
     ) -> Result<Self> {
         let facts = scene.facts();
         let allowed = library.needed(&facts.known()).map_err(failure::rendered)?;
-        let mut settings = settle(library, &allowed, set, wished)?;
+        let wished = wish.settings(library, &facts.known())?;
+        let mut settings = settle(library, &allowed, set, &wished)?;
         if let Some(light) = scene.lights.first() {
             settings.light = frame::kind(light);
         }
@@ -52,7 +103,7 @@ impl Derivation {
         settings.assumed = assumptions(library, &allowed, &AXES, set);
         let surfaces = Surfaces::of(scene, settings.complete);
         let plan = Plan::new(&settings, &surfaces);
-        Ok(Self { needs, allowed, settings, surfaces, plan })
+        Ok(Self { wish: wish.clone(), needs, allowed, settings, surfaces, plan })
     }
 }
 

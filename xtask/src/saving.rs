@@ -7,7 +7,7 @@ use sglow_runtime::scene::Facts;
 use sglow_runtime::settings::{AXES, Settings};
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Saved, Weight};
-use sglow_shader_gen::matrix::{Absent, AllowedValues, Variant};
+use sglow_shader_gen::matrix::{Absent, AllowedValues, Facts as KnownFacts, Variant};
 use sglow_shader_gen::package::{Purpose, weigh};
 use sglow_shaders::{Emission, Light, Material, Opacity};
 
@@ -110,7 +110,7 @@ fn without(
     let known = derivation.needs.facts.known();
     let allowed = library.needed_without(&known, rule).map_err(failure::rendered)?;
     let own = &derivation.settings;
-    let mut settings = settled(library, derivation, &allowed, set)?;
+    let mut settings = settled(library, derivation, &known, &allowed, set)?;
     let differs = |settings: &Settings| {
         let differs = |axis: &&&str| settings.value(axis) != own.value(axis);
         AXES.iter().filter(differs).copied().collect::<Vec<_>>()
@@ -163,12 +163,13 @@ fn without(
 fn settled(
     library: &Library,
     derivation: &Derivation,
+    facts: &KnownFacts,
     allowed: &AllowedValues,
     set: &[String],
 ) -> Result<Settings> {
     let mut wished = derivation.settings.clone();
-    // From the defaults, as the derivation itself did.
-    let defaults = Settings::default();
+    // From what is wished where these facts hold, as the derivation itself did.
+    let defaults = derivation.wish.settings(library, facts)?;
     for axis in AXES {
         if let Some(value) = defaults.value(axis) {
             wished.set(axis, &value)?;
@@ -194,9 +195,9 @@ fn kinds(derivation: &Derivation, allowed: &AllowedValues) -> Surfaces {
 
 /// What a frame would take if every fact held.
 fn everything(library: &Library, derivation: &Derivation, set: &[String]) -> Result<Plan> {
-    let known = library.fact.iter().map(|fact| (fact.name.clone(), true)).collect();
+    let known: KnownFacts = library.fact.iter().map(|fact| (fact.name.clone(), true)).collect();
     let allowed = library.needed(&known).map_err(failure::rendered)?;
-    let settings = settled(library, derivation, &allowed, set)?;
+    let settings = settled(library, derivation, &known, &allowed, set)?;
     let surfaces = kinds(derivation, &allowed);
     let lights = Light::ALL.into_iter().filter(|light| *light != Light::Camera);
     let plans = lights.map(|light| Plan::new(&Settings { light, ..settings.clone() }, &surfaces));
@@ -283,14 +284,15 @@ pub(crate) fn variants(library: &Library, plan: &Plan) -> Vec<Variant> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::derivation::Wish;
     use crate::selection::library;
-    use crate::shot::{self, Numbers};
+    use crate::shot;
 
     fn of(name: &str, set: &[&str]) -> (Derivation, Purpose, Plan) {
         let library = library().unwrap();
         let scene = shot::load(name, None).unwrap();
         let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
-        let wished = Numbers::default().settings([640, 360]);
+        let wished = Wish::of([640, 360]);
         let derivation = Derivation::new(&library, &scene, &set, &wished).unwrap();
         let measured = BTreeMap::from([("no-specular-surface".to_owned(), 1.5)]);
         let (purpose, everything) =
@@ -319,9 +321,9 @@ mod tests {
             assert!(number > 0, "{specular:?}");
         }
         assert_eq!(saved(&purpose, "no-emitter").unwrap().texture_bytes, 8 * 640 * 360);
-        // What is of no use is told, too: the light's maps, for none was asked for.
-        let left = purpose.left_out.iter().find(|left| left.rule == "no-rasterised-light-maps");
-        assert_eq!(left.unwrap().variants, ["light_shadow-diffuse-f32"]);
+        // What is of no use is told, too: maps of points, for the default's are rasterised.
+        let left = purpose.left_out.iter().find(|left| left.rule == "no-light-maps-of-points");
+        assert_eq!(left.unwrap().variants, ["light_points-diffuse-f32", "light_fill"]);
         // The whole is more than any part.
         let all = purpose.made_for.saved;
         assert!(

@@ -12,12 +12,12 @@ use sglow_shader_gen::library::{Library, Pass};
 use sglow_shader_gen::matrix::{Absent, AllowedValues, Because, Facts, Variant};
 use sglow_shader_gen::package::Purpose;
 
-use crate::derivation::Derivation;
+use crate::derivation::{Derivation, Wish};
 use crate::failure::{self, Failure, Result};
 use crate::machine::repository;
 use crate::measured::{self, Measured};
 use crate::saving;
-use crate::shot::{self, Numbers};
+use crate::shot;
 
 /// Options that choose variants.
 #[derive(Clone, Debug, Default, Args)]
@@ -28,6 +28,9 @@ pub(crate) struct Choice {
     /// Variants with these values; an axis may be given more than once
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     pub(crate) set: Vec<String>,
+    /// A named configuration of the library instead of the scene's defaults
+    #[arg(long, value_name = "NAME", requires = "scene")]
+    pub(crate) preset: Option<String>,
     /// Every legal variant, not only those that are committed; with --scene all that its needs leave, not only what a
     /// frame of it runs
     #[arg(long)]
@@ -140,10 +143,12 @@ impl Choice {
         set: &BTreeMap<String, Vec<String>>,
     ) -> Result<Derived> {
         let scene = shot::load(name, self.light)?;
-        let wished = Numbers::default().settings(SIZE);
+        let wished = Wish { preset: self.preset.clone(), ..Wish::of(SIZE) };
         // Axes that no renderer has are for `all` alone.
-        let of_renderer =
-            |(axis, _): &(&String, &Vec<String>)| !self.all || AXES.contains(&axis.as_str());
+        let parameter = |name: &String| library.parameter.iter().any(|one| one.name == *name);
+        let of_renderer = |(axis, _): &(&String, &Vec<String>)| {
+            !self.all || AXES.contains(&axis.as_str()) || parameter(axis)
+        };
         let mut combinations = vec![Vec::new()];
         for (axis, values) in set.iter().filter(of_renderer) {
             let with = |value: &String, set: &Vec<String>| {
@@ -210,7 +215,10 @@ fn settings(library: &Library, set: &[String]) -> Result<BTreeMap<String, Vec<St
             wrong.push(format!("`{setting}` is not AXIS=VALUE"));
             continue;
         };
+        let parameter = library.parameter.iter().any(|parameter| parameter.name == axis);
         match library.axis.get(axis) {
+            // No variant hangs on it, but what a frame keeps does.
+            None if parameter => values.entry(axis.to_owned()).or_default().push(value.to_owned()),
             None => {
                 let known: Vec<&str> = library.axis.keys().map(String::as_str).collect();
                 wrong.push(format!("unknown axis `{axis}`; known: {}", known.join(", ")));
@@ -240,7 +248,7 @@ mod tests {
 
     fn choice(set: &[&str], all: bool) -> Choice {
         let set = set.iter().map(|&word| word.to_owned()).collect();
-        Choice { scene: None, set, all, light: None }
+        Choice { set, all, ..Choice::default() }
     }
 
     #[test]

@@ -6,28 +6,30 @@ use sglow_runtime::needs::Decision;
 use sglow_runtime::scene::{Light, LightKind, Scene};
 use sglow_runtime::settings::Settings;
 
-use crate::derivation::Derivation;
+use crate::derivation::{Derivation, Wish};
 use crate::failure::{Failure, Result};
 use crate::selection::library;
 
-/// Numbers that `render` and `report` share.
-#[derive(Clone, Debug, Args)]
+/// Numbers that `render` and `report` share, and the named configuration that they change.
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct Numbers {
-    /// Number of virtual lights, 1 to 65536
-    #[arg(long, value_name = "N", default_value_t = 1024, allow_negative_numbers = true,
+    /// A named configuration of the library; what else is given changes it [default: the defaults for the scene]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+    /// Number of virtual lights, 1 to 65536 [default: the preset's or the scene's]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
         value_parser = value_parser!(u32).range(1..=65536))]
-    pub(crate) lights: u32,
+    pub(crate) lights: Option<u32>,
     /// Width and height of the reflective shadow map, best a power of two [default: 256, or the paper's 512 to reproduce]
     #[arg(long, value_name = "TEXELS", allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..))]
     pub(crate) rsm: Option<u32>,
-    /// Bisection steps of Algorithm 1, 1 to 24
-    #[arg(long, value_name = "STEPS", default_value_t = 12, allow_negative_numbers = true,
+    /// Bisection steps of Algorithm 1, 1 to 24 [default: the preset's or the scene's]
+    #[arg(long, value_name = "STEPS", allow_negative_numbers = true,
         value_parser = value_parser!(u32).range(1..=24))]
-    pub(crate) iterations: u32,
-    /// K, the size of kernels relative to their share of the density
-    #[arg(long, value_name = "K", default_value_t = 1.0, allow_negative_numbers = true,
-        value_parser = factor)]
-    pub(crate) size_factor: f32,
+    pub(crate) iterations: Option<u32>,
+    /// K, the size of kernels relative to their share of the density [default: the preset's or the scene's]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = factor)]
+    pub(crate) size_factor: Option<f32>,
     /// The scene's light that is used, counted from 0 [default: the one with the most power]
     #[arg(long, value_name = "NUMBER")]
     pub(crate) light: Option<usize>,
@@ -36,30 +38,23 @@ pub(crate) struct Numbers {
     pub(crate) adapter: Option<String>,
 }
 
-impl Default for Numbers {
-    fn default() -> Self {
-        Self {
-            lights: 1024,
-            rsm: None,
-            iterations: 12,
-            size_factor: 1.0,
-            light: None,
-            adapter: None,
-        }
-    }
-}
-
 impl Numbers {
-    /// The default settings with these numbers.
-    pub(crate) fn settings(&self, size: [u32; 2]) -> Settings {
-        Settings {
-            size,
-            rsm_size: self.rsm.unwrap_or(256),
-            count: self.lights,
-            size_factor: self.size_factor,
-            iterations: self.iterations,
-            ..Settings::default()
-        }
+    /// What is wished with these numbers.
+    pub(crate) fn wish(&self, size: [u32; 2]) -> Wish {
+        let mut numbers = Vec::new();
+        let mut given = |name: &str, value: Option<String>| {
+            numbers.extend(value.map(|value| format!("{name}={value}")));
+        };
+        given("lights", self.lights.map(|number| number.to_string()));
+        given("map", self.rsm.map(|number| number.to_string()));
+        given("iterations", self.iterations.map(|number| number.to_string()));
+        given("size_factor", self.size_factor.map(|number| number.to_string()));
+        Wish { size, preset: self.preset.clone(), numbers }
+    }
+
+    /// Bisection steps, where no scene settles them.
+    pub(crate) fn steps(&self) -> u32 {
+        self.iterations.unwrap_or_else(|| Settings::default().iterations)
     }
 }
 
@@ -84,7 +79,7 @@ impl Shot {
         numbers: &Numbers,
     ) -> Result<Self> {
         let scene = load(name, numbers.light)?;
-        let derivation = Derivation::new(&library()?, &scene, set, &numbers.settings(size))?;
+        let derivation = Derivation::new(&library()?, &scene, set, &numbers.wish(size))?;
         for decision in derivation.needs.decisions.iter().filter(|decision| decision.changed) {
             let Decision { name, value, reason, .. } = decision;
             eprintln!("{}: {name}: {value} ({reason})", scene.name);
@@ -181,31 +176,54 @@ fn factor(text: &str) -> Result<f32, String> {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
-    use sglow_shaders::{Ndf, Specular};
+    use sglow_runtime::settings::PARAMETERS;
+    use sglow_shaders::{Density, Emitter, Ndf, Specular, Visibility};
 
     use super::*;
 
     fn numbers() -> Numbers {
-        Numbers {
-            lights: 16,
-            rsm: Some(32),
-            iterations: 12,
-            size_factor: 1.0,
-            light: None,
-            adapter: None,
-        }
+        Numbers { lights: Some(16), rsm: Some(32), ..Numbers::default() }
     }
 
     #[test]
-    fn numbers_that_nobody_gives_are_those_of_the_command_line() {
-        #[derive(Parser)]
-        struct Line {
-            #[command(flatten)]
-            numbers: Numbers,
+    fn a_preset_is_changed_by_numbers_and_by_set_and_narrowed_by_needs() {
+        let of = |scene: &str, set: &[&str], numbers: &Numbers| {
+            let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
+            Shot::new(scene, &set, [8, 8], numbers).map(|shot| shot.settings)
+        };
+        let printed = Numbers { preset: Some("tokuyoshi2016".to_owned()), ..Numbers::default() };
+        let glossy = of("cornell-glossy", &[], &printed).unwrap();
+        assert_eq!(glossy.emitter, Emitter::Lobe);
+        assert_eq!((glossy.size_factor, glossy.count, glossy.emission_sharpness), (1.0, 1024, 2.0));
+        // A scene without specular surfaces needs no specular lobe, whatever is printed.
+        assert_eq!(of("cornell", &[], &printed).unwrap().specular, Specular::None);
+        let fewer = Numbers { lights: Some(64), ..printed.clone() };
+        let changed = of("cornell", &["emitter=cosine", "size_factor=0.5"], &fewer).unwrap();
+        assert_eq!((changed.count, changed.size_factor), (64, 0.5));
+        assert_eq!((changed.emitter, changed.density), (Emitter::Cosine, Density::Bidirectional));
+        // Nothing given: the defaults of the scene's class.
+        let usual = of("cornell", &[], &Numbers::default()).unwrap();
+        assert_eq!(usual.visibility, Visibility::ShadowMap);
+        assert_eq!(usual.count, Settings::default().count);
+        let unknown = Numbers { preset: Some("best".to_owned()), ..Numbers::default() };
+        let text = of("cornell", &[], &unknown).unwrap_err().to_string();
+        assert!(text.contains("best") && text.contains("tokuyoshi2016"), "{text}");
+    }
+
+    #[test]
+    fn every_preset_and_default_of_the_library_can_be_set_and_every_parameter_is_declared() {
+        let library = library().unwrap();
+        let declared: Vec<&str> = library.parameter.iter().map(|one| one.name.as_str()).collect();
+        let known: Vec<&str> = PARAMETERS.iter().map(|(name, _)| *name).collect();
+        assert_eq!(declared, known);
+        let sets = library.preset.iter().map(|one| (&one.name, &one.set));
+        let sets = sets.chain(library.class_default.iter().map(|one| (&one.name, &one.set)));
+        for (name, set) in sets {
+            for (axis, value) in set {
+                let result = Settings::default().set(axis, &value.to_string());
+                assert!(result.is_ok(), "{name}: {axis}: {result:?}");
+            }
         }
-        let line = Line::parse_from(["render"]).numbers.settings([8, 8]);
-        assert_eq!(line, Numbers::default().settings([8, 8]));
-        assert_ne!(line, numbers().settings([8, 8]));
     }
 
     #[test]

@@ -81,7 +81,9 @@ impl Timed {
 /// The settings of the maps that lights are made of: density, lobes, precision, and whether there are kernels at all.
 pub(super) fn of_maps(settings: &Settings) -> Settings {
     let space = if settings.space == Space::None { Space::None } else { Space::Image };
-    reflected_by_default(&Settings { space, ..made_by_default(settings) })
+    // The maps hang on the number of the camera's lights, not of the light's.
+    let count = Settings::default().count;
+    reflected_by_default(&Settings { space, count, ..made_by_default(settings) })
 }
 
 /// The settings of what makes lights, whatever reflects them.
@@ -91,8 +93,24 @@ pub(super) fn of_lights(settings: &Settings) -> Settings {
 
 /// The settings of what hides and reflects lights, whatever makes them.
 pub(super) fn of_shading(settings: &Settings) -> Settings {
-    let made = made_by_default(settings);
-    Settings { density: sglow_shaders::Density::Power, space: Space::None, ..made }
+    let usual = Settings::default();
+    Settings {
+        density: sglow_shaders::Density::Power,
+        space: Space::None,
+        specular_power: usual.specular_power,
+        variance: usual.variance,
+        sharpness: usual.sharpness,
+        size_factor: usual.size_factor,
+        emission_sharpness: usual.emission_sharpness,
+        iterations: usual.iterations,
+        camera_count: usual.camera_count,
+        ..made_by_default(settings)
+    }
+}
+
+/// What tells hiding and reflecting from others whose time may be another.
+pub(super) fn shading_id(settings: &Settings) -> String {
+    format!("{:?}", of_shading(settings))
 }
 
 fn made_by_default(settings: &Settings) -> Settings {
@@ -112,6 +130,10 @@ fn reflected_by_default(settings: &Settings) -> Settings {
         specular: Specular::None,
         ndf: sglow_shaders::Ndf::None,
         visibility: VisibilityAxis::None,
+        shadow_points: Settings::default().shadow_points,
+        light_tile: Settings::default().light_tile,
+        near_scale: Settings::default().near_scale,
+        bias_scale: Settings::default().bias_scale,
         ..settings.clone()
     }
 }
@@ -290,7 +312,9 @@ impl Subject<'_> {
 
 /// Whether two ways' lights are held alike, so that what reflects the ones reflects the others.
 pub(super) fn held_alike(one: &Settings, other: &Settings) -> bool {
-    let held = |settings: &Settings| (settings.lobes, settings.precision == Precision::F16);
+    let held = |settings: &Settings| {
+        (settings.lobes, settings.precision == Precision::F16, settings.count)
+    };
     held(one) == held(other)
 }
 

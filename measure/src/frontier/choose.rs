@@ -75,6 +75,7 @@ pub(super) mod tests {
         Way {
             name: name.to_owned(),
             axes: BTreeMap::new(),
+            parameters: BTreeMap::new(),
             variants: Vec::new(),
             default: false,
             complete: true,

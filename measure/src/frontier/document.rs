@@ -62,6 +62,8 @@ pub struct Way {
     pub name: String,
     /// The value on each axis.
     pub axes: BTreeMap<String, String>,
+    /// Numbers beside the axes, by name, as `--set` takes them.
+    pub parameters: BTreeMap<String, String>,
     /// The variants that make its lights and reflect them.
     pub variants: Vec<String>,
     /// Whether it is what the scene gets if nobody chooses.
@@ -273,6 +275,34 @@ pub struct Pruned {
     pub differing: usize,
 }
 
+/// What screening kept of an axis or a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Kept {
+    /// The axis or the parameter.
+    pub axis: String,
+    /// The values that were crossed with those of the other axes.
+    pub values: Vec<String>,
+    /// Values on the axis' own frontier that were not crossed, since there would have been too many configurations:
+    /// those that change time and error the least.
+    pub cut: Vec<String>,
+    /// Values that others of the axis dominate, on every scene of the run.
+    pub dominated: Vec<String>,
+}
+
+/// How the configurations came about: one axis at a time about the default, then what is on its own frontier by relative
+/// MSE crossed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Screening {
+    /// Configurations that differ from the default in one axis or parameter.
+    pub single: usize,
+    /// Configurations of values that were crossed.
+    pub crossed: usize,
+    /// What became of each axis and parameter.
+    pub axes: Vec<Kept>,
+    /// Configurations that promises are about, by what they are, with their names.
+    pub named: BTreeMap<String, String>,
+}
+
 /// All that was measured of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SceneReport {
@@ -304,6 +334,8 @@ pub struct SceneReport {
     pub sweeps: Vec<Sweep>,
     /// The error of lights beside that of their kernels' texels.
     pub straddling: Straddling,
+    /// How the configurations were found; none if they were not screened.
+    pub screening: Option<Screening>,
     /// What leaving out saves.
     pub pruned: Option<Pruned>,
     /// Numbers that were not finite, in all pictures.

@@ -9,7 +9,7 @@ use sglow_runtime::plan::Part;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Diffuse, Lobes, Specular};
 
-use super::bench::{Timed, of_lights, of_maps};
+use super::bench::{Timed, of_lights, of_maps, shading_id};
 use super::document::Way;
 use super::evaluate::{Evaluation, Evaluator};
 use super::progress::Progress;
@@ -54,7 +54,7 @@ pub(super) fn every(
             for settings in ways {
                 let evaluation = context.evaluation(settings, &lights)?;
                 measured.not_finite += evaluation.not_finite;
-                let reflected = &shadings[&settings.shade().id().to_string()];
+                let reflected = &shadings[&shading_id(settings)];
                 let parts = [&maps.timed, &lights.step.timed, reflected];
                 measured.ways.push(way_of(subject, settings, parts, evaluation));
                 progress.done(measured.ways.len());
@@ -62,6 +62,11 @@ pub(super) fn every(
         }
     }
     Ok(measured)
+}
+
+/// An order in which ways that share maps follow each other, and of those the ones that share lights.
+pub(super) fn shared(settings: &Settings) -> [String; 3] {
+    [of_maps(settings), of_lights(settings), settings.clone()].map(|one| format!("{one:?}"))
 }
 
 /// What evaluating ways takes.
@@ -84,7 +89,7 @@ impl<'a> Context<'a, '_> {
         let key = subject.key("evaluation", &way::name(settings, &subject.base), settings)?;
         self.cache.get(&key, || {
             let hiding = shared.hiding(settings)?;
-            let lights = lights.hidden(subject, hiding.as_deref(), settings.visibility)?;
+            let lights = lights.hidden(subject, hiding.as_deref(), settings)?;
             let shading = shared.shading(settings)?;
             let indirect = subject.reflect(lights, hiding.as_deref(), &shading)?;
             let oracle = subject.read_lights(lights)?;
@@ -116,6 +121,9 @@ fn way_of(
     let passes = || parts.iter().flat_map(|timed| &timed.passes);
     Way {
         axes: axes.map(|(axis, value)| (axis.to_owned(), value.to_owned())).collect(),
+        parameters: way::parameters(settings)
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect(),
         variants: way::variants(settings),
         default: name == "default",
         name,

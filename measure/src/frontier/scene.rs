@@ -1,6 +1,6 @@
 //! A scene measured: every way's time and error, the frontier once more as whole frames.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_runtime::frame::kind;
 use sglow_runtime::settings::Settings;
@@ -15,7 +15,7 @@ use super::truth::{Truth, truth};
 use super::{measure, prune, rank, straddling, sweep, way};
 use crate::cache::Cache;
 
-/// Measures a scene by each of `ways`; what was measured before under the same circumstances is taken from `cache`.
+/// Measures a scene by each of `ways`, those called as in `close` as closely as the frontier; what was measured before under the same circumstances is taken from `cache`.
 ///
 /// # Errors
 ///
@@ -23,6 +23,7 @@ use crate::cache::Cache;
 pub fn scene(
     subject: &Subject<'_>,
     ways: &[Settings],
+    close: &BTreeSet<String>,
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<(SceneReport, Pictures), FrontierError> {
@@ -33,7 +34,7 @@ pub fn scene(
     let truth = truth(subject, cache, progress)?;
     let mut measured = measure::every(subject, ways, &truth, cache, progress)?;
     rank::mark(&mut measured.ways, &truth.reference);
-    let chosen = chosen(&measured.ways, ways, &subject.base);
+    let chosen = chosen(&measured.ways, ways, close, &subject.base);
     let pictures = pictures(subject, &chosen, &truth, cache)?;
     again(subject, &chosen, &mut measured.ways, cache, progress)?;
     let base = &subject.base;
@@ -53,6 +54,7 @@ pub fn scene(
             ways: measured.ways,
             sweeps: sweep::sweeps(subject, &truth, cache, progress)?,
             straddling: straddling::straddling(subject, &truth, cache)?,
+            screening: None,
             pruned: prune::pruned(subject, cache, progress)?,
             not_finite: measured.not_finite,
         },
@@ -60,13 +62,16 @@ pub fn scene(
     ))
 }
 
-/// The configurations that are looked at closely: those on a frontier and the default, by name.
+/// The configurations that are looked at closely: those on a frontier, the default and those in `close`, by name.
 fn chosen<'w>(
     measured: &[Way],
     ways: &'w [Settings],
+    also: &BTreeSet<String>,
     base: &Settings,
 ) -> Vec<(String, &'w Settings)> {
-    let close = |name: &str| measured.iter().any(|way| way.name == name && way.is_shown());
+    let close = |name: &str| {
+        also.contains(name) || measured.iter().any(|way| way.name == name && way.is_shown())
+    };
     let named = ways.iter().map(|settings| (way::name(settings, base), settings));
     named.filter(|(name, _)| close(name)).collect()
 }

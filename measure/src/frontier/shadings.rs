@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 
-use super::bench::{RUNS, Runs, Timed, held_alike, of_shading};
+use super::bench::{RUNS, Runs, Timed, held_alike, of_shading, shading_id};
 use super::progress::Progress;
 use super::shared::Shared;
 use super::subject::{FrontierError, Subject};
@@ -19,7 +19,7 @@ struct Lacking {
     runs: Runs,
 }
 
-/// Times of hiding and reflecting the lights that are made by default, by the shading variant: of all that were not
+/// Times of hiding and reflecting the lights that are made by default, by [`shading_id`]: of all that were not
 /// measured before, in turns.
 pub(super) fn time_shadings(
     shared: &Shared<'_, '_>,
@@ -31,7 +31,7 @@ pub(super) fn time_shadings(
     let mut found = BTreeMap::new();
     let mut lacking: BTreeMap<String, Lacking> = BTreeMap::new();
     for settings in ways.iter().map(of_shading) {
-        let id = settings.shade().id().to_string();
+        let id = shading_id(&settings);
         if found.contains_key(&id) || lacking.contains_key(&id) {
             continue;
         }

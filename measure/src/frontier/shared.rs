@@ -1,6 +1,6 @@
 //! What ways have in common on the device, made once and when something asks for it.
 
-use std::cell::{Cell, OnceCell, RefCell};
+use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -8,7 +8,6 @@ use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::shading::Shading;
 use sglow_runtime::visibility::Visibility;
-use sglow_shaders::Visibility as VisibilityAxis;
 
 use super::bench::{RUNS, Runs, Timed, of_lights, of_maps};
 use super::subject::{FrontierError, Subject};
@@ -41,8 +40,8 @@ impl<'a, 's> Shared<'a, 's> {
         &self,
         settings: &Settings,
     ) -> Result<Option<Rc<Visibility>>, FrontierError> {
-        let Settings { visibility, lobes, precision, .. } = settings;
-        let id = format!("{visibility} {lobes} {precision}");
+        let Settings { count, lobes, precision, .. } = settings;
+        let id = format!("{} {count} {lobes} {precision}", hiding_id(settings));
         if let Some(made) = self.hidings.borrow().get(&id) {
             return Ok(Some(made.clone()));
         }
@@ -103,7 +102,8 @@ impl<'a> Step<'a> {
 /// Lights, and by what they are hidden.
 pub(super) struct Lights<'a> {
     pub(super) step: Step<'a>,
-    hidden: Cell<Option<VisibilityAxis>>,
+    /// By what they are hidden now, as [`hiding_id`] has it.
+    hidden: RefCell<Option<String>>,
 }
 
 impl<'a> Lights<'a> {
@@ -117,25 +117,31 @@ impl<'a> Lights<'a> {
         let settings = of_lights(way);
         let key = key(subject, "lights", &settings)?;
         let make = move |runs| subject.lights(&settings, maps.get()?, runs);
-        Ok(Self { step: Step::new(cache, &key, make)?, hidden: Cell::new(None) })
+        Ok(Self { step: Step::new(cache, &key, make)?, hidden: RefCell::new(None) })
     }
 
-    /// The lights, hidden as `hiding` does for `by`.
+    /// The lights, hidden as `hiding` does by the settings of `way`.
     pub(super) fn hidden(
         &self,
         subject: &Subject<'_>,
         hiding: Option<&Visibility>,
-        by: VisibilityAxis,
+        way: &Settings,
     ) -> Result<&Indirect, FrontierError> {
         let lights = self.step.get()?;
         if let Some(hiding) = hiding
-            && self.hidden.get() != Some(by)
+            && self.hidden.borrow().as_ref() != Some(&hiding_id(way))
         {
             subject.hide(hiding, lights)?;
-            self.hidden.set(Some(by));
+            *self.hidden.borrow_mut() = Some(hiding_id(way));
         }
         Ok(lights)
     }
+}
+
+/// What tells maps that hide lights from others, whatever the lights.
+fn hiding_id(settings: &Settings) -> String {
+    let Settings { visibility, shadow_points, light_tile, near_scale, bias_scale, .. } = settings;
+    format!("{visibility} {shadow_points} {light_tile} {near_scale} {bias_scale}")
 }
 
 fn key(subject: &Subject<'_>, what: &str, settings: &Settings) -> Result<Key, FrontierError> {

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::settings::{Settings, SettingsError};
+use sglow_runtime::settings::{PARAMETERS, Settings, SettingsError};
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space,
     Specular, Visibility, centres, light_points, light_shadow,
@@ -51,7 +51,19 @@ pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
     ])
 }
 
-/// Values that one axis each may have; an axis that is not named may have any.
+/// The value of each parameter, in the order in which names tell them.
+pub fn parameters(settings: &Settings) -> impl Iterator<Item = (&'static str, String)> {
+    PARAMETERS.iter().map(|(name, _)| (*name, settings.parameter(name).unwrap_or_default()))
+}
+
+/// The value on an axis, or of a parameter; nothing if there is neither.
+#[must_use]
+pub fn value(settings: &Settings, axis: &str) -> Option<String> {
+    let of_axis = axes(settings).get(axis).map(|value| (*value).to_owned());
+    of_axis.or_else(|| settings.parameter(axis))
+}
+
+/// Values that one axis or parameter each may have; one that is not named may have any.
 pub type Allowed = BTreeMap<String, BTreeSet<String>>;
 
 /// Reads `axis=value`; an axis may be given more than once.
@@ -67,8 +79,9 @@ pub fn allowed(only: &[String]) -> Result<Allowed, Vec<String>> {
             wrong.push(format!("`{one}` is not AXIS=VALUE"));
             continue;
         };
-        if !AXES.contains(&axis) {
-            let known = AXES.to_vec();
+        let parameters = PARAMETERS.iter().map(|(name, _)| *name);
+        let known: Vec<&str> = AXES.into_iter().chain(parameters).collect();
+        if !known.contains(&axis) {
             wrong.push(SettingsError::UnknownAxis { axis: axis.to_owned(), known }.to_string());
         } else if let Err(error) = Settings::default().set(axis, value) {
             wrong.push(format!("axis {axis}: {error}"));
@@ -82,10 +95,9 @@ pub fn allowed(only: &[String]) -> Result<Allowed, Vec<String>> {
 /// Whether every value is one that its axis may have.
 #[must_use]
 pub fn fits(settings: &Settings, allowed: &Allowed) -> bool {
-    let values = axes(settings);
-    allowed.iter().all(|(axis, allowed)| {
-        values.get(axis.as_str()).is_none_or(|&value| allowed.contains(value))
-    })
+    allowed
+        .iter()
+        .all(|(axis, allowed)| value(settings, axis).is_none_or(|value| allowed.contains(&value)))
 }
 
 /// What a way is called: the values that `base` has not, as `--set` takes them.
@@ -97,8 +109,14 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
         let follows = **axis == "solver" && settings.kernel == Kernel::Previous;
         ours[**axis] != theirs[**axis] && !follows
     };
-    let told: Vec<String> =
+    let mut told: Vec<String> =
         AXES.iter().filter(differs).map(|axis| format!("{axis}={}", ours[*axis])).collect();
+    let numbers = parameters(settings).zip(parameters(base));
+    told.extend(
+        numbers
+            .filter(|(ours, theirs)| ours != theirs)
+            .map(|((name, ours), _)| format!("{name}={ours}")),
+    );
     if told.is_empty() { "default".to_owned() } else { told.join(",") }
 }
 
@@ -152,7 +170,7 @@ pub fn every(base: &Settings) -> Vec<Settings> {
 
 /// The distribution of facets that goes with a lobe. It is what the material is, not a way to light it: the reference has
 /// the same.
-fn distribution(specular: Specular, base: &Settings) -> Ndf {
+pub(super) fn distribution(specular: Specular, base: &Settings) -> Ndf {
     match (specular, base.ndf) {
         (Specular::None, _) => Ndf::None,
         (_, Ndf::None) => Ndf::Ggx,
@@ -236,6 +254,10 @@ mod tests {
             again.ndf = distribution(again.specular, &base);
             assert_eq!(axes(&again), axes(&way));
         }
+        let few = Settings { count: 64, size_factor: 0.25, ..base.clone() };
+        assert_eq!(name(&few, &base), "lights=64,size_factor=0.25");
+        assert!(fits(&few, &allowed(&["lights=64".to_owned()]).unwrap()));
+        assert!(!fits(&base, &allowed(&["lights=64".to_owned()]).unwrap()));
     }
 
     #[test]

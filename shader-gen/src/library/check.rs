@@ -90,6 +90,7 @@ impl Library {
         self.check_passes(places, errors);
         self.check_rules(places, errors);
         self.check_presence(places, errors);
+        self.check_presets(places, errors);
         for (index, select) in self.package.select.iter().enumerate() {
             let number = index.to_string();
             let path = ["package", "select", &number];
@@ -302,11 +303,11 @@ impl Library {
     }
 }
 
-fn names<T>(items: &[T], name: impl Fn(&T) -> &String) -> Vec<&str> {
+pub(super) fn names<T>(items: &[T], name: impl Fn(&T) -> &String) -> Vec<&str> {
     items.iter().map(|item| name(item).as_str()).collect()
 }
 
-fn is_snake(name: &str) -> bool {
+pub(super) fn is_snake(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
 }
@@ -316,7 +317,7 @@ fn is_value(name: &str) -> bool {
         || is_snake(name)
 }
 
-fn is_kebab(name: &str) -> bool {
+pub(super) fn is_kebab(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
 }

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::place::{DECLARATION, Places};
-use super::{Library, Pass};
+use super::{Library, Pass, PresetFile};
 use crate::error::{Code, Diagnostic, Report};
 use crate::link::Graph;
 use crate::parse::{Module, parse};
@@ -48,6 +49,7 @@ impl Library {
         };
         let mut errors = Vec::new();
         let places = Places::new(text);
+        library.read_presets(root, &places, &mut sources, &mut errors);
         library.check(&places, &mut errors);
         let folder = root.join(&library.library.source);
         let modules = library.read_modules(root, &folder, &places, &mut sources, &mut errors);
@@ -60,7 +62,35 @@ impl Library {
         if errors.is_empty() { Ok(library) } else { Err(Report::new(errors, library.sources)) }
     }
 
-    /// The files that were read: `library.toml`, then the modules.
+    /// Adds the presets of the file that the header names; one that does not exist has none.
+    fn read_presets(
+        &mut self,
+        root: &Path,
+        places: &Places<'_>,
+        sources: &mut Sources,
+        errors: &mut Vec<Diagnostic>,
+    ) {
+        let Some(name) = &self.library.presets else { return };
+        let path = root.join(name);
+        let wrong = |why: String| {
+            let error = Diagnostic::new(Code::Read, format!("{}: {why}", relative(root, &path)));
+            places.mark(error, &["library", "presets"], "read from here")
+        };
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound => return,
+            Err(error) => return errors.push(wrong(error.to_string())),
+        };
+        match PresetFile::read(&text) {
+            Ok(file) => {
+                sources.add(relative(root, &path), text.as_str());
+                self.preset.extend(file.preset);
+            }
+            Err(error) => errors.push(wrong(error.message().to_owned())),
+        }
+    }
+
+    /// The files that were read: `library.toml`, the presets if there are any, then the modules.
     #[must_use]
     pub fn sources(&self) -> &Arc<Sources> {
         &self.sources

@@ -94,3 +94,65 @@ errors! {
         (TOML, "{ pass = \"scan\"", "{ pass = \"sort\""),
         (CHANNEL, "@elif(channel_mean)", "@elif(channel_mien)");
 }
+
+/// The foreign library with presets and defaults by class.
+fn with_presets(text: &str) -> String {
+    report(&[(TOML, "[package]", &format!("{text}\n[package]"))])
+}
+
+#[test]
+fn presets_and_defaults_name_axes_parameters_and_values() {
+    let gain = "[[parameter]]\nname = \"gain\"\ndescription = \"factor\"\n";
+    let preset = |set: &str| {
+        let preset = "[[preset]]\nname = \"quick\"\ndescription = \"rough\"";
+        with_presets(&format!("{gain}{preset}\nset = {{ {set} }}\n"))
+    };
+    assert_eq!(preset("channel = \"mean\", gain = 0.5"), "nothing is wrong");
+    for (set, wanted) in [
+        ("channel = \"meen\"", "meen"),
+        ("colour = \"red\"", "axis or parameter"),
+        ("gain = \"high\"", "is a number"),
+    ] {
+        let text = preset(set);
+        assert!(text.contains(wanted) && text.contains("library.toml"), "{text}");
+    }
+    let default = |when: &str| {
+        with_presets(&format!(
+            "[[default]]\nname = \"grey\"\nwhen = {{ {when} }}\nset = {{ channel = \"mean\" }}\nreason = \"why\"\n"
+        ))
+    };
+    assert_eq!(default("coloured = false"), "nothing is wrong");
+    assert!(default("colored = false").contains("colored"));
+    let twice = "[[preset]]\nname = \"quick\"\ndescription = \"rough\"\nset = {}\n".repeat(2);
+    assert!(with_presets(&twice).contains("declared twice"));
+}
+
+#[test]
+fn presets_that_a_program_wrote_are_read_and_those_that_are_none_refused() {
+    use sglow_shader_gen::library::{Measurement, Preset, PresetFile, Setting};
+    let header = [(TOML, "source = \"src\"", "source = \"src\"\npresets = \"more.toml\"")];
+    let folder = edited(&header);
+    let load = || Library::load(folder.path());
+    assert!(load().unwrap().preset.is_empty(), "the file need not exist");
+    let measured = Measurement {
+        input: "scene".to_owned(),
+        device: "none".to_owned(),
+        milliseconds: 1.5,
+        errors: [("rmse".to_owned(), 0.25)].into(),
+    };
+    let preset = Preset {
+        name: "quick".to_owned(),
+        description: "rough".to_owned(),
+        set: [("channel".to_owned(), Setting::read("mean"))].into(),
+        measured: vec![measured],
+    };
+    let file = PresetFile { preset: vec![preset.clone()] };
+    let path = folder.path().join("more.toml");
+    std::fs::write(&path, file.text().unwrap()).unwrap();
+    let library = load().unwrap();
+    assert_eq!(library.find_preset("quick").unwrap(), &preset);
+    let text = library.find_preset("slow").unwrap_err().to_string();
+    assert!(text.contains("slow") && text.contains("quick"), "{text}");
+    std::fs::write(&path, "preset = 3").unwrap();
+    assert!(load().unwrap_err().to_string().contains("more.toml"));
+}

@@ -14,7 +14,7 @@ use sglow_shader_gen::package::Target;
 
 use crate::command::gen_shaders;
 use crate::command::report::ways::Offer;
-use crate::command::report::{Case, Choice, ways};
+use crate::command::report::{Case, Choice, screening, ways};
 use crate::failure::{self, Failure, Result};
 use crate::json::{self, Check, Relation, Report};
 use crate::progress::Bars;
@@ -29,8 +29,8 @@ Examples:
   cargo xtask choose --scene cornell --max-error 30% --metric rmse --out out/cornell
   cargo xtask choose --scene columns --max-error 0.05 --metric flip --only visibility=none --target wgsl,spirv --out out/columns
 
-Every configuration that the committed variants allow is measured, as `report` does, or taken from what was measured
-before. With --max-error the cheapest one wins whose error is at most that, with --max-ms the most accurate one that
+Configurations are screened as `report` does, one axis at a time and then what stays crossed, or taken from what was
+measured before. With --max-error the cheapest one wins whose error is at most that, with --max-ms the most accurate one that
 takes at most that long; those that come close are measured again as whole frames, in turns. A budget of time is one of all passes of
 indirect light at the size of the picture that is given.";
 
@@ -102,11 +102,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let case = Case::new(&arguments.scene, arguments.size, &arguments.numbers);
     let places = failure::both(cache, gen_shaders::writable(&arguments.out));
     let ((only, (cache, ())), case) = failure::both(failure::both(only, places), case)?;
-    let package = ways::package(arguments.choice.all)?;
+    let package = selection::whole_space()?;
     let gpu = shot::gpu(&arguments.numbers)?;
     let offer =
         Offer { package: &package, all: arguments.choice.all, filters: gpu.filters_float32() };
-    let ways = ways::of(&offer, &case.scene.name, &case.derivation, &only)?;
+    let cases = [case];
+    let planned = screening::plan(&gpu, &offer, &cases, &only, &cache)?;
+    let [case] = cases;
+    let ways = planned.into_iter().next().map(|one| one.ways).unwrap_or_default();
     let subject = Subject::new(&gpu, &package, &case.scene, case.derivation.settings.clone());
     let bars = Bars::default();
     let bought = buy(&subject, &ways, metric, budget, &cache, &bars);
@@ -130,6 +133,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         choice: selection::Choice {
             scene: Some(arguments.scene.clone()),
             set: set.clone(),
+            preset: arguments.numbers.preset.clone(),
             all: false,
             light: arguments.numbers.light,
         },
@@ -157,19 +161,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 /// The line that renders what was chosen, with the numbers that it was measured with.
 fn again(arguments: &Arguments, set: &[String]) -> String {
     let Arguments { scene, size: [width, height], out, numbers, .. } = arguments;
-    let Numbers { lights, rsm, iterations, size_factor, light, .. } = numbers;
+    let Numbers { preset, lights, rsm, iterations, size_factor, light, .. } = numbers;
     let mut words = vec!["render".to_owned(), "--scene".to_owned(), scene.clone()];
     let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+    if let Some(preset) = preset {
+        option("--preset", preset.clone());
+    }
     if !set.is_empty() {
         option("--set", set.join(","));
     }
     option("--size", format!("{width}x{height}"));
-    option("--lights", lights.to_string());
+    if let Some(lights) = lights {
+        option("--lights", lights.to_string());
+    }
     if let Some(rsm) = rsm {
         option("--rsm", rsm.to_string());
     }
-    option("--iterations", iterations.to_string());
-    option("--size-factor", size_factor.to_string());
+    if let Some(iterations) = iterations {
+        option("--iterations", iterations.to_string());
+    }
+    if let Some(size_factor) = size_factor {
+        option("--size-factor", size_factor.to_string());
+    }
     if let Some(light) = light {
         option("--light", light.to_string());
     }
@@ -297,9 +310,9 @@ fn nothing(purchase: &Purchase, metric: Metric, budget: Budget) -> Failure {
         )),
     }
     .help(match budget {
-        Budget::Error(_) => "more lights (--lights) reduce the error; --all tries every legal variant",
+        Budget::Error(_) => "more lights (--lights) reduce the error; --all tries every legal configuration",
         Budget::Milliseconds(_) => {
-            "fewer lights (--lights), a smaller map (--rsm) or a smaller picture (--size) take less time; --all tries every legal variant"
+            "fewer lights (--lights), a smaller map (--rsm) or a smaller picture (--size) take less time; --all tries every legal configuration"
         }
     })
 }

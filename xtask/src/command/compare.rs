@@ -466,7 +466,7 @@ mod tests {
             read.layer(INDIRECT).unwrap().pixels().to_vec()
         };
         let (picture, halves) = (light(&ours), [light(&one), light(&other)]);
-        let numbers = Numbers { lights, rsm: Some(rsm), ..Numbers::default() };
+        let numbers = Numbers { lights: Some(lights), rsm: Some(rsm), ..Numbers::default() };
         let shot = Shot::new(scene, &[], size, &numbers).unwrap();
         let (gpu, package) =
             (shot::gpu(&numbers).unwrap(), sglow_runtime::package::Package::embedded());

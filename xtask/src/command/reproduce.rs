@@ -16,6 +16,7 @@ use sglow_runtime::frame::Renderer;
 use sglow_runtime::mips;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
+use sglow_shader_gen::matrix::Facts;
 use sglow_shaders::{Density, Texel, Visibility};
 
 use crate::command::render::{self, package};
@@ -25,6 +26,7 @@ use crate::page::reproduce as page;
 use crate::picture::density::Density as DensityImage;
 use crate::picture::kernels::{self, Square};
 use crate::picture::{compare, png, tone};
+use crate::selection::library;
 use crate::shot::{self, Numbers, Shot};
 use crate::{progress, say, write};
 
@@ -37,7 +39,7 @@ Examples:
   cargo xtask reproduce --scene chair.gltf --size 160x90 --samples 128 --out out/chair
 
 Without --scene: Tables 1 to 3 and Figs. 1, 5, 6, 7 and 8 of Tokuyoshi 2016 on the built-in scenes, beside the paper's
-own numbers. With --scene: the same methods on those scenes. Everything also stands in reproduce.json. Build with
+own numbers. All forms are those of the preset tokuyoshi2016 (--preset takes another). With --scene: the same methods on those scenes. Everything also stands in reproduce.json. Build with
 --release first; a whole run takes about ten minutes on two cores.";
 
 /// Options of `reproduce`.
@@ -74,6 +76,9 @@ const RUNS: usize = 5;
 const PIXELS: usize = 1500;
 /// Frames before the one that counts, for chains that move from frame to frame.
 const WARM_UP: usize = 16;
+
+/// The preset whose forms are the papers' own.
+pub(crate) const PRINTED: &str = "tokuyoshi2016";
 
 /// What must not be concluded.
 pub(crate) const DOES_NOT_SHOW: [&str; 5] = [
@@ -291,9 +296,18 @@ impl Work<'_> {
         self.arguments.numbers.rsm.unwrap_or(512)
     }
 
+    /// The numbers, by default those of the paper's configuration.
+    fn numbers(&self) -> Numbers {
+        let numbers = self.arguments.numbers.clone();
+        let preset = numbers.preset.clone().or_else(|| Some(PRINTED.to_owned()));
+        Numbers { preset, ..numbers }
+    }
+
     /// A scene with the bidirectional density of the paper, or another.
     fn shot(&self, scene: &str, size: [u32; 2], density: Density) -> Result<Shot> {
-        let mut shot = Shot::new(scene, &[], size, &self.arguments.numbers)?;
+        let mut shot = Shot::new(scene, &[], size, &self.numbers())?;
+        // What is compared are the methods that make lights; where maps hide them, a figure says so itself.
+        shot.settings.visibility = Visibility::None;
         shot.settings.rsm_size = self.rsm();
         shot.settings.density = density;
         shot.settings.camera_count = self.arguments.camera_lights;
@@ -448,8 +462,7 @@ impl Work<'_> {
         let size = self.rsm();
         let base = Settings {
             rsm_size: size,
-            count: self.arguments.numbers.lights,
-            ..Settings::default()
+            ..self.numbers().wish([1, 1]).settings(&library()?, &Facts::new())?
         };
         let mut densities: Vec<(String, Vec<f32>)> = Stress::ALL
             .into_iter()

@@ -233,6 +233,7 @@ fn scene(all: &[&Named<'_>]) -> Markup {
             (measured.runs) " runs. " (count(measured.ways.len())) " configurations."
             @if measured.not_finite > 0 { strong { " " (count(measured.not_finite)) " numbers are not finite." } }
         }
+        (screening(measured))
         (reference(named))
         ul.parts {
             @for (part, title, _) in &parts { li { a href={ "#" (named.id()) "-" (part) } { (title) } } }
@@ -240,6 +241,31 @@ fn scene(all: &[&Named<'_>]) -> Markup {
         @for (part, title, body) in &parts {
             h3 id={ (named.id()) "-" (part) } { (title) }
             (body)
+        }
+    }
+}
+
+/// How the configurations were found, and what was left out.
+fn screening(measured: &SceneReport) -> Markup {
+    let Some(screening) = &measured.screening else { return html! {} };
+    let several = screening.axes.iter().filter(|axis| axis.values.len() > 1);
+    let crossed: Vec<String> =
+        several.map(|axis| format!("{} ({})", axis.axis, axis.values.join(", "))).collect();
+    let cut: Vec<String> = screening
+        .axes
+        .iter()
+        .flat_map(|axis| axis.cut.iter().map(move |value| format!("{}={value}", axis.axis)))
+        .collect();
+    html! {
+        p.quiet {
+            "Screened: " (count(screening.single)) " configurations that differ from the default in one value; then what is "
+            "on the frontier of its axis by relative MSE on any scene of this run, crossed: " (count(screening.crossed))
+            " configurations"
+            @if !crossed.is_empty() { " of " (crossed.join("; ")) }
+            "."
+            @if !cut.is_empty() {
+                " Not crossed, since there would have been too many and they change the least: " (cut.join(", ")) "."
+            }
         }
     }
 }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use sglow_measure::densities::OnDensity;
 use sglow_measure::frontier::document::SceneReport;
 
+use super::deviations::Deviation;
 use crate::failure::Result;
 use crate::json::Report;
 use crate::page::report::LeftOut;
@@ -26,6 +27,8 @@ pub(super) struct Document<'a> {
     pub(super) scenes: Vec<SceneReport>,
     /// What the package of each scene has not, and what that saves.
     pub(super) left_out: BTreeMap<String, Vec<LeftOut>>,
+    /// What each deviation from the papers is worth: the default beside the same with one value as printed.
+    pub(super) deviations: Vec<Deviation>,
     /// Densities that stress the sampling pass.
     pub(super) densities: Vec<OnDensity>,
     /// What must not be concluded.
@@ -64,6 +67,7 @@ mod tests {
             report: &report,
             scenes: made_up::scenes().into_iter().map(|scene| scene.measured).collect(),
             left_out: BTreeMap::new(),
+            deviations: Vec::new(),
             densities: Vec::new(),
             does_not_show: Vec::new(),
         };

@@ -8,8 +8,8 @@ use clap::Args;
 use sglow_measure::cache::Cache;
 use sglow_measure::densities::OnDensity;
 use sglow_measure::frontier::document::{Metric, Pictures, ReferenceKind, SceneReport};
+use sglow_measure::frontier::promise::{self, Promised};
 use sglow_measure::frontier::subject::Subject;
-use sglow_measure::frontier::way::Allowed;
 use sglow_measure::frontier::{RUNS, scene};
 use sglow_measure::picture_error::{Display, flip_map};
 use sglow_runtime::device::Gpu;
@@ -18,17 +18,23 @@ use sglow_runtime::scene::Scene;
 use crate::derivation::Derivation;
 use crate::failure::{self, Result};
 use crate::json::{Check, Relation, Report};
+use crate::machine::repository;
 use crate::page::report as page;
 use crate::progress::Bars;
-use crate::selection::library;
+use crate::selection::{library, library_folder, whole_space};
 use crate::shot::{self, Numbers};
 use crate::{errors, measured, saving, say, table, write};
 
 mod densities;
+mod deviations;
 mod document;
+mod presets;
+pub(crate) mod screening;
 pub(crate) mod ways;
 
+use deviations::Deviation;
 use document::Document;
+use screening::Planned;
 use ways::Offer;
 
 /// What `--help` shows below the options.
@@ -37,9 +43,12 @@ Examples:
   cargo xtask report
   cargo xtask report --scene cornell --scene caustic
   cargo xtask report --scene columns --size 240x135 --only kernel=modified --only visibility=none
+  cargo xtask report --scene cornell --scene columns --preset tokuyoshi2016
   cargo xtask report --scene cornell --all --only density=power --only visibility=none --only draw=warped
+  cargo xtask report --scene cornell --scene columns --scene atrium --presets --write-docs
 
-For each scene, every way to its indirect light that the committed variants allow is measured: its time, pass by pass,
+Configurations are screened: the default of each scene with each other value of one axis at a time, then what is on the
+frontier of its axis by relative MSE crossed, on all scenes alike. Of each its time is measured, pass by pass,
 and its error, which is three numbers: what is seen against the reference, the device against the oracle, the oracle
 against the sum over all points. What is seen is measured by relative MSE, RMSE, median and 95 % quantile of the relative
 error, bias and FLIP; the page shows the frontier by the metric that its reader picks, and where metrics disagree.
@@ -59,6 +68,12 @@ pub(crate) struct Arguments {
     /// The folder that receives index.html and report.json
     #[arg(long, value_name = "DIR", default_value = "out/report")]
     out: PathBuf,
+    /// Also write the presets fast, balanced and accurate to shaders/presets.toml
+    #[arg(long, conflicts_with = "all")]
+    presets: bool,
+    /// Also write what deviations from the papers are worth into docs/deviations.md
+    #[arg(long, conflicts_with = "all")]
+    write_docs: bool,
     /// Print the JSON schema of report.json, and measure nothing
     #[arg(long)]
     schema: bool,
@@ -71,10 +86,10 @@ pub(crate) struct Arguments {
 /// Options that `report` and `choose` share.
 #[derive(Debug, Args)]
 pub(crate) struct Choice {
-    /// Measure only ways with these values; an axis may be given more than once
+    /// Measure only ways with these values; an axis or a parameter may be given more than once
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     pub(crate) only: Vec<String>,
-    /// Every legal variant, not only those that are committed; best narrowed by --only
+    /// Every legal combination, not only what screening leaves; best narrowed by --only
     #[arg(long)]
     pub(crate) all: bool,
     /// Measure everything again
@@ -125,7 +140,7 @@ impl Case {
     /// When the scene cannot be read.
     pub(crate) fn new(name: &str, size: [u32; 2], numbers: &Numbers) -> Result<Self> {
         let scene = shot::load(name, numbers.light)?;
-        let derivation = Derivation::new(&library()?, &scene, &[], &numbers.settings(size))?;
+        let derivation = Derivation::new(&library()?, &scene, &[], &numbers.wish(size))?;
         Ok(Self { scene, derivation })
     }
 }
@@ -161,7 +176,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         names.iter().map(|name| Case::new(name, arguments.size, &arguments.numbers)).collect();
     let settled = failure::both(only, failure::both(cache, write::probe(&arguments.out)));
     let ((only, (cache, ())), cases) = failure::both(settled, failure::all(cases))?;
-    let package = ways::package(arguments.choice.all)?;
+    let package = whole_space()?;
     let gpu = shot::gpu(&arguments.numbers)?;
     let mut report = Report::new();
     report.adapter.clone_from(&gpu.adapter.name);
@@ -169,15 +184,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let filters = gpu.filters_float32();
     let offer = Offer { package: &package, all: arguments.choice.all, filters };
     let mut found = Vec::new();
-    for case in &cases {
-        found.push(measure(&gpu, &offer, case, &only, &cache)?);
+    for (case, planned) in cases.iter().zip(screening::plan(&gpu, &offer, &cases, &only, &cache)?) {
+        found.push(measure(&gpu, &offer, case, planned, &cache)?);
     }
     for scene in &found {
         show(&scene.measured);
         check(&scene.measured, &mut report);
     }
     let on_densities =
-        sglow_measure::densities::densities(&gpu, &package, arguments.numbers.iterations, &cache)?;
+        sglow_measure::densities::densities(&gpu, &package, arguments.numbers.steps(), &cache)?;
     densities::show(&on_densities, &mut report)?;
     say::line(format!("\n{}", report.table()));
     say::line(format!(
@@ -191,7 +206,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     say::line(format!(
         "{made} results measured, {outdated} of them since something had changed; {kept} as before"
     ));
-    write(arguments, &report, &found, on_densities, start.elapsed())?;
+    let scenes: Vec<SceneReport> = found.iter().map(|one| one.measured.clone()).collect();
+    let deviations = deviations::deviations(&library()?, &scenes)?;
+    if arguments.write_docs {
+        let path = repository().join("docs/deviations.md");
+        let document = std::fs::read_to_string(&path)?;
+        write::text(&path, &deviations::written(&document, &deviations, &report.command)?)?;
+        say::line(format!("{}", path.display()));
+    }
+    if arguments.presets {
+        presets::write(&library_folder().join("presets.toml"), &scenes, &gpu)?;
+    }
+    write(arguments, &report, &found, deviations, on_densities, start.elapsed())?;
     report.verdict()
 }
 
@@ -200,6 +226,7 @@ fn write(
     arguments: &Arguments,
     report: &Report,
     found: &[Found],
+    deviations: Vec<Deviation>,
     densities: Vec<OnDensity>,
     took: Duration,
 ) -> Result {
@@ -229,6 +256,7 @@ fn write(
             .iter()
             .map(|one| (one.measured.scene.clone(), one.left_out.clone()))
             .collect(),
+        deviations,
         densities,
         does_not_show: DOES_NOT_SHOW.iter().map(|&line| line.to_owned()).collect(),
     };
@@ -248,16 +276,16 @@ fn measure(
     gpu: &Gpu,
     offer: &Offer<'_>,
     case: &Case,
-    only: &Allowed,
+    planned: Planned,
     cache: &Cache,
 ) -> Result<Found> {
     let Case { scene, derivation } = case;
-    let ways = ways::of(offer, &scene.name, derivation, only)?;
     let subject = Subject::new(gpu, offer.package, scene, derivation.settings.clone());
     let bars = Bars::default();
-    let measured = scene::scene(&subject, &ways, cache, &bars);
+    let measured = scene::scene(&subject, &planned.ways, &planned.close(), cache, &bars);
     bars.clear();
-    let (measured, pictures) = measured?;
+    let (mut measured, pictures) = measured?;
+    measured.screening = planned.screening;
     let rules = measured.pruned.as_ref().map(measured::saved);
     if let Some(pruned) = &measured.pruned {
         measured::keep(cache, scene, pruned, &gpu.adapter)?;
@@ -334,6 +362,11 @@ fn check(scene: &SceneReport, report: &mut Report) {
         Relation::Equal,
         0.0,
     ));
+    for promised in promise::hold(scene) {
+        let Promised { name, value, unit, at_least, bound, note } = promised;
+        let relation = if at_least { Relation::AtLeast } else { Relation::AtMost };
+        report.check(Check::new(name, value, unit, relation, bound).note(note));
+    }
     let Some(pruned) = &scene.pruned else { return };
     let [width, height] = pruned.size;
     let note = format!("{width} x {height}, map of {} squared, in turns", scene.rsm_size);

@@ -8,23 +8,17 @@ use sglow_shaders::Filter;
 
 use crate::derivation::Derivation;
 use crate::failure::{Failure, Result};
-use crate::selection::whole_space;
 
 /// What `--only` says.
 pub(crate) fn only(only: &[String]) -> Result<Allowed> {
     way::allowed(only).map_err(|wrong| Failure::new(wrong.join("\n")))
 }
 
-/// What is committed, or every legal variant.
-pub(crate) fn package(all: bool) -> Result<Package> {
-    if all { whole_space() } else { Ok(Package::embedded()) }
-}
-
 /// What there is to choose from.
 pub(crate) struct Offer<'a> {
     /// The shaders.
     pub(crate) package: &'a Package,
-    /// Whether they are all legal ones, not only those that are committed.
+    /// Whether every legal combination is measured, not only those that screening leaves.
     pub(crate) all: bool,
     /// Whether the device filters 32-bit floats.
     pub(crate) filters: bool,
@@ -40,6 +34,23 @@ impl Offer<'_> {
     }
 }
 
+/// Whether a way is one that the offer has, the scene's needs leave and the user asks for.
+pub(super) fn allowed(
+    offer: &Offer<'_>,
+    derivation: &Derivation,
+    only: &Allowed,
+    way: &Settings,
+) -> bool {
+    way::fits(way, only) && needs_leave(derivation, way) && offer.has(way) && offer.runs(way)
+}
+
+fn needs_leave(derivation: &Derivation, way: &Settings) -> bool {
+    way::axes(way).iter().all(|(axis, value)| {
+        let allowed = derivation.allowed.get(*axis);
+        allowed.is_none_or(|allowed| allowed.values.iter().any(|allowed| allowed == value))
+    })
+}
+
 /// The ways of a scene: with all that its needs leave on each axis.
 ///
 /// # Errors
@@ -51,11 +62,7 @@ pub(crate) fn of(
     derivation: &Derivation,
     only: &Allowed,
 ) -> Result<Vec<Settings>> {
-    let left = |axis: &str, value: &str| {
-        let allowed = derivation.allowed.get(axis);
-        allowed.is_none_or(|allowed| allowed.values.iter().any(|allowed| allowed == value))
-    };
-    let needed = |way: &&Settings| way::axes(way).iter().all(|(axis, value)| left(axis, value));
+    let needed = |way: &&Settings| needs_leave(derivation, way);
     let mut asked = way::every(&derivation.settings);
     asked.retain(|way| way::fits(way, only));
     let failure = || Failure::new(format!("{scene}: nothing remains to be measured"));
@@ -64,13 +71,7 @@ pub(crate) fn of(
     }
     asked.retain(|way| offer.has(way));
     if asked.is_empty() {
-        let what = "no variant that is committed has these values together";
-        let help = if offer.all {
-            what.to_owned()
-        } else {
-            format!("{what}; --all takes every legal one")
-        };
-        return Err(failure().help(help));
+        return Err(failure().help("no variant of the package has these values together"));
     }
     asked.retain(|way| offer.runs(way));
     if asked.is_empty() {
@@ -130,8 +131,7 @@ mod tests {
         let needs = help("cornell", &["specular=asg"], false, true);
         assert!(needs.contains("no-specular-surface") && !needs.contains("--all"), "{needs}");
         let committed = help("cornell", &["diffuse=erf"], false, true);
-        assert!(committed.contains("--all takes"), "{committed}");
-        assert!(!help("cornell", &["diffuse=erf"], true, true).contains("--all"));
+        assert!(committed.contains("no variant of the package"), "{committed}");
         let device = help("cornell", &["filter=hardware"], false, false);
         assert!(device.contains("filters 32-bit floats"), "{device}");
         let together = ["kernel=previous", "solver=bracketed"];

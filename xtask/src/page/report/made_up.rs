@@ -171,6 +171,7 @@ fn scene(name: &str, seed: u64, error: f64, floor: f64) -> MadeUp {
                 texels_relative_mse: 0.2 * error * error,
                 texels_median: 0.05 * error,
             },
+            screening: None,
             pruned: None,
             not_finite: 0,
         },
@@ -284,6 +285,7 @@ fn measured(
     let visible = axes.get("density").is_some_and(|value| value == "bidirectional");
     Way {
         name,
+        parameters: BTreeMap::from([("lights".to_owned(), "1024".to_owned())]),
         variants: vec!["sample".to_owned(), "shade".to_owned()],
         default,
         complete: true,

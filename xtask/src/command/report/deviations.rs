@@ -1,0 +1,158 @@
+//! What each deviation from the papers is worth: the default beside the same with one value as printed.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+use sglow_measure::frontier::document::{Metric, PictureError, SceneReport, Way};
+use sglow_measure::frontier::promise::named::PRINTED;
+use sglow_shader_gen::library::Library;
+
+use crate::errors;
+use crate::failure::{self, Failure, Result};
+
+/// An axis or parameter on which the default is not as printed.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(super) struct Deviation {
+    /// The axis or the parameter.
+    axis: String,
+    /// The value that gives the printed form.
+    printed: String,
+    /// The default's value.
+    default: String,
+    /// Each scene that was measured with both.
+    scenes: Vec<OnScene>,
+}
+
+/// A deviation on one scene.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+struct OnScene {
+    /// The scene.
+    scene: String,
+    /// The error of the default's picture against paths.
+    default_error: PictureError,
+    /// That of the default with this one value as printed.
+    printed_error: PictureError,
+    /// Milliseconds of the default's passes.
+    default_milliseconds: f64,
+    /// Milliseconds with this one value as printed.
+    printed_milliseconds: f64,
+}
+
+/// The deviations of what was measured, in alphabetical order.
+///
+/// # Errors
+///
+/// When the library has no preset of the papers.
+pub(super) fn deviations(library: &Library, scenes: &[SceneReport]) -> Result<Vec<Deviation>> {
+    let printed = library.find_preset(PRINTED).map_err(failure::rendered)?;
+    let mut all = Vec::new();
+    for (axis, value) in &printed.set {
+        let printed = value.to_string();
+        let mut one = Deviation {
+            axis: axis.clone(),
+            default: String::new(),
+            printed: printed.clone(),
+            scenes: Vec::new(),
+        };
+        for scene in scenes {
+            let name = format!("{axis}={printed}");
+            let default = scene.ways.iter().find(|way| way.default);
+            let changed = scene.ways.iter().find(|way| way.name == name);
+            let Some((default, changed)) = default.zip(changed) else { continue };
+            one.default = value_of(default, axis);
+            one.scenes.push(OnScene {
+                scene: scene.scene.clone(),
+                default_error: default.picture,
+                printed_error: changed.picture,
+                default_milliseconds: default.time.median,
+                printed_milliseconds: changed.time.median,
+            });
+        }
+        if !one.scenes.is_empty() {
+            all.push(one);
+        }
+    }
+    Ok(all)
+}
+
+fn value_of(way: &Way, axis: &str) -> String {
+    way.axes.get(axis).or_else(|| way.parameters.get(axis)).cloned().unwrap_or_default()
+}
+
+/// Where the table begins in the document.
+const BEGIN: &str = "<!-- measured: begin -->";
+/// Where it ends.
+const END: &str = "<!-- measured: end -->";
+
+/// A document whose table is that of `deviations`; what stands outside of the marks stays.
+///
+/// # Errors
+///
+/// When the document lacks a mark.
+pub(super) fn written(document: &str, deviations: &[Deviation], how: &str) -> Result<String> {
+    let parts = document.split_once(BEGIN).and_then(|(before, rest)| {
+        let (_, after) = rest.split_once(END)?;
+        Some((before, after))
+    });
+    let (before, after) = parts.ok_or_else(|| {
+        Failure::new(format!("docs/deviations.md lacks the marks `{BEGIN}` and `{END}`"))
+    })?;
+    Ok(format!("{before}{BEGIN}\n{}{END}{after}", table(deviations, how)))
+}
+
+fn table(deviations: &[Deviation], how: &str) -> String {
+    let mut text = format!(
+        "Measured by `{how}`; the error by the default, then with the one value as printed.\n\n"
+    );
+    let metrics = Metric::ALL;
+    let titles: Vec<&str> = metrics.iter().map(|metric| metric.title()).collect();
+    text.push_str(&format!("| printed | default | scene | {} | ms |\n", titles.join(" | ")));
+    text.push_str(&format!("|---|---|---|{}---|\n", "---|".repeat(metrics.len())));
+    for one in deviations {
+        for on in &one.scenes {
+            let cell = |metric| {
+                let [ours, theirs] = [&on.default_error, &on.printed_error]
+                    .map(|error| errors::text(error.of(metric), metric, false));
+                format!("{ours} → {theirs}")
+            };
+            text.push_str(&format!(
+                "| `{}={}` | `{}` | {} | {} | {:.1} → {:.1} |\n",
+                one.axis,
+                one.printed,
+                one.default,
+                on.scene,
+                metrics.map(cell).join(" | "),
+                on.default_milliseconds,
+                on.printed_milliseconds
+            ));
+        }
+    }
+    if deviations.is_empty() {
+        text.push_str("| nothing was measured with a printed value | | | | | | | | | |\n");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::page::report::made_up;
+    use crate::selection::library;
+
+    #[test]
+    fn a_value_as_printed_stands_beside_the_default_and_the_prose_stays() {
+        let mut scene = made_up::scenes().remove(0).measured;
+        let at = scene.ways.iter().position(|way| !way.default).unwrap();
+        scene.ways[at].name = "emitter=lobe".to_owned();
+        let found = deviations(&library().unwrap(), &[scene]).unwrap();
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].axis.as_str(), found[0].printed.as_str()), ("emitter", "lobe"));
+        let document = format!("# Title\n{BEGIN}\nold\n{END}\nprose\n");
+        let text = written(&document, &found, "cargo xtask report").unwrap();
+        assert!(text.contains("| `emitter=lobe` |") && text.ends_with("\nprose\n"), "{text}");
+        assert!(!text.contains("old") && text.starts_with("# Title\n"));
+        assert_eq!(written(&text, &found, "cargo xtask report").unwrap(), text);
+        assert!(written("no marks", &found, "").is_err());
+        let own = include_str!("../../../../docs/deviations.md");
+        assert!(written(own, &found, "").is_ok());
+    }
+}

@@ -1,0 +1,180 @@
+//! What is measured of scenes: one axis at a time, then what stays crossed, alike on all scenes.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::iter::once;
+
+use sglow_measure::cache::Cache;
+use sglow_measure::frontier::document::Screening;
+use sglow_measure::frontier::promise;
+use sglow_measure::frontier::screen::{self, Single};
+use sglow_measure::frontier::subject::Subject;
+use sglow_measure::frontier::way::{self, Allowed};
+use sglow_runtime::device::Gpu;
+use sglow_runtime::settings::Settings;
+
+use super::Case;
+use super::ways::{self, Offer};
+use crate::derivation::{Derivation, Wish};
+use crate::failure::{Failure, Result};
+use crate::progress::Bars;
+use crate::selection::library;
+
+/// What is measured of one scene.
+pub(crate) struct Planned {
+    /// The configurations, in an order in which those that share maps and lights follow each other.
+    pub(crate) ways: Vec<Settings>,
+    /// How they were found; none if they are all that there are.
+    pub(crate) screening: Option<Screening>,
+}
+
+impl Planned {
+    /// The names of configurations that promises are about: they are looked at closely.
+    pub(crate) fn close(&self) -> BTreeSet<String> {
+        let named = self.screening.iter().flat_map(|screening| screening.named.values());
+        named.cloned().collect()
+    }
+}
+
+/// A scene that is screened.
+struct Started {
+    base: Settings,
+    singles: Vec<Single>,
+}
+
+/// What is measured of each scene: every configuration that is offered with `all`, else what screening leaves.
+///
+/// # Errors
+///
+/// When nothing remains of a scene, or it does not render.
+pub(crate) fn plan(
+    gpu: &Gpu,
+    offer: &Offer<'_>,
+    cases: &[Case],
+    only: &Allowed,
+    cache: &Cache,
+) -> Result<Vec<Planned>> {
+    if offer.all {
+        let all = |case: &Case| {
+            let ways = ways::of(offer, &case.scene.name, &case.derivation, only)?;
+            Ok(Planned { ways, screening: None })
+        };
+        return cases.iter().map(all).collect();
+    }
+    let mut started = Vec::new();
+    let mut screened = Vec::new();
+    for case in cases {
+        let one = start(offer, case, only)?;
+        let subject =
+            Subject::new(gpu, offer.package, &case.scene, case.derivation.settings.clone());
+        let bars = Bars::default();
+        let found = screen::screen(&subject, &one.base, &one.singles, cache, &bars);
+        bars.clear();
+        screened.push(found?);
+        started.push(one);
+    }
+    let kept = screen::keep(&screened, screen::CROSSED);
+    let mut planned = Vec::new();
+    for (case, Started { base, singles }) in cases.iter().zip(started) {
+        let allowed = |way: &Settings| ways::allowed(offer, &case.derivation, only, way);
+        let usual = &case.derivation.settings;
+        let mut named = named(case)?;
+        named.retain(|_, way| allowed(way));
+        let names = named.iter().map(|(what, way)| (what.clone(), way::name(way, usual))).collect();
+        let crossed = screen::crossed(&base, &kept, &allowed);
+        let screening = Screening {
+            single: singles.len(),
+            crossed: crossed.len(),
+            axes: kept.clone(),
+            named: names,
+        };
+        let all = once(base)
+            .chain(singles.into_iter().map(|single| single.settings))
+            .chain(named.into_iter().map(|one| one.1))
+            .chain(crossed);
+        planned.push(Planned { ways: screen::distinct(usual, all), screening: Some(screening) });
+    }
+    Ok(planned)
+}
+
+/// Where screening starts: the default, changed where other values are asked for.
+fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started> {
+    let allowed = |way: &Settings| ways::allowed(offer, &case.derivation, only, way);
+    let mut base = case.derivation.settings.clone();
+    for (axis, values) in only {
+        if way::value(&base, axis).is_some_and(|value| values.contains(&value)) {
+            continue;
+        }
+        if let Some(with) = values.iter().find_map(|value| screen::with(&base, axis, value)) {
+            base = with;
+        }
+    }
+    if allowed(&base) {
+        return Ok(Started { singles: screen::singles(&base, &allowed), base });
+    }
+    let name = &case.scene.name;
+    ways::of(offer, name, &case.derivation, only)?;
+    Err(Failure::new(format!("{name}: screening has no configuration to start from"))
+        .help("--all measures every legal one that has these values"))
+}
+
+/// The configurations that promises are about.
+fn named(case: &Case) -> Result<BTreeMap<String, Settings>> {
+    let Case { scene, derivation } = case;
+    let usual = &derivation.settings;
+    let own = promise::configurations(usual).into_iter();
+    let mut named: BTreeMap<String, Settings> =
+        own.map(|(what, settings)| (what.to_owned(), settings)).collect();
+    let preset = promise::named::PRINTED.to_owned();
+    let wish = Wish {
+        size: usual.size,
+        numbers: vec![format!("map={}", usual.rsm_size)],
+        preset: Some(preset.clone()),
+    };
+    let printed = Derivation::new(&library()?, scene, &[], &wish)?.settings;
+    named.insert(preset, Settings { assumed: usual.assumed.clone(), ..printed });
+    Ok(named)
+}
+
+#[cfg(test)]
+mod tests {
+    use sglow_runtime::package::Package;
+
+    use super::*;
+    use crate::shot::Numbers;
+
+    fn started(scene: &str, words: &[&str]) -> Result<Started> {
+        let case = Case::new(scene, [16, 9], &Numbers::default()).unwrap();
+        let package = Package::embedded();
+        let only = ways::only(&words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>())?;
+        start(&Offer { package: &package, all: false, filters: true }, &case, &only)
+    }
+
+    #[test]
+    fn screening_starts_at_the_default_or_at_what_is_asked_for() {
+        let usual = started("cornell", &[]).unwrap();
+        let differs = |axis: &str| usual.singles.iter().any(|single| single.axis == axis);
+        assert!(differs("visibility") && differs("lights") && differs("size_factor"));
+        assert!(!differs("specular"), "a diffuse scene has no specular form");
+        let few = started("cornell", &["visibility=none", "lights=64"]).unwrap();
+        assert_eq!(few.base.count, 64);
+        assert!(few.singles.iter().all(|one| one.axis != "visibility" && one.axis != "lights"));
+        let wrong = started("cornell", &["specular=asg"]).err().unwrap().to_string();
+        assert!(wrong.contains("no-specular-surface"), "{wrong}");
+    }
+
+    #[test]
+    fn what_promises_are_about_has_the_scenes_needs() {
+        let case = Case::new("cornell", [16, 9], &Numbers::default()).unwrap();
+        let named = named(&case).unwrap();
+        let printed = &named[promise::named::PRINTED];
+        assert_eq!(printed.specular, sglow_shaders::Specular::None);
+        assert_eq!(
+            (printed.size_factor, printed.rsm_size),
+            (1.0, case.derivation.settings.rsm_size)
+        );
+        assert_eq!(
+            way::name(&named[promise::named::DEFAULT], &case.derivation.settings),
+            "default"
+        );
+    }
+}
