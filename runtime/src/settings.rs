@@ -9,6 +9,7 @@ use sglow_shaders::{
 use thiserror::Error;
 
 use crate::needs::Assumption;
+use crate::visibility;
 
 /// A setting that cannot be.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -155,10 +156,10 @@ impl Default for Settings {
             specular: Specular::Asg,
             ndf: Ndf::Ggx,
             visibility: Visibility::None,
-            shadow_points: 8192,
-            light_tile: 64,
-            near_scale: 1.0,
-            bias_scale: 1.0,
+            shadow_points: visibility::POINTS,
+            light_tile: visibility::TILE,
+            near_scale: visibility::NEAR_SCALE,
+            bias_scale: visibility::BIAS_SCALE,
             complete: false,
             assumed: Vec::new(),
         }

@@ -23,6 +23,9 @@ use sglow_shaders::{
 
 use crate::common::{Comparison, Uploaded, broken, gpu, whole_space};
 
+mod defaults;
+mod picture;
+
 /// Triangles as engines have them.
 #[derive(Clone, Default)]
 struct Mesh {
@@ -358,6 +361,8 @@ impl Run<'_> {
         let maps = self.maps();
         let lights: Vec<Vsgl> = self.lights.iter().map(plain).collect();
         let surfaces = self.receivers();
+        let model = reference::model(self.indirect.settings());
+        let eye = reference::vector(self.stage.eye);
         let (mut dark, mut bright, mut weighted, mut pairs, mut total) = (0, 0, 0.0, 0, 0.0);
         for (surface, truth) in surfaces.iter().zip(truth) {
             for (index, (light, &truth)) in lights.iter().zip(truth).enumerate() {
@@ -366,15 +371,8 @@ impl Run<'_> {
                 if way.dot(surface.normal) <= 0.0 {
                     continue;
                 }
-                let arriving = shade::incoming(
-                    surface.position,
-                    light.position,
-                    light.variance,
-                    &light.diffuse,
-                );
-                let weight = arriving.coefficient.luminance()
-                    * sglow_oracle::sg::integral(arriving.sharpness)
-                    * way.normalized().dot(surface.normal);
+                let reflected = shade::shade_visible(surface, eye, [(*light, Seen::Yes)], &model);
+                let weight = reflected.total().luminance();
                 let found =
                     visible(index, light, surface.position, surface.normal, &maps, &self.atlas);
                 pairs += 1;
@@ -697,35 +695,4 @@ fn settings_that_cannot_be_are_named() {
         ),
         Err(VisibilityError::Settings(faults)) if faults.len() == 2
     ));
-}
-
-/// What the defaults of imperfect maps rest on: the light that is wrongly seen or hidden, against exact rays. Each other
-/// choice is worse; that of filling holes by much the least.
-#[test]
-fn the_defaults_are_better_than_what_else_was_tried() {
-    let settings = Settings { count: 64, size: [48, 27], rsm_size: 128, ..Settings::default() };
-    let stage = Stage::of_scene("cornell", &settings);
-    let truth = stage.run(&stage.config(Axis::ShadowMap), whole_space()).truth();
-    let own = stage.config(Axis::Imperfect);
-    let Config { points, reach, levels, bias_scale, .. } =
-        Config::new(own.visibility, own.lobes, own.precision, own.count);
-    let base = Config { points, reach, levels, bias_scale, ..own };
-    let wrong = |what: &str, config: &Config| {
-        let [dark, bright, weighted] =
-            stage.run(config, whole_space()).wrong(&truth).map(|share| 100.0 * share);
-        println!(
-            "{what}: {dark:.2} % too dark, {bright:.2} % too bright, {weighted:.2} % of the light"
-        );
-        weighted
-    };
-    let best = wrong("the defaults", &base);
-    for (what, config) in [
-        ("an eighth of the points", Config { points: 1024, ..base.clone() }),
-        ("points without extent", Config { reach: 0, ..base.clone() }),
-        ("holes filled over six levels", Config { levels: 6, ..base.clone() }),
-        ("half the bias", Config { bias_scale: 0.5, ..base.clone() }),
-        ("twice the bias", Config { bias_scale: 2.0, ..base.clone() }),
-    ] {
-        assert!(wrong(what, &config) > best, "{what} is no worse");
-    }
 }

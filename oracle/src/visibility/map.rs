@@ -26,7 +26,7 @@ pub struct View<R = f64> {
     pub position: Vector3<R>,
     /// What is nearer than this does not hide it.
     pub near: R,
-    /// Its z is the axis of the diffuse lobe.
+    /// Its z is the axis of the diffuse emission, or of the specular lobe where there is none.
     pub basis: Basis<R>,
 }
 
@@ -35,10 +35,21 @@ impl<R: Real> View<R> {
     #[must_use]
     pub fn of_light(light: &Vsgl<R>, maps: &Maps) -> Self {
         let near = R::constant(maps.near_scale) * light.variance.sqrt();
+        let channels = light.diffuse.coefficient.to_array();
+        // Metal alone: a mean of no normals has no direction.
+        let none = channels.iter().all(|channel| channel.value() <= 0.0);
+        let certain = channels.iter().all(|channel| channel.error() == 0.0)
+            || channels.iter().any(|channel| channel.value() > channel.error());
+        let (axis, certain) = match &light.specular {
+            Some(specular) if none => (specular.axis, certain),
+            Some(_) => (light.diffuse.axis, certain),
+            None => (light.diffuse.axis, true),
+        };
+        let basis = Basis::about(axis);
         Self {
             position: light.position,
             near: near.max(R::constant(maps.least_near)),
-            basis: Basis::about(light.diffuse.axis),
+            basis: Basis { certain: certain && basis.certain, ..basis },
         }
     }
 
@@ -114,6 +125,32 @@ mod tests {
     fn upper(random: &mut Random) -> Vector3 {
         let direction = Vector3::new(random.normal(), random.normal(), random.normal());
         Vector3::new(direction.x, direction.y, direction.z.abs()) * (2.0 * random.normal()).exp()
+    }
+
+    #[test]
+    fn the_map_of_metal_is_about_its_specular_lobe() {
+        let lobe = |axis, power| crate::vsgl::Lobe {
+            axis,
+            sharpness: 2.0,
+            coefficient: Vector3::new(0.0, power, 0.0),
+        };
+        let [diffuse, specular] = [Vector3::new(0.0, 0.0, 1.0), Vector3::new(0.6, 0.0, 0.8)];
+        let maps = Maps { tile: 8, columns: 1, near_scale: 1.0, least_near: 1e-3, bias: 0.0 };
+        let axis = |power, specular| {
+            let light = Vsgl {
+                position: Vector3::zero(),
+                variance: 1e-4,
+                diffuse: lobe(diffuse, power),
+                diffuse_mean_length: 0.5,
+                specular,
+            };
+            View::of_light(&light, &maps).basis.z
+        };
+        let lit = Some(lobe(specular, 1.0));
+        assert_eq!(
+            [axis(0.0, lit), axis(1e-3, lit), axis(0.0, None)],
+            [specular, diffuse, diffuse]
+        );
     }
 
     #[test]
