@@ -1510,55 +1510,55 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "light_fill",
         pass: light_fill::PASS,
         text: include_str!("../wgsl/light_fill.wgsl"),
-        sha256: "c848cbb104fc5eb60d46e48e0255efc0a5dd311a311bcb7baff1b59011639518",
+        sha256: "ef25c4742fbe19cfcfaf0f6bb945f36f46bbe3645b60cf6e0568ac337f6fa259",
     },
     Embedded {
         id: "light_points-both-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-both-f16.wgsl"),
-        sha256: "75286cdb41674f0724e3aa3e16a5138bcbe66e45d27c74787f1982bb9edf7a54",
+        sha256: "c79318f67aefa808af1a2f3ca25973a2d57a22db8e11b45b8816056c50c65712",
     },
     Embedded {
         id: "light_points-both-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-both-f32.wgsl"),
-        sha256: "6626c8089e6f5771756ec398e111740ac846a5bb0a3a700a3b122c6ec7271bb5",
+        sha256: "d2a3062d69f912ac895062f431fa6e7ae5893cd16c77f8630826eed197ec8770",
     },
     Embedded {
         id: "light_points-diffuse-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-diffuse-f16.wgsl"),
-        sha256: "3034a884e032399fc9d6bdc95c22b3346d4fed89b3f3bdeb6e146d36716ba71e",
+        sha256: "381fbe3b5e745305f8347d1e451889b11e440b214f8603f84543728febc15d64",
     },
     Embedded {
         id: "light_points-diffuse-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-diffuse-f32.wgsl"),
-        sha256: "72f1f5e2ef22dac8678774ae7f57a428da114d7e3876d1ab137e9433bada7b45",
+        sha256: "8013142105bbf7628695d36778b6d2f5afa6d916b578d2ba793b2f26406db8e2",
     },
     Embedded {
         id: "light_shadow-both-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-both-f16.wgsl"),
-        sha256: "f127eba59ad47dc7911c68cf9155fc2e1ea3f79911e6cd36153fa07de25e1069",
+        sha256: "d8bdab141a336c06a70a3370e020ca8b883bf45d4886411baeb1a2cc05febf78",
     },
     Embedded {
         id: "light_shadow-both-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-both-f32.wgsl"),
-        sha256: "09c95d938340616f9d035ed5bbb42fe26625f32b6e98028df6aa1e97401f5a30",
+        sha256: "362959c8f0b70b1cdb5ed9f7643a881e62bb9605705817dda586eb6a63f10bc4",
     },
     Embedded {
         id: "light_shadow-diffuse-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-diffuse-f16.wgsl"),
-        sha256: "350d7454f4d1acb9823a2b16a920a2d595809115e12b74642c7fb0729ac6975a",
+        sha256: "5cfdc17d7f23658736c02fd307757fe34c1946b708699e0cdd73bc1aeeb0fedc",
     },
     Embedded {
         id: "light_shadow-diffuse-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-diffuse-f32.wgsl"),
-        sha256: "11a4fab9cead4c5dc271585a4511ada0dccafcc6da17da55df0c0758285e0642",
+        sha256: "3a3f98fdad83aba126b210a39fe4a745969064219baa3be56da8f9c120535432",
     },
     Embedded {
         id: "mip-r32float-one",
@@ -1962,7 +1962,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "3293cb9faff445b1dc1fff274900257bfbfb2f745b2850d846df0a34d03a7800",
+        sha256: "6b607782de4dfe5b735793530010293422d169de1eecb7841cd10e76dc9560cf",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
@@ -1976,7 +1976,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "1d7fe2827551cc5850f4b58595edc4b9de9f05008afb37bb72a328d00f9d2ef9",
+        sha256: "5dd5068b4f48d3abc32236daa3f8a9445d6f5cddd6bd1990a58ba23e796a6444",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
@@ -1990,7 +1990,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "fdc56bd2c15981f105961e1339e7488340f5cbe0a316cb57eddce758b53e1885",
+        sha256: "876f10290a8d5dc582d13e3f58f5a69a2edc9bc06d6b0f0101ae3556fe02560e",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
@@ -2004,7 +2004,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "6a0e21092392fb1b9a6862b124c80fc7f4009666ebb9ed13c0e3540d8223bcb7",
+        sha256: "79fb4297989716ad93a5075414cfb2840a8903857d6db0249adca0b96238237e",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2012,7 +2012,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "a03cf0eb8cc71ec823bf6987d29c3c206bae5a61caaaa95970ea7bbcb6eeb1ad",
+        sha256: "66f3fd6410b84855ad95ec06cf952dd764f4e57f916f9593430b0c3079144316",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
@@ -2028,7 +2028,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "08fc5b6b76db486bd706683409fe11ed3e27f110420ed1f311a24b2d4ca0ff3b",
+        sha256: "d423e900eaa09d1496b1adc86a146fd13ce74ab24b45e42ec64a2034fd7c25f9",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2036,7 +2036,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "0e657f2a66db7ff4a629793fcd8d733c025b98c7ff6d38cbe7ed3a547ccdce1e",
+        sha256: "8e14063fec895e6388ef0dec449e729795c204f9c715c7ede6e93b7ba8bc445d",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
@@ -2052,7 +2052,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "71ceb8b5c4fe82b0ee38e770c82afdf679e833236e210e2cf29e203d11cec60f",
+        sha256: "9cb45cc8ad8bcc5572b5bd1b5a82ac98261cf9ef5d16d11dffaf3d2f6b983425",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
@@ -2066,7 +2066,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-none-none-both-f32-imperfect.wgsl"
         ),
-        sha256: "bfd741046b24f21b1cf78f720051cac62e0f29deb6043033798d29dc8e1deeaf",
+        sha256: "635e045d8252f1961d1b406afb9f9c64b68f21ac0763f930414d31d353792e50",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
@@ -2080,7 +2080,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-none-none-both-f32-shadow_map.wgsl"
         ),
-        sha256: "b16bf3d63d02791167b5886b70e18c1449c6fc2021984b78feec410c38e0e9f6",
+        sha256: "c77aba45d9a0a8ce3ba9a0acd38da48c5f052805e23cfcb4108d512cd75769d4",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -2096,7 +2096,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "1240bd2740e13ac05b11eeeedde5eb5fd6ec16985ae5c4b5a3776108606fae2d",
+        sha256: "c29d9d34962a3a992eadde7302dfc4b62737d4de35667b3b6667da450c5d5177",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
@@ -2112,7 +2112,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "8ae697c0e2bad573545b9de81f24203c634bde635d0d77f6bd4b91c8f884cd8c",
+        sha256: "685f8262c5f770fd246f843429a1406d77fc3b85d536518243fdc7bed52cf793",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
@@ -2234,7 +2234,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "5c81170a2c0b9cbb2a0e6672e3f47b9cfdec3fc64a75423c4d8aa0d09b7e5fee",
+        sha256: "9aacedd9a7e4e9323a0881ad8274c89f9a18e5a3d3860722675ca2a916b2083d",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
@@ -2246,7 +2246,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "3e86a72e7508ea1cd66be3837acf3ab766a7a62d7b9361e11d4faa06c70d4f77",
+        sha256: "5c1b83cce2ecb39953573d8464d077c50ad64651d56b258aa0686bde3ea8b9db",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2254,7 +2254,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "7857b962e4b92bd197c0b5b245733e692f36a79969291f2ea6e80fdd178347dd",
+        sha256: "76ca5fb3a309d934821c3242a800843bfe36cc1763ca65fb2cd709368baafba1",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
@@ -2268,7 +2268,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "5fff0c89f4d947d9fb133e76a4392dcc197e68af511f59c39d5be9b2191b8155",
+        sha256: "6c5d28b724f46899b0d457d7399fd441a532e80e8a52eb05affd46fa5d869f45",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2276,7 +2276,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "380979dae5a25f19382f7560828c1fd680041f18739361ff0491e5130bfa8000",
+        sha256: "eb08f6a5e9b2c77ee685f8cb0791695eead57cb553767cffb43562ff2c171fb1",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2284,7 +2284,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "af2f165fe1c4acb20334dd75dea87c8d35f916314d442aec6a50cb9caedb3a0c",
+        sha256: "3dfa8dc3ea2f2e80d1e81e488b3bbe4c77f33aeb3d298137a1853c3f2cb2f89f",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2292,7 +2292,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "a7856acddd5c98a9f12929f4db34d339f723d3e96deb109dbb42fedc5eb7c730",
+        sha256: "3b4b42a5a68e8e3f4225cb607f0a57a5a4202b338dc25ad7f12e6642c3ae7388",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2300,7 +2300,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "2ad78eeeb64d7fa795e9001dbf629f51fd86f3be9c8fc25e262a814564452461",
+        sha256: "9106eec65dea880e5a6982b3a86e4b07cb6808e526151f737ce6f7d07eb1bc6c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -2308,7 +2308,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-both-f32-imperfect.wgsl"
         ),
-        sha256: "cf82f2c214c07537cde929c94272c96b34a9461a8891fd6cfef0fce0d57c3058",
+        sha256: "6bb0d6581b8ffe85020a4407cde0633f5b7b1f343722ade5077810fd4c4d78e9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
@@ -2322,7 +2322,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-both-f32-shadow_map.wgsl"
         ),
-        sha256: "bf6861b1bca5ff74d52e6e6f24542303a87b072e2059fd4ebdec2acc5907d47b",
+        sha256: "61a41af0a18c2431f6422e9871d56a4d8c73b101a5414173844fed878c8a0aac",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -2330,7 +2330,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "89eb47ffe4219f55c406e4a052cbd2ce54dcf9702f19ac410f12476ba539e528",
+        sha256: "2079d5c934a407b17e8425e1127d7ad7282f111e83378b9c4af307f8b1cf9c7f",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -2344,7 +2344,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "d7187efa73cac5eae96dee9b609947271210d4a5a6c9c57b23da044607cbd72a",
+        sha256: "9dd5657d92e77eb99c2fee76c0cf2f5acadf4fa8a3163ed34b866985ec4e95a0",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -2388,7 +2388,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "ee7251d3337452e4c4031313edb2df68a5a396b37c9ee50b9060d4cc4fcc9efe",
+        sha256: "61e701fdd0616dc1964fc6e34715bab2846843ff6e2d93fd8d8eaf1a6e50b405",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
@@ -2400,7 +2400,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "46907d669615c6aeb76e5170697f3bfb04530b12b479e6a8929bf4dbb2374244",
+        sha256: "b0452ad3aa6a9633387564464532516322c82ebffe77b442bbdb9de1bbed87a5",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2408,7 +2408,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "13567dada7a01f2e43c46f2acf84355aadeeb4deb00c171f30def39bd4b86804",
+        sha256: "d03360659adf37457e2a8fe6f792b6bae9f538750bb13139b7f482321e62f488",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
@@ -2422,7 +2422,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "0354a49905d9c31d88ab46fcfc376e2a3fd810c5f4173be40742f90e3813fe96",
+        sha256: "ca92e37eb6b000d9eae8eb12d2e9b5f5f7dc96a7075041abf61f0aea0d396b40",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2430,7 +2430,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "01f6eb6229179ad229d9d0fe2c1ff33542448ce50361209f7039d161c091c59c",
+        sha256: "3407defc4f2974d20c9bbb335cf7df17175374a0befe3766d3ba69ba2f13f228",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2438,7 +2438,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "776e196c8c34e5d343328fbed4462fdda49d77180dee40991d40653a21efa58a",
+        sha256: "f81b929238a177d3354ba43c4edffeaf1c72e59bc057d18db849b9682dde0be8",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2446,7 +2446,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "6b55c88965c527939e5c06b9aa014ef7d2dc24a4ffb8abc1d55e8eda0b2712f6",
+        sha256: "cb24ca9d2a493085da989adcd98262d0c640bc591284379318fa9ff1a66eec18",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2454,7 +2454,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "e9ac48800df2bf3b47c17cdac33b8bc35c4e8bb31a079418e5c88061cfc0a766",
+        sha256: "080b37259f58ad08e2ed073f614fb8933ab952c88e2a09bb41ed98a560961995",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -2462,7 +2462,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-none-none-both-f32-imperfect.wgsl"
         ),
-        sha256: "702407495cc2f9335895a6925025273156e6bc08f6a3b7f78c6682afadf4025a",
+        sha256: "40635b92ceb2813b12c682155845bb0f91166feb990b7b70aa8036106cc3c96d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
@@ -2476,7 +2476,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-none-none-both-f32-shadow_map.wgsl"
         ),
-        sha256: "9014f439fb306e7afc7bf0847d584c7ef6e76513d117e5cab893571f274d03c9",
+        sha256: "aa5590f13057623d8b37f288f8f11ec8c2ca04bab54819f5c3bfe0f070895b63",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -2484,7 +2484,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-none-none-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "46749c71c049f2645dfe4c5b80720967798b70dd894e7926dc1fe65732df3602",
+        sha256: "c70f24c4b266c95bae2e7260ab287357b86a77186f6093c0ecc8b6a3c71ac1ab",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -2498,7 +2498,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-none-none-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "ae68fee3ea3f4b8d09a83bce93cd476a532bf959c22def9e2f40194349f80253",
+        sha256: "14b8e0119291d347efd0826eb1e55331cf059c2e663e39c2205b03bf174e07fd",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
@@ -8502,7 +8502,7 @@ const _: () = {
     equal(core::mem::offset_of!(SglowLight, cone_offset), 60);
     equal(core::mem::offset_of!(SglowLight, intensity), 64);
 };
-/// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere about the axis of the light's diffuse lobe, seen from its mean position.
+/// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere about the axis of the light's emission, seen from its mean position.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct SglowLightMaps {

@@ -424,7 +424,7 @@ fn sglow_in_basis(basis: SglowBasis, vector: vec3<f32>) -> vec3<f32> {
 }
 
 /// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere
-/// about the axis of the light's diffuse lobe, seen from its mean position.
+/// about the axis of the light's emission, seen from its mean position.
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
@@ -457,10 +457,12 @@ struct SglowLightView {
     basis: SglowBasis,
 }
 
-/// The view of a light's map.
+/// The view of a light's map: about the axis of its diffuse emission. A light without any, of metal alone, has no such
+/// axis; its map is about the axis of its specular lobe.
 fn sglow_light_view(vsgl: SglowVsgl, near_scale: f32, least_near: f32) -> SglowLightView {
     let near = max(near_scale * sqrt(vsgl.variance), least_near);
-    return SglowLightView(vsgl.position, near, sglow_basis(vsgl.diffuse_axis));
+    let axis = vsgl.diffuse_axis;
+    return SglowLightView(vsgl.position, near, sglow_basis(axis));
 }
 
 /// The distance along |x| + |y| + |z|: linear within each octant, so that each octant is a perspective image.
