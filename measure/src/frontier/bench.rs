@@ -198,21 +198,33 @@ impl Subject<'_> {
         self.untimed(|encoder| hiding.encode(encoder, lights.vsgls(), count, None))
     }
 
-    /// Hides and reflects lights once, timed.
+    /// Draws the maps of lights once: the times of its passes.
+    pub(super) fn time_hiding(
+        &self,
+        lights: &Indirect,
+        hiding: &Visibility,
+    ) -> Result<Vec<(&'static str, Duration)>, FrontierError> {
+        let count = lights.settings().count;
+        let (_, times) =
+            self.once(|encoder, timer| hiding.encode(encoder, lights.vsgls(), count, Some(timer)))?;
+        Ok(times)
+    }
+
+    /// Reflects lights whose maps are drawn once, timed; `maps` are the times of drawing them, which count with it.
     pub(super) fn time_shading(
         &self,
         lights: &Indirect,
         hiding: Option<&Visibility>,
         shading: &Shading,
+        maps: &[(&'static str, Duration)],
         runs: &mut Runs,
     ) -> Result<(), FrontierError> {
         let inputs = self.shading_inputs(lights, hiding)?;
-        self.one_run(runs, true, |encoder, timer| {
-            if let Some(hiding) = hiding {
-                hiding.encode(encoder, lights.vsgls(), inputs.count, Some(&mut *timer));
-            }
-            shading.encode(encoder, &inputs, Some(timer));
-        })
+        let (clock, times) =
+            self.once(|encoder, timer| shading.encode(encoder, &inputs, Some(timer)))?;
+        runs.clock = Some(clock);
+        runs.add([maps, &times].concat());
+        Ok(())
     }
 
     /// Reflects lights that nothing hides, timed after a warm-up.
@@ -296,17 +308,27 @@ impl Subject<'_> {
         counts: bool,
         encode: impl Fn(&mut wgpu::CommandEncoder, &mut Timer<'_>),
     ) -> Result<(), FrontierError> {
+        let (clock, times) = self.once(encode)?;
+        runs.clock = Some(clock);
+        if counts {
+            runs.add(times);
+        }
+        Ok(())
+    }
+
+    /// The clock and the passes' times of one submission.
+    fn once(
+        &self,
+        encode: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timer<'_>),
+    ) -> Result<(Clock, Vec<(&'static str, Duration)>), FrontierError> {
         let mut timer = Timer::new(self.gpu);
-        runs.clock = Some(timer.clock());
+        let clock = timer.clock();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         encode(&mut encoder, &mut timer);
         self.gpu.queue.submit([encoder.finish()]);
         let times = timer.finish()?;
         self.gpu.finish()?;
-        if counts {
-            runs.add(times);
-        }
-        Ok(())
+        Ok((clock, times))
     }
 }
 
