@@ -1,4 +1,4 @@
-//! How wrong each specular form is on the light that built-in scenes have: what arrives at their receivers from virtual
+//! Measured error of each specular form on the light of built-in scenes: what arrives at their receivers from virtual
 //! lights, each lobe weighed by what is reflected of it, against quadrature.
 //!
 //! Prints for each scene which share of the reflected light comes from lobes of which sharpness, with the scene's own
@@ -26,7 +26,7 @@ use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
 
 const ALPHAS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0];
-/// Receivers of each scene, and lobes of each alpha that are held against quadrature.
+/// Receivers of each scene, and lobes of each alpha that are compared with quadrature.
 const RECEIVERS: usize = 96;
 const LOBES: usize = 160;
 /// Upper ends of the ranges of sharpness.

@@ -13,7 +13,7 @@ use sglow_shaders::{Ndf, Specular};
 
 use crate::failure::{self, Failure, Result};
 
-/// What is wished before a scene has its say.
+/// The settings that are requested, before the scene's needs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Wish {
     /// Pixels of the picture.
@@ -25,7 +25,7 @@ pub(crate) struct Wish {
 }
 
 impl Wish {
-    /// A wish for a picture of a size by default.
+    /// Defaults for a picture of a size.
     pub(crate) fn of(size: [u32; 2]) -> Self {
         Self { size, ..Self::default() }
     }
@@ -34,7 +34,7 @@ impl Wish {
     ///
     /// # Errors
     ///
-    /// A preset that there is not, with those that there are; a number that cannot be.
+    /// An unknown preset, with the known ones; an invalid number.
     pub(crate) fn settings(&self, library: &Library, facts: &Facts) -> Result<Settings> {
         let mut settings = Settings { size: self.size, ..Settings::default() };
         for rule in &library.class_default {
@@ -64,7 +64,7 @@ fn apply(set: &BTreeMap<String, Setting>, settings: &mut Settings) -> Result<()>
 /// What follows from a scene, and from what was asked for beside it.
 #[derive(Debug)]
 pub(crate) struct Derivation {
-    /// What was wished before the scene had its say.
+    /// What was requested, before the scene's needs.
     pub(crate) wish: Wish,
     /// What is true of the scene, and its numbers.
     pub(crate) needs: Needs,

@@ -321,7 +321,7 @@ mod tests {
             assert!(number > 0, "{specular:?}");
         }
         assert_eq!(saved(&purpose, "no-emitter").unwrap().texture_bytes, 8 * 640 * 360);
-        // What is of no use is told, too: maps of points, for the default's are rasterised.
+        // What has no use is reported, too: maps of points, for the default's are rasterised.
         let left = purpose.left_out.iter().find(|left| left.rule == "no-light-maps-of-points");
         assert_eq!(left.unwrap().variants, ["light_points-diffuse-f32", "light_fill"]);
         // The whole is more than any part.

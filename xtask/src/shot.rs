@@ -39,7 +39,7 @@ pub(crate) struct Numbers {
 }
 
 impl Numbers {
-    /// What is wished with these numbers.
+    /// What is requested with these numbers.
     pub(crate) fn wish(&self, size: [u32; 2]) -> Wish {
         let mut numbers = Vec::new();
         let mut given = |name: &str, value: Option<String>| {

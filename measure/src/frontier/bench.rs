@@ -81,7 +81,7 @@ impl Timed {
 /// The settings of the maps that lights are made of: density, lobes, precision, and whether there are kernels at all.
 pub(super) fn of_maps(settings: &Settings) -> Settings {
     let space = if settings.space == Space::None { Space::None } else { Space::Image };
-    // The maps hang on the number of the camera's lights, not of the light's.
+    // The maps depend on the number of the camera's lights, not of the light's.
     let count = Settings::default().count;
     reflected_by_default(&Settings { space, count, ..made_by_default(settings) })
 }

@@ -1,4 +1,4 @@
-//! What is promised of scenes' defaults: numbers, each with its reason, held against what was measured.
+//! Bounds on the errors and times of scenes' defaults, each with its reason, checked against the measurements.
 
 use std::collections::BTreeMap;
 
@@ -116,8 +116,20 @@ const ERRORS: &[ErrorBound] = &[
         0.02,
         "twice the error without visibility, for maps' texels",
     ),
-    bound("cornell", Against::Paths, Metric::Bias, 0.03, "nobody sees a fiftieth of a stop"),
-    bound("columns", Against::Paths, Metric::Bias, 0.03, "nobody sees a fiftieth of a stop"),
+    bound(
+        "cornell",
+        Against::Paths,
+        Metric::Bias,
+        0.03,
+        "below a twentieth of a stop, which is not visible",
+    ),
+    bound(
+        "columns",
+        Against::Paths,
+        Metric::Bias,
+        0.03,
+        "below a twentieth of a stop, which is not visible",
+    ),
 ];
 
 const fn bound(
@@ -159,7 +171,7 @@ pub struct Promised {
     pub note: String,
 }
 
-/// Holds what was measured of a scene against what is promised of it. `names` has the names of the configurations that
+/// Checks the measurements of a scene against its bounds. `names` has the names of the configurations that
 /// were measured for it, by what they are; a promise about one that was not measured is not kept, but for scenes that
 /// were not screened, of which nothing is promised.
 #[must_use]

@@ -40,7 +40,7 @@ pub struct Row {
     pub power: f64,
     /// The brightest light's power times their number, over that of the photons: 1 is even.
     pub brightest: f64,
-    /// RMSE against virtual point lights on a sample of pixels, without visibility, over their mean.
+    /// RMSE against the facets of the map on a sample of pixels, without visibility, over their mean.
     pub error: f64,
     /// Relative MSE there.
     pub relative_mse: f64,

@@ -119,8 +119,8 @@ fn lost(found: &PictureError, other: &PictureError) -> Vec<Metric> {
 }
 
 /// By every metric. Negative controls, each by some metric further away than without maps: lights that their own texels hide;
-/// lobes that lose light behind their surfaces, which without maps makes up for the shadows; metals whose hemisphere is that
-/// of a diffuse emission that they have not.
+/// lobes that lose light behind their surfaces, which without maps makes up for the shadows; metals whose hemisphere is about
+/// the axis of a diffuse emission that they do not have.
 #[test]
 fn with_maps_a_picture_is_closer_to_paths() {
     let shadowed = |settings: &mut Settings| settings.visibility = Visibility::ShadowMap;
@@ -169,8 +169,8 @@ fn with_maps_a_picture_is_closer_to_paths() {
     }
 }
 
-/// The near distance: the least geometric mean of the relative MSE over three scenes. Alone, the first two ask for more and
-/// more of it; among many normals it lets light through what stands close.
+/// The near distance: the least geometric mean of the relative MSE over three scenes. On the first two alone the error
+/// falls with it; among many normals it lets light through what stands close.
 #[test]
 fn the_near_distance_is_better_than_what_else_was_tried() {
     let cases = ["cornell", "columns", "atrium"].map(|name| Case::new(name, base(), 256));

@@ -221,7 +221,7 @@ pub(crate) fn brute_force(renderer: &Renderer<'_>, frame: &Frame) -> Result<Fram
     let settings = renderer.indirect().settings();
     let rsm = renderer.read_rsm()?;
     let pixels = frame.gbuffer.position.len();
-    let bar = progress::bar("virtual point lights", pixels);
+    let bar = progress::bar("facets of the map", pixels);
     let reflected = reference::unshadowed(
         renderer.light(),
         settings,

@@ -377,7 +377,7 @@ impl Work<'_> {
         self.figure(
             "Fig. 8",
             "A caustic, with the same density: stratified kernels, and those of Markov chains. Without visibility on \
-             either side, and against virtual point lights: paths from the camera hardly ever find a caustic.",
+             either side, and against the facets of the light's map.",
             "caustic",
             &[(Method::Bracketed, 1.0), (Method::Metropolis, 1.0)],
             found,
@@ -652,7 +652,7 @@ impl Work<'_> {
             let picture = render::picture(&reference.frame)?;
             let shown = tone::radiance(&picture.radiance()?, *exposure);
             let label = if caustic {
-                "reference, virtual point lights".to_owned()
+                "reference, facets of the map".to_owned()
             } else {
                 format!("reference, {} paths per pixel", self.arguments.samples)
             };
@@ -746,7 +746,7 @@ impl Work<'_> {
                 "{}, {}: picture error, modified over k-means 2D",
                 surveyed.scene, surveyed.density
             );
-            let note = "against virtual point lights, on a sample of pixels";
+            let note = "against the facets of the map, on a sample of pixels";
             asked.push(Asked::new(&name, ratio, most, 1.0, note));
         }
         found.asked = asked;

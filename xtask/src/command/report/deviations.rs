@@ -1,4 +1,4 @@
-//! What each deviation from the papers is worth: the default beside the same with one value as printed.
+//! The effect of each deviation from the papers: the default beside the same with one value as printed.
 
 use schemars::JsonSchema;
 use serde::Serialize;

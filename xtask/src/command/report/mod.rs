@@ -50,7 +50,7 @@ Examples:
 Configurations are screened: the default of each scene with each other value of one axis at a time, then what is on the
 frontier of its axis by relative MSE crossed, on all scenes alike. Of each its time is measured, pass by pass,
 and its error, which is three numbers: what is seen against the reference, the device against the oracle, the oracle
-against the sum over all points. What is seen is measured by relative MSE, RMSE, median and 95 % quantile of the relative
+against the sum over all facets. The picture is compared by relative MSE, RMSE, median and 95 % quantile of the relative
 error, bias and FLIP; the page shows the frontier by the metric that its reader picks, and where metrics disagree.
 
 What is measured is kept (target/measured): a run that was interrupted goes on where it was, and a run in which nothing
@@ -71,7 +71,7 @@ pub(crate) struct Arguments {
     /// Also write the presets fast, balanced and accurate to shaders/presets.toml
     #[arg(long, conflicts_with = "all")]
     presets: bool,
-    /// Also write what deviations from the papers are worth into docs/deviations.md
+    /// Also write the effect of each deviation from the papers into docs/deviations.md
     #[arg(long, conflicts_with = "all")]
     write_docs: bool,
     /// Print the JSON schema of report.json, and measure nothing
@@ -86,7 +86,7 @@ pub(crate) struct Arguments {
 /// Options that `report` and `choose` share.
 #[derive(Debug, Args)]
 pub(crate) struct Choice {
-    /// Measure only ways with these values; an axis or a parameter may be given more than once
+    /// Measure only configurations with these values; an axis or a parameter may be given more than once
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     pub(crate) only: Vec<String>,
     /// Every legal combination, not only what screening leaves; best narrowed by --only

@@ -26,7 +26,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
     html! {
         p {
             em { "Rounding" } ": the device against the oracle's f64 with the same lights. " em { "Model" }
-            ": the oracle with these lights against the sum over all points of the map, neither with visibility; RMS over the mean. "
+            ": the oracle with these lights against the sum over all facets of the map, neither with visibility; RMS over the mean. "
             "The others are those of the picture against the reference, over pixels that show a surface. " em { "relMSE" }
             ": mean of the squared difference over the squared reference plus 1e-2 times its mean. " em { "RMSE" }
             ": over the mean. " em { "Median" } " and " em { "95 %" }
