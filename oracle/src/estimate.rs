@@ -3,8 +3,7 @@
 use crate::Vector3;
 use crate::shade::Reflected;
 
-/// Reflected radiance with its errors. The two kinds of error are never mixed: noise shrinks with more samples,
-/// discretisation with more texels of the light's map.
+/// Reflected radiance with its noise, which shrinks with more samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// The reflected radiance.
@@ -14,10 +13,6 @@ pub struct Estimate {
     /// The standard error of the sum of both reflections, per channel; they are of the same draws, so that it is not
     /// the root of the sum of squares.
     pub standard_error: Vector3,
-    /// How far each reflection may be off since the light is a lattice of points, per channel, at least 0; 0 of a
-    /// reference without a lattice. An estimate from one comparison per pixel: its root mean square over a picture
-    /// says more than a pixel's value.
-    pub discretisation: Reflected,
 }
 
 impl Default for Estimate {
@@ -34,12 +29,10 @@ impl Estimate {
             mean: Reflected::none(),
             standard_errors: Reflected::none(),
             standard_error: Vector3::zero(),
-            discretisation: Reflected::none(),
         }
     }
 
-    /// The mean of two independent estimates of one pixel. Their noise averages; their discretisation, which both have
-    /// alike, does not.
+    /// The mean of two independent estimates of one pixel, and its noise.
     #[must_use]
     pub fn mean_of(halves: &[Self; 2]) -> Self {
         let [one, other] = halves;
@@ -52,28 +45,16 @@ impl Estimate {
             mean: both(&one.mean, &other.mean, &mean),
             standard_errors: both(&one.standard_errors, &other.standard_errors, &noise),
             standard_error: noise(one.standard_error, other.standard_error),
-            discretisation: both(&one.discretisation, &other.discretisation, &mean),
         }
-    }
-
-    /// Noise and discretisation of the sum of both reflections together, per channel: the root of the sum of squares.
-    #[must_use]
-    pub fn error(&self) -> Vector3 {
-        let square = |error: Vector3| error.times(error);
-        (square(self.standard_error) + square(self.discretisation.total())).map(f64::sqrt)
     }
 }
 
-/// Root mean squares of a picture's errors, in the unit of the picture; every channel of every pixel counts alike.
+/// Noise and mean of a picture, in its unit; every channel of every pixel counts alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uncertainty {
-    /// Of the standard errors.
+    /// Root mean square of the standard errors.
     pub noise: f64,
-    /// Of the discretisation errors.
-    pub discretisation: f64,
-    /// Of both together.
-    pub total: f64,
-    /// The mean radiance, which they are to be compared with.
+    /// The mean radiance, which the noise is to be compared with.
     pub mean: f64,
 }
 
@@ -82,23 +63,19 @@ impl Uncertainty {
     #[must_use]
     pub fn of(estimates: &[Estimate]) -> Self {
         let count = (3 * estimates.len()).max(1) as f64;
-        let root = |part: &dyn Fn(&Estimate) -> Vector3| {
-            (estimates.iter().map(|one| part(one).length_squared()).sum::<f64>() / count).sqrt()
-        };
+        let square = |one: &Estimate| one.standard_error.length_squared();
         let sum = |one: &Estimate| one.mean.total().to_array().iter().sum::<f64>();
         Self {
-            noise: root(&|one| one.standard_error),
-            discretisation: root(&|one| one.discretisation.total()),
-            total: root(&Estimate::error),
+            noise: (estimates.iter().map(square).sum::<f64>() / count).sqrt(),
             mean: estimates.iter().map(sum).sum::<f64>() / count,
         }
     }
 
-    /// The total over the mean; infinite of a picture that is not certain and black, or less by its noise; 0 of one that is
+    /// The noise over the mean; infinite of a picture that is not certain and black, or less by its noise; 0 of one that is
     /// certain.
     #[must_use]
     pub fn relative(&self) -> f64 {
-        if self.total == 0.0 { 0.0 } else { self.total / self.mean.max(0.0) }
+        if self.noise == 0.0 { 0.0 } else { self.noise / self.mean.max(0.0) }
     }
 }
 
@@ -108,54 +85,44 @@ mod tests {
 
     #[test]
     fn halves_average_and_their_noise_by_the_root_of_two() {
-        let of = |mean: f64, noise: f64, discretisation: f64| Estimate {
+        let of = |mean: f64, noise: f64| Estimate {
             mean: Reflected { diffuse: Vector3::splat(mean), specular: Vector3::splat(1.0) },
             standard_errors: Reflected {
                 diffuse: Vector3::splat(noise),
                 specular: Vector3::zero(),
             },
             standard_error: Vector3::splat(noise),
-            discretisation: Reflected {
-                diffuse: Vector3::splat(discretisation),
-                specular: Vector3::zero(),
-            },
         };
-        let mean = Estimate::mean_of(&[of(1.0, 3.0, 0.5), of(2.0, 4.0, 0.5)]);
+        let mean = Estimate::mean_of(&[of(1.0, 3.0), of(2.0, 4.0)]);
         assert_eq!((mean.mean.diffuse.x, mean.mean.specular.y), (1.5, 1.0));
         assert_eq!((mean.standard_error.z, mean.standard_errors.diffuse.x), (2.5, 2.5));
-        assert_eq!(mean.discretisation.diffuse.x, 0.5);
         // One half of which nothing is known leaves the mean unknown.
         assert_eq!(
-            Estimate::mean_of(&[of(1.0, f64::INFINITY, 0.0), of(1.0, 1.0, 0.0)]).standard_error.x,
+            Estimate::mean_of(&[of(1.0, f64::INFINITY), of(1.0, 1.0)]).standard_error.x,
             f64::INFINITY
         );
     }
 
     #[test]
-    fn errors_add_by_their_squares_and_apart() {
-        let of = |noise: f64, discretisation: f64| Estimate {
+    fn noise_of_pixels_adds_by_its_squares() {
+        let of = |noise: f64| Estimate {
             mean: Reflected { diffuse: Vector3::splat(2.0), specular: Vector3::splat(1.0) },
             standard_error: Vector3::splat(noise),
-            discretisation: Reflected {
-                diffuse: Vector3::splat(0.5 * discretisation),
-                specular: Vector3::splat(0.5 * discretisation),
-            },
             ..Estimate::none()
         };
-        assert!((of(3.0, 4.0).error().y - 5.0).abs() < 1e-15);
-        let whole = Uncertainty::of(&[of(3.0, 4.0), of(1.0, 0.0)]);
-        let expected = [5f64.sqrt(), 8f64.sqrt(), 13f64.sqrt(), 3.0];
-        let found = [whole.noise, whole.discretisation, whole.total, whole.mean];
+        let whole = Uncertainty::of(&[of(3.0), of(1.0)]);
+        let found = [whole.noise, whole.mean];
+        let expected = [5f64.sqrt(), 3.0];
         assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{whole:?}");
-        assert!((whole.relative() - 13f64.sqrt() / 3.0).abs() < 1e-12);
+        assert!((whole.relative() - 5f64.sqrt() / 3.0).abs() < 1e-12);
         // Negative control: without the second pixel it is another number.
-        assert!((Uncertainty::of(&[of(3.0, 4.0)]).total - whole.total).abs() > 1.0);
+        assert!((Uncertainty::of(&[of(3.0)]).noise - whole.noise).abs() > 0.5);
         assert_eq!(Uncertainty::of(&[]).relative(), 0.0);
         // Noise may take a mean below black: that is no certainty.
-        let mut below = of(1.0, 0.0);
+        let mut below = of(1.0);
         below.mean = Reflected { diffuse: Vector3::splat(-1.0), specular: Vector3::zero() };
         assert_eq!(Uncertainty::of(&[below]).relative(), f64::INFINITY);
-        let dark = Estimate { mean: Reflected::none(), ..of(1.0, 0.0) };
+        let dark = Estimate { mean: Reflected::none(), ..of(1.0) };
         assert_eq!(Uncertainty::of(&[dark]).relative(), f64::INFINITY);
     }
 }

@@ -354,7 +354,6 @@ impl Pairs {
             mean: Reflected { diffuse: self.sums[0] * factor, specular: self.sums[1] * factor },
             standard_errors: Reflected { diffuse, specular },
             standard_error: total,
-            discretisation: Reflected::none(),
         }
     }
 }

@@ -42,7 +42,7 @@ pub fn buy(
 ) -> Result<Purchase, FrontierError> {
     let truth = truth(subject, cache, progress)?;
     let mut measured = measure::every(subject, ways, &truth, cache, progress)?;
-    rank::mark(&mut measured.ways, &truth.reference);
+    rank::mark(&mut measured.ways);
     let settings: BTreeMap<String, &Settings> =
         ways.iter().map(|settings| (way::name(settings, &subject.base), settings)).collect();
     loop {

@@ -85,8 +85,8 @@ pub struct Way {
     pub unshadowed: Option<PictureError>,
     /// The pixel that is furthest off the reference with visibility.
     pub worst: Worst,
-    /// Root of the mean squared difference of the oracle with the same lights from the sum over all texels of the map
-    /// as points, over the mean, neither with visibility, on a sample of pixels: the error of the model. None with
+    /// Root of the mean squared difference of the oracle with the same lights from the sum over all facets of the
+    /// light's map, over the mean, neither with visibility, on a sample of pixels: the error of the model. None with
     /// visibility.
     pub model_rms_over_mean: Option<f64>,
     /// The device against the oracle. None with visibility, whose maps the tests hold.
@@ -114,65 +114,17 @@ impl Way {
     }
 }
 
-/// What pictures are compared with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ReferenceKind {
-    /// Paths of one bounce from the camera, with exact visibility.
-    Paths,
-    /// Every texel of the light's map as a point light, with exact visibility.
-    Points,
-}
-
-/// The reference of a scene and how far it may be off itself.
+/// The reference of a scene, paths of one bounce from the camera with exact visibility, and how far it may be off itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Reference {
-    /// What it is made of.
-    pub kind: ReferenceKind,
-    /// Paths, or shadow rays, of each pixel.
+    /// Paths of each pixel.
     pub samples: u32,
     /// Mean of its indirect light over all numbers.
     pub mean: f64,
-    /// Root mean square of its standard error over its mean.
+    /// Root mean square of its standard error over its mean, or absolute where it is dark.
     pub noise_over_mean: f64,
-    /// Root mean square of its discretisation error over its mean; 0 of paths.
-    pub discretisation_over_mean: f64,
-    /// Both together: nothing is claimed of errors below this.
-    pub floor_over_mean: f64,
-    /// The same of the other kind: why it was not taken.
-    pub other_floor_over_mean: Option<f64>,
     /// Whether no indirect light reaches what the camera sees; then errors are absolute.
     pub dark: bool,
-}
-
-impl Reference {
-    /// A reference without any error.
-    #[cfg(test)]
-    pub(super) fn exact() -> Self {
-        Self {
-            kind: ReferenceKind::Points,
-            samples: 1,
-            mean: 1.0,
-            noise_over_mean: 0.0,
-            discretisation_over_mean: 0.0,
-            floor_over_mean: 0.0,
-            other_floor_over_mean: None,
-            dark: false,
-        }
-    }
-
-    /// The error of the reference by a metric that more samples do not take away, below which nothing is claimed. What
-    /// is known of it is a root mean square, so it is 0 for metrics that are none; noise is in each error's own
-    /// uncertainty.
-    #[must_use]
-    pub fn floor(&self, metric: Metric) -> f64 {
-        match metric {
-            Metric::Rmse => self.discretisation_over_mean,
-            // As if it were in proportion to the light.
-            Metric::RelativeMse => self.discretisation_over_mean.powi(2),
-            Metric::Median | Metric::Quantile95 | Metric::Flip | Metric::Bias => 0.0,
-        }
-    }
 }
 
 /// One measurement along a sweep.

@@ -63,7 +63,7 @@ pub fn points(scenes: &[SceneReport]) -> Option<[Point<'_>; 3]> {
             uncertainty: 0.0,
         })
         .collect();
-    let dominated = rank(&places, 0.0);
+    let dominated = rank(&places);
     let frontier: Vec<&Mean<'_>> =
         means.iter().zip(&dominated).filter(|(_, by)| by.is_none()).map(|(mean, _)| mean).collect();
     // The papers' configuration is called otherwise on each scene, for their needs differ.

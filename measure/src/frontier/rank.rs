@@ -1,6 +1,6 @@
 //! Which configurations no other dominates in error and in time, by each metric.
 
-use super::document::{Dominated, Metric, Reference, Way};
+use super::document::{Dominated, Metric, Way};
 use crate::time::Time;
 
 /// A configuration as ranking sees it.
@@ -21,11 +21,8 @@ pub const SAME_TIME: f64 = 0.02;
 
 /// Whether one error counts as less than another: by more than [`SAME_ERROR`] of it and by more than both uncertainties
 /// together. Errors of the same noise are apart by less noise than that, so what is told apart is.
-fn better(one: &Place, other: &Place, floor: f64) -> bool {
-    let error = |place: &Place| {
-        if place.error.is_finite() { place.error.max(floor) } else { f64::INFINITY }
-    };
-    let (one_error, other_error) = (error(one), error(other));
+fn better(one: &Place, other: &Place) -> bool {
+    let (one_error, other_error) = (finite_or_worst(one.error), finite_or_worst(other.error));
     if !other_error.is_finite() {
         return one_error.is_finite();
     }
@@ -33,16 +30,18 @@ fn better(one: &Place, other: &Place, floor: f64) -> bool {
     other_error - one_error > same.max(one.uncertainty.hypot(other.uncertainty))
 }
 
+/// What is not finite is worse than all that is, and alike.
+fn finite_or_worst(error: f64) -> f64 {
+    if error.is_finite() { error } else { f64::INFINITY }
+}
+
 /// For each place the number of one that dominates it, being as fast and as good and better in one of both; none on the
 /// frontier. Errors that differ by no more than [`SAME_ERROR`] or their uncertainties and times that differ by no more
-/// than [`SAME_TIME`] count as the same, and so do errors below `floor`, where nothing is claimed. Of several that are
-/// alike in both the fastest stays. What dominates is always on the frontier itself.
+/// than [`SAME_TIME`] count as the same. Of several that are alike in both the fastest stays. What dominates is always
+/// on the frontier itself.
 #[must_use]
-pub fn rank(places: &[Place], floor: f64) -> Vec<Option<usize>> {
-    let error = |at: usize| {
-        let error = places[at].error;
-        if error.is_finite() { error.max(floor) } else { f64::INFINITY }
-    };
+pub fn rank(places: &[Place]) -> Vec<Option<usize>> {
+    let error = |at: usize| finite_or_worst(places[at].error);
     let time = |at: usize| places[at].time.median;
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_by(|&a, &b| {
@@ -53,7 +52,7 @@ pub fn rank(places: &[Place], floor: f64) -> Vec<Option<usize>> {
     let mut stayed: Vec<usize> = Vec::new();
     for at in order {
         match stayed.last() {
-            Some(&best) if !better(&places[at], &places[best], floor) => dominated[at] = Some(best),
+            Some(&best) if !better(&places[at], &places[best]) => dominated[at] = Some(best),
             _ => stayed.push(at),
         }
     }
@@ -71,7 +70,7 @@ pub fn rank(places: &[Place], floor: f64) -> Vec<Option<usize>> {
 
 /// Marks the frontier by every metric in `ways` and names what dominates the others, then sorts them: the frontier by
 /// the default metric first, then by time.
-pub fn mark(ways: &mut [Way], reference: &Reference) {
+pub fn mark(ways: &mut [Way]) {
     let names: Vec<String> = ways.iter().map(|way| way.name.clone()).collect();
     for metric in Metric::ALL {
         let place = |way: &Way| Place {
@@ -80,7 +79,7 @@ pub fn mark(ways: &mut [Way], reference: &Reference) {
             uncertainty: way.picture.measured(metric).uncertainty,
         };
         let places: Vec<Place> = ways.iter().map(place).collect();
-        for (at, by) in rank(&places, reference.floor(metric)).into_iter().enumerate() {
+        for (at, by) in rank(&places).into_iter().enumerate() {
             let way = &mut ways[at];
             let Some(by) = by else {
                 way.dominated.remove(&metric);
@@ -122,17 +121,15 @@ mod tests {
             place(5.0, f64::NAN),
             place(3.0, 0.2),
         ];
-        assert_eq!(rank(&places, 0.0), [None, Some(0), None, Some(2), Some(2), Some(2)]);
-        // Below the floor all are alike, and the fastest of them wins.
-        assert_eq!(rank(&places, 0.55), [None, Some(0), Some(0), Some(0), Some(0), Some(0)]);
-        assert_eq!(rank(&[], 0.0), [] as [Option<usize>; 0]);
+        assert_eq!(rank(&places), [None, Some(0), None, Some(2), Some(2), Some(2)]);
+        assert_eq!(rank(&[]), [] as [Option<usize>; 0]);
         // What nobody sees does not count as better, and what no run shows not as faster.
         let near = [place(1.0, 0.5), place(2.0, 0.496), place(3.0, 0.494)];
-        assert_eq!(rank(&near, 0.0), [None, Some(0), None]);
+        assert_eq!(rank(&near), [None, Some(0), None]);
         let near = [place(1.0, 0.5), place(1.01, 0.6), place(1.015, 0.2), place(1.03, 0.1)];
-        assert_eq!(rank(&near, 0.0), [None, Some(0), Some(3), None]);
+        assert_eq!(rank(&near), [None, Some(0), Some(3), None]);
         let chain = [place(1.0, 0.5), place(1.01, 0.3), place(0.999, 0.6)];
-        assert_eq!(rank(&chain, 0.0), [Some(1), None, Some(1)]);
+        assert_eq!(rank(&chain), [Some(1), None, Some(1)]);
     }
 
     #[test]
@@ -140,30 +137,40 @@ mod tests {
         let uncertain =
             |time: f64, error: f64, uncertainty: f64| Place { uncertainty, ..place(time, error) };
         let places = [uncertain(1.0, 0.5, 0.1), uncertain(2.0, 0.4, 0.1), uncertain(3.0, 0.2, 0.1)];
-        assert_eq!(rank(&places, 0.0), [None, Some(0), None]);
+        assert_eq!(rank(&places), [None, Some(0), None]);
         // The same numbers known exactly are apart.
         let exact = places.map(|place| Place { uncertainty: 0.0, ..place });
-        assert_eq!(rank(&exact, 0.0), [None, None, None]);
+        assert_eq!(rank(&exact), [None, None, None]);
         // Below the noise all are equal.
         let below =
             [uncertain(1.0, 0.0, 0.1), uncertain(2.0, 0.05, 0.1), uncertain(0.5, 0.09, 0.1)];
-        assert_eq!(rank(&below, 0.0), [Some(2), Some(2), None]);
+        assert_eq!(rank(&below), [Some(2), Some(2), None]);
         let lost = [uncertain(1.0, f64::NAN, 0.0), uncertain(2.0, 0.5, 9.0)];
-        assert_eq!(rank(&lost, 0.0), [None, None], "what is finite is better than what is not");
+        assert_eq!(rank(&lost), [None, None], "what is finite is better than what is not");
     }
 
     #[test]
     fn metrics_may_disagree() {
         use crate::frontier::choose::tests::way;
+        use crate::frontier::document::Uncertainty;
         let mut ways = vec![way("one", 1.0, 0.5, 0.1), way("two", 2.0, 0.2, 0.3)];
-        mark(&mut ways, &Reference::exact());
+        mark(&mut ways);
         let two = ways.iter().find(|way| way.name == "two").unwrap();
         assert!(two.on_frontier(Metric::Rmse) && !two.on_frontier(Metric::Flip));
         assert_eq!(two.dominated[&Metric::Flip].by, "one");
         assert_eq!(two.frontiers.len() + two.dominated.len(), Metric::ALL.len());
-        // A floor above both makes them alike.
-        let coarse = Reference { discretisation_over_mean: 1.0, ..Reference::exact() };
-        mark(&mut ways, &coarse);
+        // An uncertainty above both makes them alike.
+        for way in &mut ways {
+            way.picture.uncertainty = Uncertainty {
+                relative_mse: 1.0,
+                rmse_over_mean: 1.0,
+                median: 1.0,
+                q95: 1.0,
+                bias: 1.0,
+                flip: 1.0,
+            };
+        }
+        mark(&mut ways);
         let two = ways.iter().find(|way| way.name == "two").unwrap();
         assert!(two.frontiers.is_empty() && two.dominated.len() == Metric::ALL.len());
     }
@@ -185,7 +192,7 @@ mod tests {
             (1.0 - SAME_TIME) * a.time.median <= b.time.median
                 && (1.0 - SAME_ERROR) * a.error <= b.error
         };
-        let found = rank(&places, 0.0);
+        let found = rank(&places);
         for (at, place) in places.iter().enumerate() {
             if places.iter().any(|other| dominates(other, place)) {
                 assert!(found[at].is_some(), "{place:?} is dominated");

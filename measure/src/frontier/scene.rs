@@ -33,7 +33,7 @@ pub fn scene(
     }
     let truth = truth(subject, cache, progress)?;
     let mut measured = measure::every(subject, ways, &truth, cache, progress)?;
-    rank::mark(&mut measured.ways, &truth.reference);
+    rank::mark(&mut measured.ways);
     let chosen = chosen(&measured.ways, ways, close, &subject.base);
     let pictures = pictures(subject, &chosen, &truth, cache)?;
     again(subject, &chosen, &mut measured.ways, cache, progress)?;

@@ -144,9 +144,8 @@ pub fn screen(
     let settings = distinct(&subject.base, std::iter::once(base.clone()).chain(all));
     let truth = truth(subject, cache, progress)?;
     let measured = measure::every(subject, &settings, &truth, cache, progress)?;
-    let floor = truth.reference.floor(Metric::default());
     let name = |settings: &Settings| way::name(settings, &subject.base);
-    Ok(said(base, singles, &name, &measured.ways, floor))
+    Ok(said(base, singles, &name, &measured.ways))
 }
 
 /// What the measurements of the default and the singles say.
@@ -155,7 +154,6 @@ fn said(
     singles: &[Single],
     name: &dyn Fn(&Settings) -> String,
     ways: &[Way],
-    floor: f64,
 ) -> Screened {
     let metric = Metric::default();
     let place = |way: &Way| Place {
@@ -182,7 +180,7 @@ fn said(
             .collect();
         let mut places = vec![default];
         places.extend(own.iter().map(|(_, place)| *place));
-        let dominated = rank(&places, floor);
+        let dominated = rank(&places);
         // The default gives way only to what is clearly better.
         let stays = dominated[0].is_none_or(|by| !clearly(&places[by], &default));
         all.push(Said {
@@ -199,7 +197,7 @@ fn said(
                 stays: by.is_none(),
                 default: false,
                 weight: change(place.time.median, default.time.median)
-                    + change(place.error.max(floor), default.error.max(floor)),
+                    + change(place.error, default.error),
             });
         }
     }
@@ -356,7 +354,7 @@ mod tests {
                 "variance=planar" => measured("variance=planar", 12.0, 0.098),
                 other => measured(other, 11.0, 0.2),
             }));
-            said(&base, &all, &|settings| way::name(settings, &base), &ways, 0.0)
+            said(&base, &all, &|settings| way::name(settings, &base), &ways)
         };
         let of =
             |kept: &[Kept], axis: &str| kept.iter().find(|one| one.axis == axis).cloned().unwrap();

@@ -5,7 +5,7 @@ use sglow_oracle::Vector3;
 use sglow_oracle::estimate::{Estimate, Uncertainty};
 use sglow_runtime::reference;
 
-use super::document::{Radiance, Reference, ReferenceKind};
+use super::document::{Radiance, Reference};
 use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
 use crate::cache::Cache;
@@ -80,16 +80,15 @@ fn make(subject: &Subject<'_>, progress: &dyn Progress) -> Result<Truth, Frontie
     progress.start(&format!("{}: reference without visibility", scene.name), present.len());
     let unshadowed = unshadowed(drawn, &present, told);
     let sampled: Vec<[f64; 3]> = unshadowed.iter().copied().step_by(step).collect();
-    let over_mean = |value: f64| if certain.mean > 0.0 { value / certain.mean } else { value };
     Ok(Truth {
         reference: Reference {
-            kind: ReferenceKind::Paths,
             samples: PATHS,
             mean: certain.mean,
-            noise_over_mean: over_mean(certain.noise),
-            discretisation_over_mean: over_mean(certain.discretisation),
-            floor_over_mean: over_mean(certain.total),
-            other_floor_over_mean: None,
+            noise_over_mean: if certain.mean > 0.0 {
+                certain.noise / certain.mean
+            } else {
+                certain.noise
+            },
             dark: certain.mean == 0.0,
         },
         indirect: radiance(estimates.iter()),

@@ -242,10 +242,10 @@ fn show(order: &[&Way], metric: Metric, purchase: &Purchase) {
     say::line(format!("{table}"));
     let below = order.first().is_some_and(|way| way.picture.measured(metric).below_noise());
     say::line(format!(
-        "{} configurations measured; medians of {RUNS} whole frames in turns, {}; estimated error of the reference: {}{}",
+        "{} configurations measured; medians of {RUNS} whole frames in turns, {}; noise of the reference: {}{}",
         purchase.ways.len(),
         purchase.clock,
-        errors::text(purchase.reference.floor_over_mean, Metric::Rmse, purchase.reference.dark),
+        errors::text(purchase.reference.noise_over_mean, Metric::Rmse, purchase.reference.dark),
         if below { "; the chosen error is below its noise" } else { "" },
     ));
 }

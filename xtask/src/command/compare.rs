@@ -428,7 +428,7 @@ mod tests {
     /// say of the same light; `reproduce` calls what `render` does.
     #[test]
     fn every_command_has_the_same_numbers_for_the_same_pair() {
-        use sglow_measure::frontier::document::{Reference, ReferenceKind};
+        use sglow_measure::frontier::document::Reference;
         use sglow_measure::frontier::evaluate::Evaluator;
         use sglow_measure::frontier::subject::Subject;
         use sglow_measure::frontier::truth::Truth;
@@ -474,16 +474,7 @@ mod tests {
         let drawn = subject.drawn().unwrap();
         let position = &drawn.frame.gbuffer.position;
         let truth = Truth {
-            reference: Reference {
-                kind: ReferenceKind::Paths,
-                samples: 64,
-                mean: 1.0,
-                noise_over_mean: 0.0,
-                discretisation_over_mean: 0.0,
-                floor_over_mean: 0.0,
-                other_floor_over_mean: None,
-                dark: false,
-            },
+            reference: Reference { samples: 64, mean: 1.0, noise_over_mean: 0.0, dark: false },
             indirect: mean(halves.each_ref()),
             halves,
             unshadowed: Vec::new(),

@@ -272,23 +272,12 @@ fn screening(measured: &SceneReport) -> Markup {
 
 /// What pictures are compared with, and how far that is off itself.
 fn reference(named: &Named<'_>) -> Markup {
-    use sglow_measure::frontier::document::ReferenceKind;
     let reference = &named.scene.measured.reference;
-    let [made, other, samples] = match reference.kind {
-        ReferenceKind::Paths => ["paths of one bounce", "points of the light's map", "paths"],
-        ReferenceKind::Points => {
-            ["every texel of the light's map as a point light", "paths", "shadow rays"]
-        }
-    };
     html! {
         p.quiet {
-            "Reference: " (made) " with exact visibility, " (count(reference.samples as usize)) " " (samples)
-            " a pixel. Its estimated error is " strong { (named.error(reference.floor_over_mean)) } " itself (noise "
-            (named.error(reference.noise_over_mean)) ", discretisation " (named.error(reference.discretisation_over_mean))
-            "). Its noise is taken out of squared errors by its two halves; each error has an uncertainty, within which nothing is ranked."
-            @if let Some(floor) = reference.other_floor_over_mean {
-                " Of " (other) ", it would be " (named.error(floor)) "."
-            }
+            "Reference: paths of one bounce with exact visibility, " (count(reference.samples as usize))
+            " a pixel. Its noise is " strong { (named.error(reference.noise_over_mean)) }
+            ". It is taken out of squared errors by its two halves; each error has an uncertainty, within which nothing is ranked."
             @if reference.dark {
                 " " strong { "No indirect light reaches what the camera sees: errors are absolute, in the scene's unit of radiance." }
             }

@@ -1954,7 +1954,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-both-f16-none.wgsl"),
-        sha256: "279be7a836133c86e2dbc1ef077279f3eacd8901ec5ad324444b4336668931f3",
+        sha256: "011a76ccb9a3a5a25bfdad4dc5bb56807bfa744c8145d9b5ddb0c9d5755c6075",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
@@ -1962,13 +1962,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "6b607782de4dfe5b735793530010293422d169de1eecb7841cd10e76dc9560cf",
+        sha256: "dba8ad004455aaa11c7685884b56f96cf65aa8ec2fc44be71bc973b29380a9c0",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "e7c82f64a9c2b838c6b574e0975d2576d650343c506d203ec8f9fe03d0a10be4",
+        sha256: "a0c305de12c2bbe6aca9581bb843f087acc09db01b2cfca00706b57f02e8e3fd",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
@@ -1976,7 +1976,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "5dd5068b4f48d3abc32236daa3f8a9445d6f5cddd6bd1990a58ba23e796a6444",
+        sha256: "b054e95e9eb11a73175113220f523f140bb3e6f88c3e3de53d86493115cbd418",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
@@ -2012,7 +2012,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "66f3fd6410b84855ad95ec06cf952dd764f4e57f916f9593430b0c3079144316",
+        sha256: "2e1a1dfd10b6edd52f8b1ed7be6d1d998d3619618519b200853f2a2c115756e3",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
@@ -2020,7 +2020,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-none.wgsl"
         ),
-        sha256: "c51a57b5232cfc502bcf2ea066c64a4260f7941f21bb0dfd747af8fe1d312426",
+        sha256: "57fd92579f302ccfbb3a3c9ff4dae5d81112af37b2206ecf02eedea93b68ea0b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2028,7 +2028,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "d423e900eaa09d1496b1adc86a146fd13ce74ab24b45e42ec64a2034fd7c25f9",
+        sha256: "0218a9c119ab9fe767fb96d9985734af465bc28e7731890c7a052bc86bd48cf7",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2058,7 +2058,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-none-none-both-f16-none.wgsl"),
-        sha256: "5dbbd5ce5fcc4ac2ade700e47b13fc07da93210e768145b68d5d851a2f94325d",
+        sha256: "197ca1a9488cd97c506499395e0a110676ce6cc0ba5143ec0d22ea39e3c490c8",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -2066,13 +2066,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-none-none-both-f32-imperfect.wgsl"
         ),
-        sha256: "635e045d8252f1961d1b406afb9f9c64b68f21ac0763f930414d31d353792e50",
+        sha256: "8d5012d7ecbd0aff8072074addb670e5159f6951eb6748cb1f769a86a441bdc8",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-none-none-both-f32-none.wgsl"),
-        sha256: "f8c9a8f1dbf03f397ebdac32fc3947d8a6d3d9684e909eb17500874c5de925e3",
+        sha256: "5050d7885c265f4a3adb7382ea61e62f997598bd461492f16abf10029e3e5c01",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -2080,7 +2080,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine-fitted-none-none-both-f32-shadow_map.wgsl"
         ),
-        sha256: "c77aba45d9a0a8ce3ba9a0acd38da48c5f052805e23cfcb4108d512cd75769d4",
+        sha256: "9f0124179829c9621b3ccd90b1fdcb224131626a952cf6a8e97b9f3b22c278e0",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -2118,7 +2118,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-sg-ggx-both-f32-none.wgsl"),
-        sha256: "0641f0cd6353c8861701240f3fc084e453ee1426be6f6661c49c4bde0bfe3f05",
+        sha256: "f364282bf5d7fa167107800e493fc9140ce00cdff3a4a5e8fe921d508fca4d3c",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
@@ -2172,7 +2172,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_convolved-fitted-asg-ggx-both-f32-none.wgsl"
         ),
-        sha256: "4dbbeec92437bf6ea86232437e21c2027724ad12c7c31eafc1fe8ce9d1252027",
+        sha256: "1aba21bcd72943a6f134026f566dae7cd37e22458a283e2b78c3bd7226c239bc",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
@@ -2180,7 +2180,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none.wgsl"
         ),
-        sha256: "8634d3b04bf2907b287996724efb9327f315d079addaf7e2defd9630b2f34388",
+        sha256: "61dd6c4c2ed81c363197a4ddd0b1198afbf9a25bf1aa42bfbe03d72e597fd451",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -2188,7 +2188,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_convolved-fitted-none-none-both-f32-none.wgsl"
         ),
-        sha256: "006cdb65854d7a3451e08f99a493396f30a55dffffa22a63bbdf736726beacc3",
+        sha256: "06365cb8edbe80aab57ea2e6dba59531d0b8847c53488f5fadb48dc82bffe485",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -2196,7 +2196,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_convolved-fitted-none-none-diffuse-f32-none.wgsl"
         ),
-        sha256: "b40eee3580250797a7a2034592df9f23f1b845a19be7ce69e6e4c8fbe265176a",
+        sha256: "1e4a9cdc5d3e89afa2e26cc6cedbba8b78d1beb9288a5703d4af1696a88f26e9",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
@@ -2204,7 +2204,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_quadratic-fitted-asg-ggx-both-f32-none.wgsl"
         ),
-        sha256: "0bfece88acd18ed12bd928f76fe3bd5f2fa6ff200907461275259399f21eae38",
+        sha256: "7d9def185d8c1a1d571246cbf8d5492606948f8df4663514eebfba3d51d289a6",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
@@ -2212,7 +2212,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none.wgsl"
         ),
-        sha256: "40c2fef43253ca906601f1eb0956c207de93fe7da9c04298b82a03cae4baf192",
+        sha256: "5c5ffffc40065355230c85356c30a18ccfda350e8901185a848f3a475b584543",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
@@ -2220,7 +2220,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_quadratic-fitted-none-none-both-f32-none.wgsl"
         ),
-        sha256: "95dfb0fb900d19386199bc411ce3efd5bd42c2c3878a8003a54f2f187c539afa",
+        sha256: "f92ae9184d85fc88c00fa7b6ccf4536b2db6a7db00ffc0952ddf0fbc4e6af8ae",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -2228,25 +2228,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-cosine_quadratic-fitted-none-none-diffuse-f32-none.wgsl"
         ),
-        sha256: "b9a5aab5c505805cbe87c95671093f6ad8a157a60c3754352b2832de4f25e1c9",
+        sha256: "07e41a98f5a5793fefd899ec27c913565d9193f4175614cc2f2043526671747a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "9aacedd9a7e4e9323a0881ad8274c89f9a18e5a3d3860722675ca2a916b2083d",
+        sha256: "224a34b9c858046e03ace9ebc4cc49b9f0582019949432f107d92421a3e68bba",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "4e74dad416574ad6db5557bf260e4a3de4a1bcf61baa78051cd41cf9988f84c0",
+        sha256: "517bcfab015681722c756cb69ccf7e58ee6d397ae9a333cc28773df69a76786c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "5c1b83cce2ecb39953573d8464d077c50ad64651d56b258aa0686bde3ea8b9db",
+        sha256: "772517375e2a0b3a5eed82c45f604f5f7d3a9fa7cec3e7aafe26281acf3ded58",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2254,13 +2254,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "76ca5fb3a309d934821c3242a800843bfe36cc1763ca65fb2cd709368baafba1",
+        sha256: "6db5337c757232430c454ad93d7eafef974b68fb0ced13762c09a454a934f374",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "e0253f9232255fa71b400c3b6678362f851e47efef0a3396f1fc0bd66b4937f1",
+        sha256: "e31a28791f5d7a9ec3cd723de3a5583f80d7698d68a86e7351af04929e373699",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2268,7 +2268,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "6c5d28b724f46899b0d457d7399fd441a532e80e8a52eb05affd46fa5d869f45",
+        sha256: "71c7334a8e41b70e870a76a610494205be7fdd50b16cf31ec5cf42dd59ae26f9",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2276,7 +2276,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "eb08f6a5e9b2c77ee685f8cb0791695eead57cb553767cffb43562ff2c171fb1",
+        sha256: "0111af0a014a4091464c67036bdac0d89c03150aab874c8ce2fd703954b7fca1",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2284,7 +2284,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "3dfa8dc3ea2f2e80d1e81e488b3bbe4c77f33aeb3d298137a1853c3f2cb2f89f",
+        sha256: "b7d5f9b4f9502c2e5dfb23396a7dcf7cc098f4eefafe77a3c27424d0d0cc8643",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2292,7 +2292,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "3b4b42a5a68e8e3f4225cb607f0a57a5a4202b338dc25ad7f12e6642c3ae7388",
+        sha256: "4030ed0f02945dc26f3886d2f96b968db86f1893d7750a809beb7deb647e0dc2",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2300,7 +2300,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "9106eec65dea880e5a6982b3a86e4b07cb6808e526151f737ce6f7d07eb1bc6c",
+        sha256: "8f7fabfe00dba349bf12e5c64386f154f500bfdfd768b4a3e2cb55ec4344295a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -2308,13 +2308,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-both-f32-imperfect.wgsl"
         ),
-        sha256: "6bb0d6581b8ffe85020a4407cde0633f5b7b1f343722ade5077810fd4c4d78e9",
+        sha256: "a526ebfa7c0288025622df7b2b6d4ad9b3a61103aad0c323fe31551a920094b6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-none-none-both-f32-none.wgsl"),
-        sha256: "4bd6a69ef6c1d4e9d92a2309fe6e3c94c15112439ac94a40d35689cfc514a304",
+        sha256: "7f068c4edaa856b3d236481e582320b7a957c1ca7903225058235da8ad489500",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -2322,7 +2322,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-both-f32-shadow_map.wgsl"
         ),
-        sha256: "61a41af0a18c2431f6422e9871d56a4d8c73b101a5414173844fed878c8a0aac",
+        sha256: "c666791e2e0431343a97310b37489cec83d5f0bf8169397eebff9a35b9006262",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -2330,13 +2330,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "2079d5c934a407b17e8425e1127d7ad7282f111e83378b9c4af307f8b1cf9c7f",
+        sha256: "aa3ffcd4cbeb7072cc5b4ed7fa62fd3c789a5f5acdf32d12a540e01d6d486da6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-none-none-diffuse-f32-none.wgsl"),
-        sha256: "f6468cd0d3078a097b3310511e8a6bc5a9a28368742e1c625cbb7cffabd40f55",
+        sha256: "9102360101a8eeb8c6b969e5a1d953ed07315f51c4c02909bdede27c006a1704",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -2344,7 +2344,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "9dd5657d92e77eb99c2fee76c0cf2f5acadf4fa8a3163ed34b866985ec4e95a0",
+        sha256: "d072ef74542cc52b9f00e267db9fb01f1513e07c1a6e8b3bed586650ddb0f13b",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -2388,19 +2388,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "61e701fdd0616dc1964fc6e34715bab2846843ff6e2d93fd8d8eaf1a6e50b405",
+        sha256: "4a99a1412901051887900dea358000b0af01ed8c8f96a963bab031437a08ec58",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "e5feab207593311e32a65c447b3ec66228ed789b411557c158f65a9e576731a0",
+        sha256: "dd6cd3a7c95eaf69c2a4a4227990dffbf0f6a14b00d5d80384a3c01b0f6e108a",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "b0452ad3aa6a9633387564464532516322c82ebffe77b442bbdb9de1bbed87a5",
+        sha256: "2c8438f441204d7e2c46c76db06eb2c4e693f92510ae4f393740f6f21a088f5b",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2408,13 +2408,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "d03360659adf37457e2a8fe6f792b6bae9f538750bb13139b7f482321e62f488",
+        sha256: "a71e8b20ffe88a99c9b58948c40a149aa22db57a414eeede928c62463e6a44cd",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "83058de492ea8b21aa11aee1f43d649a013b7e1a722c5f4bc659d89fb8aa4e92",
+        sha256: "9df77a14974e60cc067d8f169259033ccf3d7ade6eafdee5c99af3e7b5baf1a2",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2422,7 +2422,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "ca92e37eb6b000d9eae8eb12d2e9b5f5f7dc96a7075041abf61f0aea0d396b40",
+        sha256: "4e3b767b814b4f31f0f206c026cff6da79d6d1b1228e427d1a3f6513f135da64",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2430,7 +2430,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "3407defc4f2974d20c9bbb335cf7df17175374a0befe3766d3ba69ba2f13f228",
+        sha256: "ef3144f431493922a5c3d7aa5046848e0233d737cbecbc6be0c6a1bf3fb19919",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2438,7 +2438,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "f81b929238a177d3354ba43c4edffeaf1c72e59bc057d18db849b9682dde0be8",
+        sha256: "36275397ed9d2ed5df68e59a1cdd9146fd0c8ff4bf119135492ad55d0cbdcfad",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2446,7 +2446,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "cb24ca9d2a493085da989adcd98262d0c640bc591284379318fa9ff1a66eec18",
+        sha256: "fc035bcd5324225a4776f99159ed2a7d559e42a5aed3dda92a5f76b4b81a82d9",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2454,7 +2454,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "080b37259f58ad08e2ed073f614fb8933ab952c88e2a09bb41ed98a560961995",
+        sha256: "7c51f59c3d7bc0606686e95c8d3ee2188ee5de6eba264ed33f1ebabf054a13b7",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -2462,13 +2462,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-none-none-both-f32-imperfect.wgsl"
         ),
-        sha256: "40635b92ceb2813b12c682155845bb0f91166feb990b7b70aa8036106cc3c96d",
+        sha256: "df5939d839ab52da61555464b73c742d0c87c08ad1f3036ecf0e8317d9143ef2",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-none-none-both-f32-none.wgsl"),
-        sha256: "51d04ff37479e2289aa1f1c736c494c878d6179e9be75bb796844f50528e4e48",
+        sha256: "16fbe2bcb416e279994ea06f7ae2465e8c3138cc7a5c58a627a2c7ecc835f1cc",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -2476,7 +2476,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-none-none-both-f32-shadow_map.wgsl"
         ),
-        sha256: "aa5590f13057623d8b37f288f8f11ec8c2ca04bab54819f5c3bfe0f070895b63",
+        sha256: "fb1416605b63f8cf3868ea3c1a59134b747f3015817f5f6f990e44e386e68f23",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -2484,13 +2484,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-none-none-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "c70f24c4b266c95bae2e7260ab287357b86a77186f6093c0ecc8b6a3c71ac1ab",
+        sha256: "cb774121b2efe24617ad4e76dbb715e72ebedb2f8cff2e096835cf67864a2252",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-none-none-diffuse-f32-none.wgsl"),
-        sha256: "bb98754e89c9a42d66200c8108ba2f7d5fe3c831236aafd59b87bbb9209da147",
+        sha256: "7aa9556f3793d2374affca3bf4285c2bf519d42c5562af236b85fdae4f1ae386",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -2498,19 +2498,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobe-fitted-none-none-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "14b8e0119291d347efd0826eb1e55331cf059c2e663e39c2205b03bf174e07fd",
+        sha256: "f9fa76323b0d4685bf06d963c2531cd09386f6851255c4fb2c26e56ccdd884f3",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-sg-ggx-both-f32-none.wgsl"),
-        sha256: "e25cbb73f34f916a354003f6f0b7c21dc702d1d52c53ad4e3c2e0b51497a7c7d",
+        sha256: "58691039ac51123442e52ce05e3499dbb07e92532dda0eb3401359d385d6fc48",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobe-fitted-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "755862f81312d089b567add77fd2dd0654c82ff97e262e7514351a5babb2debf",
+        sha256: "74fc94966b647cac9c22b934ebf676adf0eea9961d7d96ee71a45d75d006edfe",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
@@ -3055,7 +3055,7 @@ pub enum Function {
     SgReflectionDominant,
     /// Reflection by the filtered distribution.
     NdfFilteredReflection,
-    /// The same, as published.
+    /// The same, after a description of the published form.
     NdfFiltered2024Reflection,
     /// Directional albedo of GGX.
     GgxAlbedo,
@@ -3770,7 +3770,7 @@ pub enum Specular {
     AsgProduct,
     /// The distribution of facets is filtered by the light's lobe \[Tokuyoshi 2024\], with less error than as published.
     NdfFiltered,
-    /// The distribution of facets is filtered by the light's lobe as published: widths add up, without shadowing \[Tokuyoshi 2024\].
+    /// The distribution of facets is filtered by the light's lobe after a description of the published form: widths add up, without shadowing \[Tokuyoshi 2024\].
     NdfFiltered2024,
 }
 impl Specular {

@@ -103,7 +103,7 @@ fn sglow_extent_across(mean_length: f32) -> f32 {
     return sqrt(max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6));
 }
 
-/// The integral of a lobe times a clamped cosine without a transcendental function: the mean cosine is the positive part
+/// The integral of a lobe times a clamped cosine without a transcendental function, our own form: the mean cosine is the positive part
 /// of r z with the extent sqrt(1 - r^2), r the mean length of the lobe's directions. Exact for lobes that are the same
 /// everywhere and for those of one direction; largest error over that of a facing lobe 0.024
 /// (tests of oracle/src/shade/quadratic.rs).

@@ -198,7 +198,7 @@ fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
 }
 
 /// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine.
-/// [Tokuyoshi 2024]
+/// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
 fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
     return incoming.radiance * (0.31830987 * integral);
@@ -229,7 +229,7 @@ fn sglow_extent_across(mean_length: f32) -> f32 {
 /// The vector irradiance of a uniform disc of Lambertian emission has a closed form: for a disc of radius a in a plane,
 /// a receiver at the height h over that plane and at the place -T of it, with X = T^2 + h^2 + a^2, Y = T^2 + h^2 - a^2
 /// and Q = sqrt(Y^2 + 4 a^2 h^2), it goes with T/(X + Q) - n h (Q - Y)/(4 a^2 h^2), here times 2 d/Q, so that it is the
-/// inverse square of the distance far away. (oracle/src/shade/disc.rs compares it with quadrature.) Where normals differ
+/// inverse square of the distance far away. Derived here; oracle/src/shade/disc.rs compares it with quadrature. Where normals differ
 /// the disc is as thick as the variance along its normal, v/2 (1 - r^2), which is added to h^2. What is cut off at the
 /// receiver's horizon is the parabola of sglow_positive_part with the extent that the disc has along the receiver's
 /// normal.

@@ -227,7 +227,7 @@ fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
 }
 
 /// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine.
-/// [Tokuyoshi 2024]
+/// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
 fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
     return incoming.radiance * (0.31830987 * integral);

@@ -13,7 +13,7 @@ use crate::json::Report;
 use crate::page::report::LeftOut;
 
 /// The form of the file; it grows when a reader of the form before would misread it.
-pub(super) const VERSION: u32 = 2;
+pub(super) const VERSION: u32 = 3;
 
 /// What `report` found: error against run time of every configuration of each scene's indirect light.
 #[derive(Serialize, JsonSchema)]

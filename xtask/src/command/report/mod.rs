@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use sglow_measure::cache::Cache;
 use sglow_measure::densities::OnDensity;
-use sglow_measure::frontier::document::{Metric, Pictures, ReferenceKind, SceneReport};
+use sglow_measure::frontier::document::{Metric, Pictures, SceneReport};
 use sglow_measure::frontier::promise::{self, Promised};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::{RUNS, scene};
@@ -307,17 +307,13 @@ fn measure(
 fn show(scene: &SceneReport) {
     let [width, height] = scene.size;
     say::line(format!(
-        "\n{}: {} triangles, {width} x {height}, map of {} squared, {} lights, {}; reference by {}, its estimated error {}",
+        "\n{}: {} triangles, {width} x {height}, map of {} squared, {} lights, {}; reference of paths, its noise {}",
         scene.scene,
         scene.triangles,
         scene.rsm_size,
         scene.lights,
         scene.clock,
-        match scene.reference.kind {
-            ReferenceKind::Paths => "paths",
-            ReferenceKind::Points => "points",
-        },
-        percent(scene.reference.floor_over_mean),
+        percent(scene.reference.noise_over_mean),
     ));
     let [relative_mse, rmse, median, q95, flip, bias] = errors::HEADINGS;
     let header =

@@ -37,7 +37,7 @@ pub(crate) fn lines(
         (area.axes(&x, x_label, &y, y_label))
         @if let Some(floor) = floor {
             @let height = px(area.y(&y, floor));
-            line.floor x1=(px(area.left)) x2=(px(area.right)) y1=(height) y2=(height) { title { "the reference's own error" } }
+            line.floor x1=(px(area.left)) x2=(px(area.right)) y1=(height) y2=(height) { title { "the reference's own noise" } }
         }
         @for (index, line) in lines.iter().enumerate() {
             @let drawn: Vec<&[f64; 2]> = line.points.iter().filter(|point| point[1].is_finite()).collect();

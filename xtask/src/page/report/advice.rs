@@ -13,9 +13,9 @@ pub(crate) struct Advice<'a> {
     pub(crate) good: &'a Way,
     /// The one with the least error.
     pub(crate) best: &'a Way,
-    /// The least error that cannot be told from a good one: the greater of the share and the reference's own.
+    /// The least error that cannot be told from a good one: the greater of the share and its uncertainty.
     pub(crate) limit: f64,
-    /// Whether that limit is the reference's own error.
+    /// Whether that limit is the uncertainty of the least error.
     pub(crate) by_floor: bool,
 }
 
@@ -87,7 +87,7 @@ fn answer<'a>(named: &Named<'a>, advice: &Advice<'a>, within: f64) -> Markup {
 fn near(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> String {
     if advice.by_floor {
         format!(
-            "within the estimated error of the reference, {}, below which nothing is told apart",
+            "within the uncertainty of the least error, {}, below which nothing is told apart",
             named.text(advice.limit)
         )
     } else {
@@ -168,7 +168,7 @@ fn choices(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
 
 fn short(advice: &Advice<'_>, within: f64) -> String {
     if advice.by_floor {
-        "within the estimated error of the reference".to_owned()
+        "within the uncertainty of the least error".to_owned()
     } else {
         format!("within {} of the best error", percent(within))
     }

@@ -17,7 +17,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
     let floor = Floor {
         at: named.floor(),
         says: format!(
-            "estimated error of the reference, {}: no claim below",
+            "uncertainty of the least error, {}: no claim below",
             named.text(named.floor())
         ),
     };

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_measure::frontier::document::{
-    Pass, PictureError, Pictures, Pruned, Radiance, Reference, ReferenceKind, Rounding,
-    SceneReport, Series, Side, Straddling, Sweep, SweepOver, SweepPoint, Uncertainty, Way, Worst,
+    Pass, PictureError, Pictures, Pruned, Radiance, Reference, Rounding, SceneReport, Series, Side,
+    Straddling, Sweep, SweepOver, SweepPoint, Uncertainty, Way, Worst,
 };
 use sglow_measure::frontier::rank;
 use sglow_measure::time::Time;
@@ -130,11 +130,11 @@ pub(crate) fn report() -> Report {
     report
 }
 
-fn scene(name: &str, seed: u64, error: f64, floor: f64) -> MadeUp {
+fn scene(name: &str, seed: u64, error: f64, noise: f64) -> MadeUp {
     let mut random = Random::new(seed);
     let mut ways = ways(&mut random, error);
-    let made_of = reference(floor);
-    rank::mark(&mut ways, &made_of);
+    let made_of = reference(noise);
+    rank::mark(&mut ways);
     let shown = |way: &&Way| way.is_shown();
     for way in ways.iter_mut().filter(|way| !way.frontiers.is_empty()) {
         way.flicker = Some(way.picture.rmse_over_mean * 0.2);
@@ -190,17 +190,8 @@ fn scene(name: &str, seed: u64, error: f64, floor: f64) -> MadeUp {
     }
 }
 
-fn reference(floor: f64) -> Reference {
-    Reference {
-        kind: ReferenceKind::Points,
-        samples: 256,
-        mean: 0.25,
-        noise_over_mean: floor * 0.8,
-        discretisation_over_mean: floor * 0.6,
-        floor_over_mean: floor,
-        other_floor_over_mean: Some(floor * 3.0),
-        dark: false,
-    }
+fn reference(noise: f64) -> Reference {
+    Reference { samples: 256, mean: 0.25, noise_over_mean: noise, dark: false }
 }
 
 fn fact(name: &str, holds: bool, evidence: &str) -> Fact {
@@ -489,8 +480,6 @@ fn plain(mut scene: MadeUp) -> MadeUp {
 fn dark(mut scene: MadeUp) -> MadeUp {
     scene.measured.reference.dark = true;
     scene.measured.reference.mean = 0.0;
-    scene.measured.reference.kind = ReferenceKind::Paths;
-    scene.measured.reference.other_floor_over_mean = None;
     scene.measured.sweeps.clear();
     scene.pictures.reference.fill([0.0; 3]);
     scene.pictures.ways.values_mut().for_each(|picture| picture.fill([0.0; 3]));

@@ -104,14 +104,12 @@ impl<'a> Named<'a> {
         errors::text(value, self.metric, dark).replace(' ', "\u{a0}")
     }
 
-    /// Below what an error is not told apart: the reference's own, or what its noise may make of the smallest error.
+    /// Below what an error is not told apart: the uncertainty of the least error.
     pub(crate) fn floor(&self) -> f64 {
-        let least = self
-            .ways()
+        self.ways()
             .iter()
             .min_by(|one, other| self.value(one).total_cmp(&self.value(other)))
-            .map_or(0.0, |way| way.picture.measured(self.metric).uncertainty);
-        self.scene.measured.reference.floor(self.metric).max(least)
+            .map_or(0.0, |way| way.picture.measured(self.metric).uncertainty)
     }
 
     /// A configuration's number.

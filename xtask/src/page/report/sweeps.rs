@@ -44,7 +44,7 @@ fn over(sweep: &Sweep) -> [&'static str; 2] {
 
 fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
     let [heading, axis] = over(sweep);
-    let floor = named.scene.measured.reference.floor_over_mean;
+    let floor = named.scene.measured.reference.noise_over_mean;
     let picture = |point: &SweepPoint| point.picture.map(|one| one.rmse_over_mean);
     let own = |point: &SweepPoint| point.own_rms_over_mean;
     let flicker = |point: &SweepPoint| point.flicker;
@@ -66,7 +66,7 @@ fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
                 // A floor far below would flatten the lines.
                 (floor > least / 4.0).then_some(floor),
             ),
-            "Against the reference; the dashed line is the reference's own error.",
+            "Against the reference; the dashed line is the reference's own noise.",
         ),
         (
             lines(

@@ -124,8 +124,13 @@ fn the_answer_is_the_cheapest_that_is_good_enough() {
         .map(|way| way.time.median)
         .fold(f64::INFINITY, f64::min);
     assert_eq!(wide.time.median, least);
-    // Errors below the reference's own are not told apart.
-    scenes[0].measured.reference.discretisation_over_mean = 10.0;
+    // Errors below the uncertainty of the least are not told apart.
+    let least = scenes[0]
+        .measured
+        .ways
+        .iter_mut()
+        .min_by(|one, other| one.picture.relative_mse.total_cmp(&other.picture.relative_mse));
+    least.unwrap().picture.uncertainty.relative_mse = 10.0;
     let (under, _, by_floor) = name(&scenes, 0.0);
     assert!(by_floor && under.time.median < wide.time.median);
     // What leaves light out is no choice, however cheap.
