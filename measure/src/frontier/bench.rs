@@ -22,6 +22,9 @@ use crate::time::Time;
 /// Timed runs of each pass, after one that compiles.
 pub const RUNS: usize = 5;
 
+/// The times of passes by name, in the order in which they ran.
+pub(super) type PassTimes = Vec<(&'static str, Duration)>;
+
 /// Passes by name with the times of each run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Runs {
@@ -203,7 +206,7 @@ impl Subject<'_> {
         &self,
         lights: &Indirect,
         hiding: &Visibility,
-    ) -> Result<Vec<(&'static str, Duration)>, FrontierError> {
+    ) -> Result<PassTimes, FrontierError> {
         let count = lights.settings().count;
         let (_, times) =
             self.once(|encoder, timer| hiding.encode(encoder, lights.vsgls(), count, Some(timer)))?;
@@ -320,7 +323,7 @@ impl Subject<'_> {
     fn once(
         &self,
         encode: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timer<'_>),
-    ) -> Result<(Clock, Vec<(&'static str, Duration)>), FrontierError> {
+    ) -> Result<(Clock, PassTimes), FrontierError> {
         let mut timer = Timer::new(self.gpu);
         let clock = timer.clock();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
