@@ -9,6 +9,7 @@ use sglow_oracle::vsgl::{Lobe, Vsgl};
 use sglow_oracle::{Real, Vector3};
 
 use super::function;
+use crate::bound::FILTERED_FLOOR;
 use crate::function::{Function, Monotone, Numbers, Results, one, vector};
 
 /// The functions of these folders.
@@ -41,8 +42,9 @@ pub(super) const FUNCTIONS: &[Function] = &[
         Axis @ 0, Magnitude @ 3, OtherAxis @ 4, OtherSharpness @ 7, Variance @ 8, OtherAxis @ 9
     ) -> ["irradiance"],
         peak: |x| [1.0 / (x[3] * x[3] + 2.0 * x[8]); 4],
-        // The factors of a result near the smallest normal number may be flushed in another order.
-        floor: 1e-9,
+        // The factors of a result near the smallest normal number may be flushed in another order: 4 times 2^-126, where
+        // the peak is as low as 5e-31.
+        floor: 2.0 * FILTERED_FLOOR,
     ),
 ];
 
