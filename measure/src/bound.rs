@@ -235,9 +235,9 @@ pub const FUNCTIONS: &[Bound] = &[
         functions: &["ggx_albedo"],
         regimes: &[],
         quantity: Quantity::ModelOverPeak,
-        at_most: 4e-2,
-        reason: "a dielectric is within 5.5 % of its albedo, which is up to 0.72 along the surface; white metal alone is \
-                 within 1.05e-2, which the oracle's tests hold",
+        at_most: 1.06e-2,
+        reason: "the fit's own error for white metal, 1.01e-2 on the grid of its program, and 2e-4 of the quadrature's; of \
+                 a dielectric 6 % of its albedo, of what fades 10 %, by their peaks",
     },
     Bound {
         functions: &["sg_integral", "sg_upper_cosine_integral", "sg_lower_cosine_integral"],

@@ -20,7 +20,7 @@ pub const SAME_ERROR: f64 = 0.01;
 pub const SAME_TIME: f64 = 0.02;
 
 /// Whether one error counts as less than another: by more than [`SAME_ERROR`] of it and by more than both uncertainties
-/// together. Errors of the same noise are apart by less noise than that, so what is told apart is.
+/// together. Errors of the same noise are apart by less noise than that, so what counts as different is.
 fn better(one: &Place, other: &Place) -> bool {
     let (one_error, other_error) = (finite_or_worst(one.error), finite_or_worst(other.error));
     if !other_error.is_finite() {

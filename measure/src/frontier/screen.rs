@@ -128,7 +128,7 @@ struct Said {
 pub struct Screened(Vec<Said>);
 
 /// Measures `base` and the singles about it, and says which values stay. `base` is the scene's default, or what comes
-/// nearest to it where only some values are asked for.
+/// nearest to it where only some values are requested.
 ///
 /// # Errors
 ///

@@ -22,9 +22,9 @@ pub enum Specular {
     AsgFlat,
     /// The same again, with the other factors of the BRDF at the axis of the product of both lobes.
     AsgProduct,
-    /// By a distribution of facets that is filtered by the light's lobe; GGX, whatever the distribution asked for.
+    /// By a distribution of facets that is filtered by the light's lobe; GGX, whatever the requested distribution.
     NdfFiltered,
-    /// The same as published in 2024: widths add up, without shadowing; GGX, whatever the distribution asked for.
+    /// The same as published in 2024: widths add up, without shadowing; GGX, whatever the requested distribution.
     NdfFiltered2024,
 }
 
@@ -60,7 +60,7 @@ impl Specular {
         Self::NdfFiltered2024,
     ];
 
-    /// Whether the form takes the distribution that is asked for; the others are of GGX alone.
+    /// Whether the form takes the requested distribution; the others are of GGX alone.
     #[must_use]
     pub fn takes_any_distribution(self) -> bool {
         !matches!(self, Self::NdfFiltered | Self::NdfFiltered2024)

@@ -211,7 +211,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     if arguments.write_docs {
         let path = repository().join("docs/deviations.md");
         let document = std::fs::read_to_string(&path)?;
-        // Where results were kept and the page went is of no use to who reads the document.
+        // A reader of the document has other folders for results and pages.
         let scenes: String = names.iter().map(|name| format!(" --scene {name}")).collect();
         let how = format!("cargo xtask report{scenes} --write-docs");
         write::text(&path, &deviations::written(&document, &deviations, &how)?)?;

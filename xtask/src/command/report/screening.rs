@@ -96,7 +96,7 @@ pub(crate) fn plan(
     Ok(planned)
 }
 
-/// Where screening starts: the default, changed where other values are asked for.
+/// Where screening starts: the default, changed where other values are requested.
 fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started> {
     let allowed = |way: &Settings| ways::allowed(offer, &case.derivation, only, way);
     let mut base = case.derivation.settings.clone();

@@ -68,7 +68,7 @@ pub(super) fn show(found: &Findings) {
             flickers.walk.frames, flickers.reference_change
         ));
     }
-    let mut table = table::new(["asked for", "measured", "bound", "met"]);
+    let mut table = table::new(["number", "measured", "bound", "met"]);
     for one in &found.asked {
         table.add_row([
             one.name.clone(),
