@@ -30,17 +30,22 @@ impl Wish {
         Self { size, ..Self::default() }
     }
 
-    /// Settings for an input of which `facts` are known: the preset, else the defaults for its class; then numbers.
+    /// Settings for an input of which `facts` are known: the preset, else the defaults for its class; then numbers. What
+    /// is `set` by hand (`axis=value`) is not applied here, but decides which defaults hold.
     ///
     /// # Errors
     ///
     /// An unknown preset, with the known ones; an invalid number.
-    pub(crate) fn settings(&self, library: &Library, facts: &Facts) -> Result<Settings> {
+    pub(crate) fn settings(
+        &self,
+        library: &Library,
+        facts: &Facts,
+        set: &[String],
+    ) -> Result<Settings> {
         let mut settings = Settings { size: self.size, ..Settings::default() };
-        for rule in &library.class_default {
-            if rule.when.iter().all(|(fact, holds)| facts.get(fact) == Some(holds)) {
-                apply(&rule.set, &mut settings)?;
-            }
+        let by_hand = || self.numbers.iter().chain(set).filter_map(|one| one.split('=').next());
+        for rule in library.class_default.iter().filter(|rule| rule.holds(facts, by_hand())) {
+            apply(&rule.set, &mut settings)?;
         }
         if let Some(name) = &self.preset {
             apply(&library.find_preset(name).map_err(failure::rendered)?.set, &mut settings)?;
@@ -93,7 +98,7 @@ impl Derivation {
     ) -> Result<Self> {
         let facts = scene.facts();
         let allowed = library.needed(&facts.known()).map_err(failure::rendered)?;
-        let wished = wish.settings(library, &facts.known())?;
+        let wished = wish.settings(library, &facts.known(), set)?;
         let mut settings = settle(library, &allowed, set, &wished)?;
         if let Some(light) = scene.lights.first() {
             settings.light = frame::kind(light);

@@ -169,7 +169,7 @@ fn settled(
 ) -> Result<Settings> {
     let mut wished = derivation.settings.clone();
     // From what is wished where these facts hold, as the derivation itself did.
-    let defaults = derivation.wish.settings(library, facts)?;
+    let defaults = derivation.wish.settings(library, facts, set)?;
     for axis in AXES {
         if let Some(value) = defaults.value(axis) {
             wished.set(axis, &value)?;
@@ -308,8 +308,8 @@ mod tests {
     fn what_a_scene_without_specular_saves_is_told_by_rule() {
         let (derivation, purpose, everything) = of("cornell", &[]);
         let specular = saved(&purpose, "no-specular-surface").unwrap();
-        // Two layers of moments with their mips, and a texture of 16 bytes a pixel.
-        let layer = 16 * (4_i64.pow(9) - 1) / 3;
+        // Two layers of moments, of which clusters need no mips, and a texture of 16 bytes a pixel.
+        let layer = 16 * 256 * 256;
         assert_eq!(specular.texture_bytes, 2 * layer + 16 * 640 * 360);
         assert_eq!(specular.milliseconds, Some(1.5));
         for number in [

@@ -177,7 +177,7 @@ fn factor(text: &str) -> Result<f32, String> {
 mod tests {
     use clap::Parser;
     use sglow_runtime::settings::PARAMETERS;
-    use sglow_shaders::{Density, Emitter, Ndf, Specular, Visibility};
+    use sglow_shaders::{Density, Emitter, Ndf, Space, Specular, Visibility};
 
     use super::*;
 
@@ -205,6 +205,15 @@ mod tests {
         let usual = of("cornell", &[], &Numbers::default()).unwrap();
         assert_eq!(usual.visibility, Visibility::ShadowMap);
         assert_eq!(usual.count, Settings::default().count);
+        // Clusters give way to what is said of kernels, by an axis or by a number.
+        assert_eq!((usual.space, usual.emitter), (Space::World, Emitter::Disc));
+        let kernels = of("cornell", &["kernel=previous"], &Numbers::default()).unwrap();
+        assert_eq!((kernels.space, kernels.emitter), (Space::None, Emitter::Cosine));
+        let wide = Numbers { size_factor: Some(2.0), ..Numbers::default() };
+        let wide = of("cornell", &[], &wide).unwrap();
+        assert_eq!((wide.space, wide.size_factor), (Space::None, 2.0));
+        let both = of("cornell", &["emitter=cosine"], &Numbers::default()).unwrap();
+        assert_eq!((both.space, both.emitter), (Space::World, Emitter::Cosine));
         let unknown = Numbers { preset: Some("best".to_owned()), ..Numbers::default() };
         let text = of("cornell", &[], &unknown).unwrap_err().to_string();
         assert!(text.contains("best") && text.contains("tokuyoshi2016"), "{text}");

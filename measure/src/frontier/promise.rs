@@ -28,6 +28,8 @@ pub mod named {
     pub const BARE_16384: &str = "default without visibility, 16384 lights";
     /// The default with the emitter lobe.
     pub const LOBE: &str = "default with the emitter lobe";
+    /// The default with the emitter cosine.
+    pub const COSINE: &str = "default with the emitter cosine";
 }
 
 /// The number of lights that promises are about, unless they say another.
@@ -58,14 +60,15 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         specular,
         ..bare.clone()
     };
-    let lobe = screen::with(base, "emitter", "lobe").unwrap_or_else(|| base.clone());
+    let emitter = |value| screen::with(base, "emitter", value).unwrap_or_else(|| base.clone());
     vec![
         (named::DEFAULT, base.clone()),
         (named::OLD, old),
         (named::BARE_64, Settings { count: 64, ..bare.clone() }),
         (named::BARE_16384, Settings { count: 16_384, ..bare.clone() }),
         (named::BARE, bare),
-        (named::LOBE, lobe),
+        (named::LOBE, emitter("lobe")),
+        (named::COSINE, emitter("cosine")),
     ]
 }
 
@@ -244,14 +247,17 @@ fn held(scene: &str, names: &BTreeMap<String, String>, ways: &[Way]) -> Vec<Prom
             "against facets, without visibility: an error that more lights do not take away is one of the form".to_owned(),
         );
     }
-    let lobe = find(named::LOBE);
-    at_most(
-        format!("{scene}: shading time of the default over that with the emitter lobe"),
-        default.and_then(shading).zip(lobe.and_then(shading)).map(|(ours, theirs)| ours / theirs),
-        "times",
-        1.0 + super::rank::SAME_TIME,
-        "in turns, with the same maps; runs differ by as much as the bound allows".to_owned(),
-    );
+    let lobe = find(named::LOBE).and_then(shading);
+    for (what, which) in [("the default", named::DEFAULT), ("the emitter cosine", named::COSINE)] {
+        let ours = find(which).and_then(shading);
+        at_most(
+            format!("{scene}: shading time of {what} over that with the emitter lobe"),
+            ours.zip(lobe).map(|(ours, theirs)| ours / theirs),
+            "times",
+            1.0 + super::rank::SAME_TIME,
+            "in turns, with the same maps; runs differ by as much as the bound allows".to_owned(),
+        );
+    }
     all.push(faster(scene, find(named::PRINTED), ways));
     all
 }
@@ -321,6 +327,7 @@ mod tests {
             (named::BARE_64, measured("bare 64", 0.05, 0.5)),
             (named::BARE_16384, measured("bare 16384", 0.001, 100.0)),
             (named::LOBE, measured("lobe", 0.1, 9.0)),
+            (named::COSINE, measured("cosine", 0.01, 8.5)),
             (named::PRINTED, measured("printed", 0.3, 12.0)),
         ];
         let names = all.iter().map(|(what, way)| ((*what).to_owned(), way.name.clone())).collect();
@@ -367,6 +374,8 @@ mod tests {
         assert!(failing(&names, &many).join("").contains("16384"));
         let found = broken(named::LOBE, |way| way.passes[0].time.median = 7.0);
         assert!(found.contains("with the emitter lobe"), "{found}");
+        let found = broken(named::COSINE, |way| way.passes[0].time.median = 10.0);
+        assert!(found.contains("of the emitter cosine over"), "{found}");
         let found = broken(named::PRINTED, |way| way.passes[0].time.median = 3.0);
         assert!(found.contains("papers' configuration"), "{found}");
         // What was not measured is not kept, and other scenes have fewer bounds.
@@ -386,7 +395,12 @@ mod tests {
 
     #[test]
     fn the_configurations_are_legal_and_differ() {
-        let base = Settings { visibility: Visibility::ShadowMap, ..Settings::default() };
+        let base = Settings {
+            visibility: Visibility::ShadowMap,
+            space: Space::World,
+            emitter: Emitter::Disc,
+            ..Settings::default()
+        };
         let all = configurations(&base);
         for (what, settings) in &all {
             assert!(settings.shade().excluded().is_none(), "{what}");

@@ -64,13 +64,23 @@ fn choices() -> Vec<(&'static str, Vec<String>)> {
     ]
 }
 
-/// `base` with one value, and with what goes with it: clusters have no kernels to size and are held in 32 bits, previous
-/// kernels have no equation to solve, and a distribution goes with specular reflection. None if the base has it already,
-/// or there is no such value.
+/// Axes and parameters of kernels, which clusters have none of.
+const OF_KERNELS: [&str; 6] =
+    ["kernel", "solver", "filter", "precision", "size_factor", "iterations"];
+
+/// `base` with one value, and with what goes with it: clusters have no kernels to size and are held in 32 bits, so that a
+/// value of kernels goes with no clusters; previous kernels have no equation to solve, and a distribution goes with
+/// specular reflection. None if the base has it already, or there is no such value.
 #[must_use]
 pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
     let mut settings = base.clone();
     settings.set(axis, value).ok()?;
+    if way::value(base, axis) == way::value(&settings, axis) {
+        return None;
+    }
+    if OF_KERNELS.contains(&axis) {
+        settings.space = Space::None;
+    }
     settings.ndf = way::distribution(settings.specular, base);
     if settings.space != Space::None {
         settings.kernel = Kernel::Modified;
@@ -288,7 +298,12 @@ pub fn crossed(
         all = all.iter().flat_map(more).collect();
         all.retain(|settings| names.insert(way::name(settings, base)));
     }
-    all.retain(|settings| legal(settings) && allowed(settings));
+    let sized = |settings: &Settings| (settings.size_factor, settings.iterations);
+    all.retain(|settings| {
+        // What sizes kernels changes nothing of clusters.
+        let differs = settings.space == Space::None || sized(settings) == sized(base);
+        differs && legal(settings) && allowed(settings)
+    });
     all
 }
 
@@ -330,6 +345,11 @@ mod tests {
         assert_eq!(previous.solver, Solver::None);
         let half = Settings { precision: Precision::F16, ..base.clone() };
         assert_eq!(with(&half, "space", "world").unwrap().precision, Precision::F32);
+        let clusters = with(&base, "space", "world").unwrap();
+        let previous = with(&clusters, "kernel", "previous").unwrap();
+        assert_eq!((previous.space, previous.kernel), (Space::None, Kernel::Previous));
+        assert!(with(&clusters, "kernel", "modified").is_none());
+        assert!(singles(&clusters, &|_| true).iter().any(|single| single.axis == "size_factor"));
         assert!(
             with(&base, "emitter", "cosine").is_none() && with(&base, "colour", "red").is_none()
         );
@@ -374,5 +394,20 @@ mod tests {
         let names: BTreeSet<String> =
             crossed(&base, &few, &|_| true).iter().map(|one| way::name(one, &base)).collect();
         assert!(names.contains("emitter=disc,lights=64") && names.contains("default"), "{names:?}");
+        // K is crossed with kernels alone.
+        let clusters = with(&base, "space", "world").unwrap();
+        let values = |axis: &str, values: [&str; 2]| Kept {
+            axis: axis.to_owned(),
+            values: values.map(str::to_owned).to_vec(),
+            cut: Vec::new(),
+            dominated: Vec::new(),
+        };
+        let base_size = clusters.size_factor.to_string();
+        let kept = [values("size_factor", [&base_size, "4"]), values("space", ["none", "world"])];
+        let names: Vec<String> = crossed(&clusters, &kept, &|_| true)
+            .iter()
+            .map(|one| way::name(one, &clusters))
+            .collect();
+        assert_eq!(names, ["space=none", "default", "space=none,size_factor=4"]);
     }
 }

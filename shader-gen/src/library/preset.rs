@@ -121,8 +121,24 @@ pub struct ClassDefault {
     pub when: BTreeMap<String, bool>,
     /// Values of axes and parameters.
     pub set: BTreeMap<String, Setting>,
+    /// Axes and parameters that these values make meaningless: the rule does not hold where one of them is set.
+    #[serde(default)]
+    pub unless: Vec<String>,
     /// Why.
     pub reason: String,
+}
+
+impl ClassDefault {
+    /// Whether the rule holds: these facts are known, and of axes and parameters these are set by hand.
+    #[must_use]
+    pub fn holds<'a>(
+        &self,
+        facts: &BTreeMap<String, bool>,
+        set: impl IntoIterator<Item = &'a str>,
+    ) -> bool {
+        self.when.iter().all(|(fact, holds)| facts.get(fact) == Some(holds))
+            && !set.into_iter().any(|name| self.unless.iter().any(|unless| unless == name))
+    }
 }
 
 impl Library {
@@ -185,7 +201,21 @@ impl Library {
                 }
             }
             self.check_settings(&rule.set, &["default", &index, "set"], places, errors);
+            for (at, name) in rule.unless.iter().enumerate() {
+                if !self.axis.contains_key(name) && !parameters.contains(&name.as_str()) {
+                    let at = at.to_string();
+                    let unknown = self.unknown_setting(name);
+                    errors.push(places.mark(unknown, &["default", &index, "unless", &at], "here"));
+                }
+            }
         }
+    }
+
+    /// An error about a name that is neither an axis nor a parameter.
+    fn unknown_setting(&self, name: &str) -> Diagnostic {
+        let axes = self.axis.keys().map(String::as_str);
+        let parameters = self.parameter.iter().map(|one| one.name.as_str());
+        Diagnostic::unknown("axis or parameter", name, axes.chain(parameters))
     }
 
     fn check_settings(
@@ -207,9 +237,7 @@ impl Library {
                     Diagnostic::unknown(&format!("value of axis `{name}`"), &value, known)
                 }
                 None if !self.parameter.iter().any(|known| known.name == *name) => {
-                    let axes = self.axis.keys().map(String::as_str);
-                    let parameters = self.parameter.iter().map(|one| one.name.as_str());
-                    Diagnostic::unknown("axis or parameter", name, axes.chain(parameters))
+                    self.unknown_setting(name)
                 }
                 None if matches!(setting, Setting::Name(_)) => {
                     let text = format!("parameter `{name}` is a number, not `{setting}`");

@@ -123,6 +123,14 @@ fn presets_and_defaults_name_axes_parameters_and_values() {
     };
     assert_eq!(default("coloured = false"), "nothing is wrong");
     assert!(default("colored = false").contains("colored"));
+    let unless = |name: &str| {
+        with_presets(&format!(
+            "{gain}[[default]]\nname = \"grey\"\nwhen = {{}}\nset = {{}}\nunless = [\"{name}\"]\nreason = \"why\"\n"
+        ))
+    };
+    assert_eq!(unless("channel"), "nothing is wrong");
+    assert_eq!(unless("gain"), "nothing is wrong");
+    assert!(unless("gein").contains("axis or parameter"), "{}", unless("gein"));
     let twice = "[[preset]]\nname = \"quick\"\ndescription = \"rough\"\nset = {}\n".repeat(2);
     assert!(with_presets(&twice).contains("declared twice"));
 }

@@ -8,6 +8,13 @@ pub const MANIFEST: &str = include_str!("../manifest.json");
 /// The variants of the package, sorted by identifier.
 pub static VARIANTS: &[Variant] = &[
     Variant {
+        id: "centres-warped-world",
+        pass: centres::PASS,
+        entry_points: centres::ENTRY_POINTS_0,
+        bind_groups: centres::LAYOUT_0,
+        binding_names: centres::NAMES_0,
+    },
+    Variant {
         id: "check-both-f16",
         pass: check::PASS,
         entry_points: check::ENTRY_POINTS_0,
@@ -34,6 +41,97 @@ pub static VARIANTS: &[Variant] = &[
         entry_points: check::ENTRY_POINTS_0,
         bind_groups: check::LAYOUT_3,
         binding_names: check::NAMES_3,
+    },
+    Variant {
+        id: "cluster_assign-world",
+        pass: cluster_assign::PASS,
+        entry_points: cluster_assign::ENTRY_POINTS_0,
+        bind_groups: cluster_assign::LAYOUT_0,
+        binding_names: cluster_assign::NAMES_0,
+    },
+    Variant {
+        id: "cluster_boxes",
+        pass: cluster_boxes::PASS,
+        entry_points: cluster_boxes::ENTRY_POINTS_0,
+        bind_groups: cluster_boxes::LAYOUT_0,
+        binding_names: cluster_boxes::NAMES_0,
+    },
+    Variant {
+        id: "cluster_codes-world",
+        pass: cluster_codes::PASS,
+        entry_points: cluster_codes::ENTRY_POINTS_0,
+        bind_groups: cluster_codes::LAYOUT_0,
+        binding_names: cluster_codes::NAMES_0,
+    },
+    Variant {
+        id: "cluster_starts",
+        pass: cluster_starts::PASS,
+        entry_points: cluster_starts::ENTRY_POINTS_0,
+        bind_groups: cluster_starts::LAYOUT_0,
+        binding_names: cluster_starts::NAMES_0,
+    },
+    Variant {
+        id: "cluster_sum-camera-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_0,
+        binding_names: cluster_sum::NAMES_0,
+    },
+    Variant {
+        id: "cluster_sum-camera-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_1,
+        binding_names: cluster_sum::NAMES_1,
+    },
+    Variant {
+        id: "cluster_sum-directional-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_0,
+        binding_names: cluster_sum::NAMES_0,
+    },
+    Variant {
+        id: "cluster_sum-directional-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_1,
+        binding_names: cluster_sum::NAMES_1,
+    },
+    Variant {
+        id: "cluster_sum-point-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_0,
+        binding_names: cluster_sum::NAMES_0,
+    },
+    Variant {
+        id: "cluster_sum-point-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_1,
+        binding_names: cluster_sum::NAMES_1,
+    },
+    Variant {
+        id: "cluster_sum-spot-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_0,
+        binding_names: cluster_sum::NAMES_0,
+    },
+    Variant {
+        id: "cluster_sum-spot-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_1,
+        binding_names: cluster_sum::NAMES_1,
+    },
+    Variant {
+        id: "cluster_tree",
+        pass: cluster_tree::PASS,
+        entry_points: cluster_tree::ENTRY_POINTS_0,
+        bind_groups: cluster_tree::LAYOUT_0,
+        binding_names: cluster_tree::NAMES_0,
     },
     Variant {
         id: "compose-both-none",
@@ -1303,6 +1401,27 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shadow::NAMES_0,
     },
     Variant {
+        id: "sort_count",
+        pass: sort_count::PASS,
+        entry_points: sort_count::ENTRY_POINTS_0,
+        bind_groups: sort_count::LAYOUT_0,
+        binding_names: sort_count::NAMES_0,
+    },
+    Variant {
+        id: "sort_scan",
+        pass: sort_scan::PASS,
+        entry_points: sort_scan::ENTRY_POINTS_0,
+        bind_groups: sort_scan::LAYOUT_0,
+        binding_names: sort_scan::NAMES_0,
+    },
+    Variant {
+        id: "sort_scatter",
+        pass: sort_scatter::PASS,
+        entry_points: sort_scatter::ENTRY_POINTS_0,
+        bind_groups: sort_scatter::LAYOUT_0,
+        binding_names: sort_scatter::NAMES_0,
+    },
+    Variant {
         id: "surface-constant-opaque",
         pass: surface::PASS,
         entry_points: surface::ENTRY_POINTS_0,
@@ -1327,6 +1446,12 @@ pub static VARIANTS: &[Variant] = &[
 /// The WGSL of the variants, in the order of [`VARIANTS`].
 pub static EMBEDDED: &[Embedded] = &[
     Embedded {
+        id: "centres-warped-world",
+        pass: centres::PASS,
+        text: include_str!("../wgsl/centres-warped-world.wgsl"),
+        sha256: "d55f3f8357ea6fb073eedc8cf2b24aee3814a20b390e965d143f0095b53161ae",
+    },
+    Embedded {
         id: "check-both-f16",
         pass: check::PASS,
         text: include_str!("../wgsl/check-both-f16.wgsl"),
@@ -1349,6 +1474,86 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: check::PASS,
         text: include_str!("../wgsl/check-diffuse-f32.wgsl"),
         sha256: "c6022a7af260d29a90a0b46631f6b440a39dbad1820ed87ac07865d4b8aee46c",
+    },
+    Embedded {
+        id: "cluster_assign-world",
+        pass: cluster_assign::PASS,
+        text: include_str!("../wgsl/cluster_assign-world.wgsl"),
+        sha256: "d37acbcfcfe5b8f8987aca1c6edfb88abb431e4e86a6ef00144822dad435b205",
+    },
+    Embedded {
+        id: "cluster_boxes",
+        pass: cluster_boxes::PASS,
+        text: include_str!("../wgsl/cluster_boxes.wgsl"),
+        sha256: "594ce43d256bbc584539166797dc59eb4baf4704006db9f5596bfb69c9f44b98",
+    },
+    Embedded {
+        id: "cluster_codes-world",
+        pass: cluster_codes::PASS,
+        text: include_str!("../wgsl/cluster_codes-world.wgsl"),
+        sha256: "86498b1ace9b6c1c60b744600f4efbbff4b73c6b4620ec94c3edec8f15667bc4",
+    },
+    Embedded {
+        id: "cluster_starts",
+        pass: cluster_starts::PASS,
+        text: include_str!("../wgsl/cluster_starts.wgsl"),
+        sha256: "fcbaa4390f34731160189426dd9b6fdd972994de63a944c3dec7b7f8ca981859",
+    },
+    Embedded {
+        id: "cluster_sum-camera-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-camera-trace-exact-both-f0.wgsl"),
+        sha256: "ce760958c71263a7785684fa1ea9936585d14807a2c68728a4ea8c259567a6dc",
+    },
+    Embedded {
+        id: "cluster_sum-camera-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-camera-trace-exact-diffuse-f0.wgsl"),
+        sha256: "c568fd0a2577e5e837b5fe5e799c614f8dcfe939de539215f1a21aab13e42a5a",
+    },
+    Embedded {
+        id: "cluster_sum-directional-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-directional-trace-exact-both-f0.wgsl"),
+        sha256: "44b39e85190a3782cc190b3f21a79ef2aabec3b43e23fe62d81a2363399a11e9",
+    },
+    Embedded {
+        id: "cluster_sum-directional-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!(
+            "../wgsl/cluster_sum-directional-trace-exact-diffuse-f0.wgsl"
+        ),
+        sha256: "d6f6589da26b8a035c8ef1820f7b4685717da07b486d4abf21b38d0954fcbd33",
+    },
+    Embedded {
+        id: "cluster_sum-point-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-point-trace-exact-both-f0.wgsl"),
+        sha256: "3ae9ece4e7db94af36266265d6f4e034b6509c8b5fd9f19ee4221296dc8ca8ef",
+    },
+    Embedded {
+        id: "cluster_sum-point-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-point-trace-exact-diffuse-f0.wgsl"),
+        sha256: "26fc685ed633aac5e0e742821c2beab986f7bc5233a2898338cd0fe9c30641bf",
+    },
+    Embedded {
+        id: "cluster_sum-spot-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-spot-trace-exact-both-f0.wgsl"),
+        sha256: "0330ddccc3dcf9c31ff8f26d76b9849f45581b3ac5e456e5c9387b36fa352881",
+    },
+    Embedded {
+        id: "cluster_sum-spot-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-spot-trace-exact-diffuse-f0.wgsl"),
+        sha256: "fec66bb4bb9428b6407f2cef39236b6830da8dba3a4b15848fef96a0ac9aeacd",
+    },
+    Embedded {
+        id: "cluster_tree",
+        pass: cluster_tree::PASS,
+        text: include_str!("../wgsl/cluster_tree.wgsl"),
+        sha256: "cc509783fcfa4093933de0dd6f2249506089fe78ed78cfb48d3f2574dd3cd3eb",
     },
     Embedded {
         id: "compose-both-none",
@@ -2567,6 +2772,24 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-textured-opaque.wgsl"),
         sha256: "7fb7fdd6475de048bfbec026f64714d7575014a829f1a4406b4696362d0b0e7a",
+    },
+    Embedded {
+        id: "sort_count",
+        pass: sort_count::PASS,
+        text: include_str!("../wgsl/sort_count.wgsl"),
+        sha256: "d2568c1cfa8bebca1688d00f5d16e0c471068e7678ea69d496be7a527eb96d23",
+    },
+    Embedded {
+        id: "sort_scan",
+        pass: sort_scan::PASS,
+        text: include_str!("../wgsl/sort_scan.wgsl"),
+        sha256: "b60b9b2316748a26a091dbb43e12ac355605e80ca32987e30ce422aef5580fa2",
+    },
+    Embedded {
+        id: "sort_scatter",
+        pass: sort_scatter::PASS,
+        text: include_str!("../wgsl/sort_scatter.wgsl"),
+        sha256: "b7ea0512919bc2bf4d32bf2ea84f9a1be10e19e77b9fbbc366f850d2a859e1ef",
     },
     Embedded {
         id: "surface-constant-opaque",
@@ -5752,6 +5975,48 @@ pub mod centres {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_draw_centres",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `centres-warped-world`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_centres_parameters",
+            "sglow_density_texture",
+            "sglow_position_texture",
+            "sglow_centres",
+            "sglow_centres_box",
+        ],
+    ];
 }
 /// The Morton code of each centre.
 pub mod cluster_codes {
@@ -5798,6 +6063,32 @@ pub mod cluster_codes {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_make_codes",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cluster_codes-world`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_codes_parameters",
+            "sglow_centres",
+            "sglow_centres_box",
+            "sglow_codes",
+            "sglow_order",
+        ],
+    ];
 }
 /// First of three passes that sort by four bits: counts them in blocks of 1024 keys.
 pub mod sort_count {
@@ -5830,6 +6121,24 @@ pub mod sort_count {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_sort_count",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([256, 1, 1]),
+        },
+    ];
+    /// `sort_count`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 12),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &["sglow_sort_parameters", "sglow_keys", "sglow_digit_counts"],
+    ];
 }
 /// Second of three: from counts to where the keys of each block and digit begin.
 pub mod sort_scan {
@@ -5862,6 +6171,23 @@ pub mod sort_scan {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_sort_scan",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([256, 1, 1]),
+        },
+    ];
+    /// `sort_scan`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 12),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &["sglow_sort_parameters", "sglow_digit_counts"],
+    ];
 }
 /// Third of three: brings keys and values there, those of equal digits in their order.
 pub mod sort_scatter {
@@ -5894,6 +6220,34 @@ pub mod sort_scatter {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_sort_scatter",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([256, 1, 1]),
+        },
+    ];
+    /// `sort_scatter`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 12),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_sort_parameters",
+            "sglow_keys",
+            "sglow_values",
+            "sglow_digit_starts",
+            "sglow_sorted_keys",
+            "sglow_sorted_values",
+        ],
+    ];
 }
 /// The binary radix tree of the sorted codes.
 pub mod cluster_tree {
@@ -5926,6 +6280,25 @@ pub mod cluster_tree {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_make_tree",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cluster_tree`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, false, 8),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &["sglow_tree_parameters", "sglow_codes", "sglow_children", "sglow_parents"],
+    ];
 }
 /// The box around the centres below each node of the tree.
 pub mod cluster_boxes {
@@ -5958,6 +6331,34 @@ pub mod cluster_boxes {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_make_boxes",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cluster_boxes`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_boxes_parameters",
+            "sglow_centres",
+            "sglow_order",
+            "sglow_parents",
+            "sglow_leaves",
+            "sglow_boxes",
+        ],
+    ];
 }
 /// Finds the closest centre of each texel by the tree.
 pub mod cluster_assign {
@@ -6004,6 +6405,44 @@ pub mod cluster_assign {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_assign",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([8, 8, 1]),
+        },
+    ];
+    /// `cluster_assign-world`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 8),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_assign_parameters",
+            "sglow_position_texture",
+            "sglow_children",
+            "sglow_boxes",
+            "sglow_leaves",
+            "sglow_assignment",
+            "sglow_order",
+        ],
+    ];
 }
 /// Finds the first texel of each cluster among those that are sorted by cluster.
 pub mod cluster_starts {
@@ -6036,6 +6475,24 @@ pub mod cluster_starts {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_find_starts",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cluster_starts`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 8),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &["sglow_starts_parameters", "sglow_sorted_clusters", "sglow_starts"],
+    ];
 }
 /// Sums the texels of each cluster to one virtual spherical Gaussian light.
 pub mod cluster_sum {
@@ -6109,6 +6566,107 @@ pub mod cluster_sum {
             super::variant(&self.id())
         }
     }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_sum",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cluster_sum-camera-trace-exact-both-f0`, `cluster_sum-directional-trace-exact-both-f0`, `cluster_sum-point-trace-exact-both-f0`, `cluster_sum-spot-trace-exact-both-f0`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 112),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_sum_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_order",
+            "sglow_starts",
+            "sglow_vsgls",
+        ],
+    ];
+    /// `cluster_sum-camera-trace-exact-diffuse-f0`, `cluster_sum-directional-trace-exact-diffuse-f0`, `cluster_sum-point-trace-exact-diffuse-f0`, `cluster_sum-spot-trace-exact-diffuse-f0`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 112),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_sum_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_order",
+            "sglow_starts",
+            "sglow_vsgls",
+        ],
+    ];
 }
 /// Counts the lights and the surfaces that break the contract of the shading pass: for debug builds.
 pub mod check {
@@ -8329,6 +8887,62 @@ pub mod function {
 const fn equal(here: usize, shaders: usize) {
     assert!(here == shaders, "the layout of a struct is not that of the shaders");
 }
+/// `SglowAssignParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowAssignParameters {
+    /// Width and height of the map. (`vec2<u32>` at byte 0)
+    pub size: [u32; 2],
+    /// Number of clusters, 1 to 65536. (`u32` at byte 8)
+    pub count: u32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
+}
+impl Default for SglowAssignParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowAssignParameters>(), 16);
+    equal(core::mem::offset_of!(SglowAssignParameters, size), 0);
+    equal(core::mem::offset_of!(SglowAssignParameters, count), 8);
+};
+/// `SglowBoxesParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowBoxesParameters {
+    /// Number of clusters, 1 to 65536. (`u32` at byte 0)
+    pub count: u32,
+}
+impl Default for SglowBoxesParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowBoxesParameters>(), 4);
+    equal(core::mem::offset_of!(SglowBoxesParameters, count), 0);
+};
+/// `SglowCentresParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCentresParameters {
+    /// Number of clusters, 1 to 65536. (`u32` at byte 0)
+    pub count: u32,
+}
+impl Default for SglowCentresParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCentresParameters>(), 4);
+    equal(core::mem::offset_of!(SglowCentresParameters, count), 0);
+};
 /// `SglowCheckParameters` of the shaders.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -8345,6 +8959,23 @@ impl Default for SglowCheckParameters {
 const _: () = {
     equal(size_of::<SglowCheckParameters>(), 4);
     equal(core::mem::offset_of!(SglowCheckParameters, count), 0);
+};
+/// `SglowCodesParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCodesParameters {
+    /// Number of clusters, 1 to 65536. (`u32` at byte 0)
+    pub count: u32,
+}
+impl Default for SglowCodesParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCodesParameters>(), 4);
+    equal(core::mem::offset_of!(SglowCodesParameters, count), 0);
 };
 /// `SglowDensityParameters` of the shaders.
 #[repr(C)]
@@ -8458,6 +9089,26 @@ const _: () = {
     equal(core::mem::offset_of!(SglowKernel, centre), 0);
     equal(core::mem::offset_of!(SglowKernel, level), 8);
     equal(core::mem::offset_of!(SglowKernel, scale), 12);
+};
+/// A leaf of the tree: a centre and the cluster that it is the centre of.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowLeaf {
+    /// `vec3<f32>` at byte 0.
+    pub centre: [f32; 3],
+    /// `u32` at byte 12.
+    pub cluster: u32,
+}
+impl Default for SglowLeaf {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowLeaf>(), 16);
+    equal(core::mem::offset_of!(SglowLeaf, centre), 0);
+    equal(core::mem::offset_of!(SglowLeaf, cluster), 12);
 };
 /// A light and the image that its reflective shadow map is.
 #[repr(C)]
@@ -8863,6 +9514,97 @@ const _: () = {
     equal(core::mem::offset_of!(SglowShadowPoint, position), 0);
     equal(core::mem::offset_of!(SglowShadowPoint, radius), 12);
     equal(core::mem::offset_of!(SglowShadowPoint, normal), 16);
+};
+/// What the three passes of one digit agree on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowSortParameters {
+    /// Number of keys, at most 2^26. (`u32` at byte 0)
+    pub length: u32,
+    /// The digit's lowest bit. (`u32` at byte 4)
+    pub shift: u32,
+    /// Number of blocks of 1024 keys. (`u32` at byte 8)
+    pub blocks: u32,
+}
+impl Default for SglowSortParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowSortParameters>(), 12);
+    equal(core::mem::offset_of!(SglowSortParameters, length), 0);
+    equal(core::mem::offset_of!(SglowSortParameters, shift), 4);
+    equal(core::mem::offset_of!(SglowSortParameters, blocks), 8);
+};
+/// `SglowStartsParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowStartsParameters {
+    /// Number of texels. (`u32` at byte 0)
+    pub length: u32,
+    /// Number of clusters, 1 to 65536. (`u32` at byte 4)
+    pub count: u32,
+}
+impl Default for SglowStartsParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowStartsParameters>(), 8);
+    equal(core::mem::offset_of!(SglowStartsParameters, length), 0);
+    equal(core::mem::offset_of!(SglowStartsParameters, count), 4);
+};
+/// `SglowSumParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowSumParameters {
+    /// `SglowLight` at byte 0.
+    pub light: SglowLight,
+    /// Positions are summed relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 80)
+    pub origin: [f32; 3],
+    /// Number of clusters, 1 to 65536. (`u32` at byte 92)
+    pub count: u32,
+    /// The least positional variance: about that of one texel's footprint. (`f32` at byte 96)
+    pub minimum_variance: f32,
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1, as the moments pass takes it. (`f32` at byte 100)
+    pub diffuse_mean_length: f32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 8],
+}
+impl Default for SglowSumParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowSumParameters>(), 112);
+    equal(core::mem::offset_of!(SglowSumParameters, light), 0);
+    equal(core::mem::offset_of!(SglowSumParameters, origin), 80);
+    equal(core::mem::offset_of!(SglowSumParameters, count), 92);
+    equal(core::mem::offset_of!(SglowSumParameters, minimum_variance), 96);
+    equal(core::mem::offset_of!(SglowSumParameters, diffuse_mean_length), 100);
+};
+/// `SglowTreeParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowTreeParameters {
+    /// Number of clusters, 1 to 65536. (`u32` at byte 0)
+    pub count: u32,
+}
+impl Default for SglowTreeParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowTreeParameters>(), 4);
+    equal(core::mem::offset_of!(SglowTreeParameters, count), 0);
 };
 /// A camera, or the view of a light.
 #[repr(C)]

@@ -18,6 +18,8 @@ pub(super) struct Deviation {
     printed: String,
     /// The default's value.
     default: String,
+    /// In what both differ from the default, where the value means nothing beside the default; else empty.
+    beside: String,
     /// Each scene that was measured with both.
     scenes: Vec<OnScene>,
 }
@@ -51,14 +53,14 @@ pub(super) fn deviations(library: &Library, scenes: &[SceneReport]) -> Result<Ve
             axis: axis.clone(),
             default: String::new(),
             printed: printed.clone(),
+            beside: String::new(),
             scenes: Vec::new(),
         };
         for scene in scenes {
             let name = format!("{axis}={printed}");
-            let default = scene.ways.iter().find(|way| way.default);
-            let changed = scene.ways.iter().find(|way| way.name == name);
-            let Some((default, changed)) = default.zip(changed) else { continue };
+            let Some((default, changed)) = pair(&scene.ways, &name) else { continue };
             one.default = value_of(default, axis);
+            one.beside = if default.default { String::new() } else { default.name.clone() };
             one.scenes.push(OnScene {
                 scene: scene.scene.clone(),
                 default_error: default.picture,
@@ -72,6 +74,19 @@ pub(super) fn deviations(library: &Library, scenes: &[SceneReport]) -> Result<Ve
         }
     }
     Ok(all)
+}
+
+/// The default and the same with one value; where that means nothing, both with the value that gives it a meaning.
+fn pair<'a>(ways: &'a [Way], name: &str) -> Option<(&'a Way, &'a Way)> {
+    let find = |wanted: &str| ways.iter().find(|way| way.name == wanted);
+    if let Some(changed) = find(name) {
+        return ways.iter().find(|way| way.default).map(|default| (default, changed));
+    }
+    ways.iter().find_map(|changed| {
+        let beside = changed.name.strip_suffix(name)?.strip_suffix(',')?;
+        // One other value, no more.
+        (!beside.contains(',')).then(|| find(beside)).flatten().map(|beside| (beside, changed))
+    })
 }
 
 fn value_of(way: &Way, axis: &str) -> String {
@@ -114,8 +129,13 @@ fn table(deviations: &[Deviation], how: &str) -> String {
                     .map(|error| errors::text(error.of(metric), metric, false));
                 format!("{ours} → {theirs}")
             };
+            let beside = if one.beside.is_empty() {
+                String::new()
+            } else {
+                format!(", with `{}`", one.beside)
+            };
             text.push_str(&format!(
-                "| `{}={}` | `{}` | {} | {} | {:.1} → {:.1} |\n",
+                "| `{}={}` | `{}`{beside} | {} | {} | {:.1} → {:.1} |\n",
                 one.axis,
                 one.printed,
                 one.default,
@@ -146,6 +166,21 @@ mod tests {
         let found = deviations(&library().unwrap(), &[scene]).unwrap();
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].axis.as_str(), found[0].printed.as_str()), ("emitter", "lobe"));
+        assert_eq!(found[0].beside, "");
+        // What means nothing beside the default stands beside what gives it a meaning.
+        let mut clusters = made_up::scenes().remove(0).measured;
+        for way in clusters.ways.iter_mut().filter(|way| !way.default) {
+            way.name.insert_str(0, "other ");
+        }
+        let others: Vec<usize> =
+            (0..clusters.ways.len()).filter(|&at| !clusters.ways[at].default).collect();
+        clusters.ways[others[0]].name = "space=none,size_factor=1".to_owned();
+        assert!(deviations(&library().unwrap(), &[clusters.clone()]).unwrap().is_empty());
+        clusters.ways[others[1]].name = "space=none".to_owned();
+        let beside = deviations(&library().unwrap(), &[clusters]).unwrap();
+        let sized = beside.iter().find(|one| one.axis == "size_factor").unwrap();
+        assert_eq!(sized.beside, "space=none");
+        assert!(table(&beside, "").contains("with `space=none`"));
         let document = format!("# Title\n{BEGIN}\nold\n{END}\nprose\n");
         let text = written(&document, &found, "cargo xtask report").unwrap();
         assert!(text.contains("| `emitter=lobe` |") && text.ends_with("\nprose\n"), "{text}");
