@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::library::{ClassDefault, Library, Need, Presence};
-use sglow_shader_gen::matrix::{AllowedValues, Variant};
+use sglow_shader_gen::matrix::{AllowedValues, Facts, Variant};
 
 use super::list::{Case, base};
 use super::scenes::Lamp;
@@ -14,9 +14,6 @@ const MEASURES: [&str; 1] = ["function"];
 
 /// Parameters that are sizes: a configuration with a name is run with others.
 const SIZES: [&str; 3] = ["lights", "map", "camera_lights"];
-
-/// Which facts hold.
-type Holding = BTreeMap<&'static str, bool>;
 
 /// One thing that some configuration has to run.
 type Item = String;
@@ -97,7 +94,7 @@ const SITUATIONS: [Situation; 11] = [
 ];
 
 /// What one configuration runs of it.
-fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Holding) -> BTreeSet<Item> {
+fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Facts) -> BTreeSet<Item> {
     let settings = case.settled();
     let ids = case.variants();
     let variants: Vec<&Variant> = legal.iter().filter(|one| ids.contains(&one.id())).collect();
@@ -110,7 +107,7 @@ fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Holding) -
         }
     }
     let follows = |when: &BTreeMap<String, bool>| {
-        when.iter().all(|(fact, holds)| facts.get(fact.as_str()) == Some(holds))
+        when.iter().all(|(fact, holds)| facts.get(fact) == Some(holds))
     };
 
     let (_, absent) = library.remaining(&allowed(library, &settings, &variants));
@@ -140,12 +137,12 @@ fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Holding) -
         library.axis.iter().map(|(name, axis)| (name.as_str(), axis.default.clone())).collect();
     // The light's kind is the scene's.
     default.remove("light");
-    for rule in library.class_default.iter().filter(|rule| follows(&rule.when)) {
+    for rule in library.class_default.iter().filter(|rule| rule.holds(facts, [])) {
         default.extend(rule.set.iter().map(|(name, value)| (name.as_str(), value.to_string())));
     }
     if default.iter().all(|(name, value)| has(name, value)) {
         for rule in library.class_default.iter().filter(|rule| !rule.when.is_empty()) {
-            items.insert(defaults(rule, follows(&rule.when)));
+            items.insert(defaults(rule, rule.holds(facts, [])));
         }
     }
     for preset in &library.preset {
@@ -169,11 +166,11 @@ fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Holding) -
 pub(super) fn covered_by_each(library: &Library, cases: &[Case]) -> Vec<BTreeSet<Item>> {
     let legal = library.variants();
     // Facts of a scene take a while to find.
-    let mut known: BTreeMap<_, Holding> = BTreeMap::new();
+    let mut known: BTreeMap<_, Facts> = BTreeMap::new();
     let mut facts = |case: &Case| {
         let of_scene = || {
             let facts = case.scene().facts_lit_by(0);
-            facts.iter().map(|fact| (fact.name, fact.holds)).collect()
+            facts.iter().map(|fact| (fact.name.to_owned(), fact.holds)).collect()
         };
         known.entry((case.place, case.lamp)).or_insert_with(of_scene).clone()
     };
