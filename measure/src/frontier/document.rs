@@ -74,7 +74,8 @@ pub struct Way {
     pub passes: Vec<Pass>,
     /// Their sum.
     pub time: Time,
-    /// All passes again as one frame, in turns with those that it is compared with: on the frontier alone.
+    /// All passes again as one frame, in turns with those that it is compared with: on the frontier alone, and of frames
+    /// of at most a second.
     pub whole: Option<Time>,
     /// Bytes of each texture and buffer that it keeps, by name.
     pub bytes: BTreeMap<String, u64>,
@@ -92,7 +93,7 @@ pub struct Way {
     /// The device against the oracle. None with visibility, whose maps the tests hold.
     pub rounding: Option<Rounding>,
     /// How much more it changes from frame to frame under a moving light than it has to, over the mean: on the
-    /// frontier alone.
+    /// frontier alone, and of frames of at most four seconds.
     pub flicker: Option<f64>,
     /// The metrics by which it is on the frontier: no other configuration dominates it.
     pub frontiers: BTreeSet<Metric>,

@@ -36,7 +36,7 @@ pub fn scene(
     rank::mark(&mut measured.ways);
     let chosen = chosen(&measured.ways, ways, close, &subject.base);
     let pictures = pictures(subject, &chosen, &truth, cache)?;
-    again(subject, &chosen, &mut measured.ways, cache, progress)?;
+    again(subject, &chosen, close, &mut measured.ways, cache, progress)?;
     let base = &subject.base;
     Ok((
         SceneReport {
@@ -107,24 +107,38 @@ fn pictures(
     Ok(found)
 }
 
+/// The longest frame that is timed as a whole again, in milliseconds: what lies between passes takes some milliseconds at
+/// most, so that the sum of longer ones is good enough.
+const WHOLE_AT_MOST: f64 = 1e3;
+/// The longest frame whose flicker is followed, in milliseconds, but for configurations that promises are about.
+const FLICKER_AT_MOST: f64 = 4e3;
+
 /// The frontier and the default once more: whole frames in turns, and their flicker.
 fn again(
     subject: &Subject<'_>,
     chosen: &Named<'_>,
+    close: &BTreeSet<String>,
     measured: &mut [Way],
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<(), FrontierError> {
+    let within = |limit: f64, always: &BTreeSet<String>| -> Vec<(String, &Settings)> {
+        let short =
+            |name: &str| measured.iter().any(|way| way.name == *name && way.time.median <= limit);
+        let chosen = chosen.iter().filter(|(name, _)| always.contains(name) || short(name));
+        chosen.map(|(name, settings)| (name.clone(), *settings)).collect()
+    };
+    let timed = within(WHOLE_AT_MOST, &BTreeSet::new());
+    let followed = within(FLICKER_AT_MOST, close);
     let scene = &subject.scene.name;
-    progress.start(&format!("{scene}: the frontier in turns"), 0);
-    let times = together::whole_frames(subject, chosen, cache)?;
-    progress.start(&format!("{scene}: flicker of {} ways", chosen.len()), 0);
-    let flickers = together::flicker(subject, chosen, cache)?;
-    for (((name, _), time), flicker) in chosen.iter().zip(times).zip(flickers) {
-        if let Some(way) = measured.iter_mut().find(|way| way.name == *name) {
-            way.whole = Some(time);
-            way.flicker = Some(flicker);
-        }
+    progress.start(&format!("{scene}: {} whole frames in turns", timed.len()), 0);
+    let times = together::whole_frames(subject, &timed, cache)?;
+    progress.start(&format!("{scene}: flicker of {} ways", followed.len()), 0);
+    let flickers = together::flicker(subject, &followed, cache)?;
+    for way in measured {
+        let at = |named: &Named<'_>| named.iter().position(|(name, _)| *name == way.name);
+        way.whole = at(&timed).and_then(|at| times.get(at).copied());
+        way.flicker = at(&followed).and_then(|at| flickers.get(at).copied());
     }
     Ok(())
 }
