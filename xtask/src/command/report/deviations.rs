@@ -6,8 +6,8 @@ use sglow_measure::frontier::document::{Metric, PictureError, SceneReport, Way};
 use sglow_measure::frontier::promise::named::PRINTED;
 use sglow_shader_gen::library::Library;
 
-use crate::errors;
 use crate::failure::{self, Failure, Result};
+use crate::picture_error;
 
 /// An axis or parameter on which the default is not as printed.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -111,7 +111,7 @@ fn table(deviations: &[Deviation], how: &str) -> String {
         for on in &one.scenes {
             let cell = |metric| {
                 let [ours, theirs] = [&on.default_error, &on.printed_error]
-                    .map(|error| errors::text(error.of(metric), metric, false));
+                    .map(|error| picture_error::text(error.of(metric), metric, false));
                 format!("{ours} → {theirs}")
             };
             text.push_str(&format!(
