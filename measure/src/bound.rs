@@ -282,11 +282,11 @@ pub const FITTED_OVER_ERF: f64 = 1.3;
 pub const EXTREMES: &[Extreme] = &[
     Extreme {
         name: "far away",
-        at_most: Some(0.05),
-        reason: "held against the scene whose vertices are rounded likewise, to 1/16: what is left is the rounding of \
-                 each pixel's and each light's position by up to 1/32, a hundredth of their distance; `previous` takes its power from one texel, \
-                 and another texel is another power",
-        previous_too: false,
+        at_most: Some(0.02),
+        reason: "compared with the scene whose vertices are rounded likewise, to 1/16: what is left is the rounding of \
+                 each pixel's and each light's position by up to 1/32, a hundredth of half the scene's width, and light \
+                 falls with the square of the distance",
+        previous_too: true,
     },
     Extreme {
         name: "dark",
