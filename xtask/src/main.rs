@@ -10,6 +10,7 @@ mod derivation;
 mod failure;
 mod json;
 mod machine;
+mod marks;
 mod measured;
 mod page;
 mod picture;
