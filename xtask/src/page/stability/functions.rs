@@ -12,18 +12,14 @@ pub(super) fn section(functions: &[FunctionReport]) -> Markup {
     let columns = [
         text("function"),
         text("bounds"),
-        number("inputs"),
         number("rounding, ULP"),
-        number("99.9 %"),
         number("of the grant"),
         number("any arithmetic"),
         text("the worst"),
         number("model"),
         number("total"),
-        number("negative"),
         number("not finite"),
         number("not monotone"),
-        number("ns"),
         number("time"),
     ];
     let rows: Vec<Markup> =
@@ -48,7 +44,6 @@ fn verdict_of(function: &FunctionReport) -> Markup {
 
 fn function_rows(function: &FunctionReport, width: usize) -> Markup {
     let ulps = function.held.iter().map(|held| held.rounding.ulps.error).fold(0.0, f64::max);
-    let ulps_999 = function.held.iter().map(|held| held.rounding.ulps_999).fold(0.0, f64::max);
     let arithmetic = function
         .held
         .iter()
@@ -67,19 +62,15 @@ fn function_rows(function: &FunctionReport, width: usize) -> Markup {
         tr.head {
             th scope="row" { (function.name) @if function.literal { " " span.tag { "literal" } } }
             td { (verdict_of(function)) }
-            td.n { (count(function.inputs())) }
             td.n { (figure(ulps)) }
-            td.n { (figure(ulps_999)) }
             td class=(over(rounding)) { (maybe(rounding)) }
             td class=(over(arithmetic.map(|one| one.1.error))) { (maybe(arithmetic.map(|one| one.1.error))) }
             td { (arithmetic.map_or("–", |one| one.0)) }
             td.n { (maybe(most(function, Quantity::ModelOverPeak))) }
             td.n { (maybe(most(function, Quantity::TotalOverPeak))) }
-            td.n { (whole(sum(function, Quantity::Negative))) }
             td class=(some(not_finite)) { (whole(not_finite)) }
             td class=(some(not_monotone)) { (whole(not_monotone)) }
-            td.n { (figure(function.net.median)) }
-            td.n { (if function.relative_time.is_nan() { "–".to_owned() } else { figure(function.relative_time) }) }
+            td.n { (time(function)) }
         }
         tr {
             td.more colspan=(width) {
@@ -87,10 +78,19 @@ fn function_rows(function: &FunctionReport, width: usize) -> Markup {
                     summary { "regimes and worst inputs of " (function.name) }
                     (regimes(function))
                     (worst_inputs(function))
-                    p.quiet { (function.operations) " operations; results: " (function.results.join(", ")) }
+                    p.quiet { (count(function.inputs())) " inputs; " (function.operations) " operations; " (figure(function.net.median)) " ns; results: " (function.results.join(", ")) }
                 }
             }
         }
+    }
+}
+
+/// The time over that of the function which all are relative to; without it, nanoseconds.
+fn time(function: &FunctionReport) -> String {
+    if function.relative_time.is_nan() {
+        format!("{} ns", figure(function.net.median))
+    } else {
+        figure(function.relative_time)
     }
 }
 
