@@ -42,7 +42,7 @@ struct SglowFragment {
 @vertex
 fn sglow_vertex(vertex: SglowVertex) -> SglowFragment {
     // Relative to the view: far from the world's origin a matrix that also moves by the view's position cancels, and so does
-    // the interpolation of positions, which is off by several of their ULP.
+    // the interpolation of positions, which is off by up to hundreds of their ULP.
     let offset = vertex.position - sglow_view.origin;
     return SglowFragment(
         sglow_view.clip_from_view * vec4<f32>(offset, 1.0),
