@@ -91,14 +91,14 @@ impl Direct {
     ) {
         let DirectInputs { gbuffer, light, shadow_map, bias, eye } = *inputs;
         let matrices: Vec<_> =
-            light.faces.iter().map(|face| face.clip_from_world.to_cols_array_2d()).collect();
+            light.faces.iter().map(|face| face.clip_from_light.to_cols_array_2d()).collect();
         if self.light == Light::Point {
             let mut parameters: SglowDirectParametersPoint = bytemuck::Zeroable::zeroed();
             parameters.light = light.uniform;
             parameters.eye = eye.into();
             parameters.depth_bias = bias.depth;
             parameters.normal_offset = bias.normal;
-            for (target, matrix) in parameters.clip_from_world.iter_mut().zip(matrices) {
+            for (target, matrix) in parameters.clip_from_light.iter_mut().zip(matrices) {
                 *target = matrix;
             }
             self.queue.write_buffer(&self.parameters, 0, bytemuck::bytes_of(&parameters));
@@ -108,7 +108,7 @@ impl Direct {
             parameters.eye = eye.into();
             parameters.depth_bias = bias.depth;
             parameters.normal_offset = bias.normal;
-            parameters.clip_from_world = matrices[0];
+            parameters.clip_from_light = matrices[0];
             self.queue.write_buffer(&self.parameters, 0, bytemuck::bytes_of(&parameters));
         }
         self.pass.encode(

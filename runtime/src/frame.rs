@@ -257,12 +257,14 @@ impl<'a> Renderer<'a> {
         let eye = Vec3::from(scene.camera.position);
         let aspect = size[0] as f32 / size[1] as f32;
         let projection = perspective((0.5 * scene.camera.vertical_fov).tan(), aspect, near, far);
-        let look = look_to_mat4(eye, scene.camera.forward.into(), scene.camera.up.into());
+        let look = look_to_mat4(Vec3::ZERO, scene.camera.forward.into(), scene.camera.up.into());
         Ok(Self {
             raster: Raster::new(gpu, package, scene, settings.complete)?,
             view: SglowView {
-                clip_from_world: (projection * look).to_cols_array_2d(),
+                clip_from_view: (projection * look).to_cols_array_2d(),
                 eye: eye.extend(1.0).into(),
+                origin: eye.into(),
+                ..bytemuck::Zeroable::zeroed()
             },
             eye,
             rsm: SurfaceTargets::new(device, "sglow reflective shadow map", [settings.rsm_size; 2]),

@@ -10,8 +10,10 @@ use crate::scene::{Bounds, Light, LightKind};
 /// One face of a light's map.
 #[derive(Clone, Copy, Debug)]
 pub struct Face {
-    /// From world space to clip space.
-    pub clip_from_world: Mat4,
+    /// From positions relative to the light's to clip space.
+    pub clip_from_light: Mat4,
+    /// The light's position; of a directional one a position in the image's plane.
+    pub position: Vec3,
     /// The light's position with w = 1, or the direction towards it with w = 0.
     pub eye: Vec4,
     /// The face's rectangle in the map: left, top, width, height, each as a share of the map.
@@ -80,18 +82,20 @@ impl LightView {
             LightKind::Directional => {
                 let projection =
                     orthographic(-half_extent, half_extent, -half_extent, half_extent, near, far);
-                let view = look_to_mat4(position, forward, up);
+                let view = look_to_mat4(Vec3::ZERO, forward, up);
                 vec![Face {
-                    clip_from_world: projection * view,
+                    clip_from_light: projection * view,
+                    position,
                     eye: (-forward).extend(0.0),
                     tile: whole,
                 }]
             }
             LightKind::Spot { .. } => {
                 let projection = perspective(tan_half_angle, 1.0, near, far);
-                let view = look_to_mat4(position, forward, up);
+                let view = look_to_mat4(Vec3::ZERO, forward, up);
                 vec![Face {
-                    clip_from_world: projection * view,
+                    clip_from_light: projection * view,
+                    position,
                     eye: position.extend(1.0),
                     tile: whole,
                 }]
@@ -100,8 +104,9 @@ impl LightView {
                 .iter()
                 .enumerate()
                 .map(|(face, &(forward, up))| Face {
-                    clip_from_world: perspective(1.0, 1.0, near, far)
-                        * look_to_mat4(position, forward, up),
+                    clip_from_light: perspective(1.0, 1.0, near, far)
+                        * look_to_mat4(Vec3::ZERO, forward, up),
+                    position,
                     eye: position.extend(1.0),
                     tile: [(face % 4) as f32 * 0.25, (face / 4) as f32 * 0.5, 0.25, 0.5],
                 })

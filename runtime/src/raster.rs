@@ -330,8 +330,10 @@ impl Raster {
             .enumerate()
             .map(|(index, face)| {
                 let view = SglowView {
-                    clip_from_world: face.clip_from_world.to_cols_array_2d(),
+                    clip_from_view: face.clip_from_light.to_cols_array_2d(),
                     eye: face.eye.into(),
+                    origin: face.position.into(),
+                    ..bytemuck::Zeroable::zeroed()
                 };
                 self.set_view(Slot::Light(index), &view);
                 (Slot::Light(index), face.tile)

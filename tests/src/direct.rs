@@ -42,6 +42,8 @@ fn run(kind: LightKind, ndf: Ndf, package: &Package) -> Comparison {
     let mut shadowed = 0;
     let mut uncertain = 0;
     let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&frame.gbuffer);
+    // In f64 it does not matter that the matrix moves by the light's position too.
+    let relative = glam::DMat4::from_translation(-glam::DVec3::from(light.position));
     for (index, surface) in surfaces.iter().enumerate() {
         let normal = surface.normal.value();
         let lifted = surface.position.value() + normal * f64::from(bias.normal);
@@ -51,12 +53,12 @@ fn run(kind: LightKind, ndf: Ndf, package: &Package) -> Comparison {
         } else {
             (0, [[0, 0], [side, side]])
         };
-        let matrix = renderer.light().faces[face].clip_from_world;
+        let matrix = renderer.light().faces[face].clip_from_light;
         let map = ShadowMap {
             depths: &depths,
             size: [side, side],
             tile,
-            clip_from_world: matrix.as_dmat4(),
+            clip_from_world: matrix.as_dmat4() * relative,
             bias: f64::from(bias.depth),
         };
         let shadow = map.shadow(lifted);

@@ -2,10 +2,11 @@
 
 use std::sync::OnceLock;
 
+use sglow_measure::arithmetic::Arithmetic;
 use sglow_measure::bound::{Quantity, judge};
 use sglow_measure::function::Function;
 use sglow_measure::functions;
-use sglow_measure::hold::{Extent, Held, Subject, hold};
+use sglow_measure::hold::{Extent, Held, Subject, hold, mirrored};
 use sglow_oracle::{Bounded, Real};
 use sglow_runtime::package::Package;
 use sglow_shader_gen::generate;
@@ -46,15 +47,17 @@ fn broken(function: &Function, wrong: &str) -> Validated {
             "\nfn sglow_function(arguments: SglowArguments) -> vec4<f32> {{\n    \
              let right = sglow_right_function(arguments);\n    return {wrong};\n}}\n"
         );
-    let (module, info) = {
-        let module = naga::front::wgsl::parse_str(&text).unwrap();
-        let mut validator = naga::valid::Validator::new(
-            naga::valid::ValidationFlags::all(),
-            naga::valid::Capabilities::all(),
-        );
-        let info = validator.validate(&module).unwrap();
-        (module, info)
-    };
+    validated(whole, text)
+}
+
+/// A variant with another text.
+fn validated(whole: &Validated, text: String) -> Validated {
+    let module = naga::front::wgsl::parse_str(&text).unwrap();
+    let mut validator = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::all(),
+    );
+    let info = validator.validate(&module).unwrap();
     Validated { text, module, info, ..whole.clone() }
 }
 
@@ -168,4 +171,31 @@ fn literal_forms_fail_what_the_stable_ones_are_held_to() {
         assert!(fails(Quantity::RoundingShare), "{}: {failing:?}", function.name);
         assert!(fails(Quantity::ArithmeticShare), "{}: {failing:?}", function.name);
     }
+}
+
+/// A disc 4e5 times wider than it is far from a facing receiver. Where a compiler takes the share of the radius apart, its
+/// factors overflow and the light is lost; the negative control is the text without what prevents that.
+#[test]
+fn a_wide_disc_in_contact_lights_in_every_order_of_operations() {
+    let normal: [f32; 3] = [0.747_499_8, 0.015_285_205, -0.664_086_16];
+    let [x, y, z] = normal;
+    let mut arguments = [x, y, z, 1.305_252_9e9, -x, -y, -z, 6.949_353e9, 1.435_498_7e29, x, y, z];
+    arguments[5] = arguments[5].next_up();
+    let function = functions::all().into_iter().find(|one| one.name == "disc_irradiance").unwrap();
+    let expected = (function.bounded)(Function::buffered(&arguments))[0];
+    let off = |variant: &Validated| -> f64 {
+        let subject = Subject { function: &function, variant };
+        let orders = (1..=64).map(Arithmetic::Reassociated);
+        let found = Arithmetic::ALL.into_iter().chain(orders).map(|arithmetic| {
+            let mirror = subject.mirror(arithmetic).unwrap();
+            (f64::from(mirrored(&mirror, &[arguments])[0][0]) - expected.value).abs()
+        });
+        found.fold(0.0, f64::max)
+    };
+    let whole = variant(&function);
+    assert!(off(whole) < 1e-5 * expected.value, "{} of {expected:?}", off(whole));
+    let text = whole.text.replace("min(radius * unit * unit, 1.0)", "radius * unit * unit");
+    assert_ne!(text, whole.text);
+    let apart = off(&validated(whole, text));
+    assert!(apart > expected.error && apart > 0.9 * expected.value, "{apart} of {expected:?}");
 }

@@ -2,13 +2,14 @@
 
 use std::cell::RefCell;
 
+use sglow_measure::references::{Drawn, noise_of};
 use sglow_oracle::Vector3;
 use sglow_oracle::estimate::{Estimate, Uncertainty};
 use sglow_oracle::fis::stress::Random;
-use sglow_oracle::path::{Materials as _, Paths};
+use sglow_oracle::metrics;
+use sglow_oracle::path::Materials as _;
 use sglow_oracle::surface::{Crossing, Ray, Scene as Triangles, SurfaceTexel};
-use sglow_runtime::frame::{Renderer, Surfaces};
-use sglow_runtime::light::LightView;
+use sglow_runtime::frame::Renderer;
 use sglow_runtime::package::Package;
 use sglow_runtime::reference::{self, SceneMaterials};
 use sglow_runtime::scene::Scene;
@@ -106,152 +107,94 @@ fn visibility_takes_light_away_and_only_so_much() {
     assert_ne!(paths(2), found);
 }
 
-/// A scene's maps and what references are made of.
-struct Case {
-    scene: Scene,
-    settings: Settings,
-    light: LightView,
-    rsm: Surfaces,
-    gbuffer: Surfaces,
-    eye: glam::Vec3,
+/// A built-in scene with what references are made of.
+fn drawn(name: &str, settings: &Settings) -> Drawn {
+    Drawn::new(gpu(), &Package::embedded(), Scene::builtin(name).unwrap(), settings).unwrap()
 }
 
-impl Case {
-    fn new(name: &str, settings: &Settings) -> Self {
-        let scene = Scene::builtin(name).unwrap();
-        let renderer = Renderer::new(gpu(), &Package::embedded(), &scene, settings, 0).unwrap();
-        renderer.draw_maps().unwrap();
-        let (rsm, gbuffer) = (renderer.read_rsm().unwrap(), renderer.read_gbuffer().unwrap());
-        let (light, eye) = (renderer.light().clone(), renderer.eye());
-        let settings = renderer.indirect().settings().clone();
-        Self { scene, settings, light, rsm, gbuffer, eye }
-    }
-
-    /// Halves of paths at the pixels that show a surface, guided by a map of some width.
-    fn halves(&self, samples: u32, map: usize, seed: u64) -> Vec<[Estimate; 2]> {
-        let texels: Vec<SurfaceTexel> = reference::texels(&self.gbuffer);
-        let receivers: Vec<SurfaceTexel> =
-            texels.into_iter().filter(|texel| texel.present).collect();
-        let paths = Paths {
-            scene: &Triangles::new(reference::facets(&self.scene)).unwrap(),
-            materials: &SceneMaterials(&self.scene),
-            light: &reference::light(&self.light, self.settings.light),
-            ndf: reference::ndf(self.settings.ndf),
-            samples,
-            map,
-            seed,
-        };
-        paths.halves(&receivers, reference::vector(self.eye), &|_| true).unwrap()
-    }
-
-    /// The sum over facets of the light's map at the pixels that show a surface.
-    fn unshadowed(&self) -> Vec<Vector3> {
-        let (gbuffer, go_on) = (&self.gbuffer, |_, _| true);
-        let found =
-            reference::unshadowed(&self.light, &self.settings, &self.rsm, gbuffer, self.eye, go_on);
-        let present = gbuffer.position.iter().map(|position| position[3] >= 0.0);
-        let pixels = found.unwrap().into_iter().zip(present);
-        pixels.filter(|(_, present)| *present).map(|(one, _)| one.total()).collect()
-    }
-}
-
-impl Case {
-    /// What points with bounded distances give at diffuse surfaces: facets as they are not.
-    fn as_points(&self) -> Vec<Vector3> {
-        let light = reference::light(&self.light, self.settings.light);
-        let size = [self.settings.rsm_size as usize; 2];
-        let texels: Vec<SurfaceTexel> = reference::texels(&self.rsm);
-        let points: Vec<(Vector3, Vector3, Vector3, f64)> = texels
-            .iter()
-            .enumerate()
-            .filter(|(_, texel)| texel.present)
-            .map(|(index, texel)| {
-                let at = [index % size[0], index / size[0]];
-                let (towards, square) = light.towards(texel.position);
-                let area = light.footprint(at, size, square, texel.normal.dot(towards));
-                let power = light.photon_power::<f64>(at, size);
-                let sent = power.times(texel.material.diffuse_brdf());
-                (texel.position, texel.normal, sent, area / std::f64::consts::PI)
-            })
-            .collect();
-        let receivers: Vec<SurfaceTexel> = reference::texels(&self.gbuffer);
-        let reflected = receivers.iter().filter(|texel| texel.present).map(|receiver| {
-            let mut sum = Vector3::zero();
-            for &(position, normal, sent, disc) in &points {
-                let path = position - receiver.position;
-                let square = path.length_squared().max(1e-30);
-                let cosines = path.dot(receiver.normal).max(0.0) * (-path.dot(normal)).max(0.0);
-                sum = sum + sent * (cosines / (square * (square + disc)));
-            }
-            sum.times(receiver.material.diffuse_brdf())
-        });
-        reflected.collect()
-    }
-}
-
-impl Case {
-    /// What diffuse surfaces reflect of all lit surfaces in front of them, whatever stands between: rays in random
-    /// directions, and every surface along each. Two independent halves.
-    fn through_everything(&self) -> [Vec<Vector3>; 2] {
-        let scene = Triangles::new(reference::facets(&self.scene)).unwrap();
-        let materials = SceneMaterials(&self.scene);
-        let light = reference::light(&self.light, self.settings.light);
-        let radiance = |crossing: &Crossing| {
-            let (towards, square) = light.towards(crossing.hit.position);
-            let cosine = crossing.side.dot(towards);
-            let place = crossing.hit.position + crossing.side * scene.spacing();
-            if cosine <= 0.0 || !scene.sees(light.position, place, &|_| true) {
-                return Vector3::zero();
-            }
-            let irradiance = light.intensity_at(-towards.dot(light.forward)) * (cosine / square);
-            irradiance.times(materials.material(crossing).diffuse_brdf())
-        };
-        let texels: Vec<SurfaceTexel> = reference::texels(&self.gbuffer);
-        let side = 32;
-        [1, 2].map(|seed| {
-            let mut random = Random::new(seed);
-            let mut of = |receiver: &SurfaceTexel| {
-                let normal = receiver.normal;
-                let (x, y) = normal.basis();
-                let mut sum = Vector3::zero();
-                for index in 0..side * side {
-                    // By the cosine, stratified.
-                    let [u, turn] = [index / side, index % side]
-                        .map(|part| (f64::from(part) + random.uniform()) / f64::from(side));
-                    let (sine, cosine) = (2.0 * std::f64::consts::PI * turn).sin_cos();
-                    let aside = (x * cosine + y * sine) * u.sqrt();
-                    let direction = (aside + normal * (1.0 - u).sqrt()).normalized();
-                    let ray =
-                        Ray { origin: receiver.position + normal * scene.spacing(), direction };
-                    let all = RefCell::new(Vec::new());
-                    // Nothing counts, so that the ray goes on.
-                    scene.nearest(&ray, &|crossing| {
-                        all.borrow_mut().push(*crossing);
-                        false
-                    });
-                    for crossing in all.borrow().iter() {
-                        sum = sum + radiance(crossing);
-                    }
-                }
-                // The cosine's density is cos/pi.
-                (sum * (1.0 / f64::from(side * side))).times(receiver.material.diffuse)
-            };
-            texels.iter().filter(|texel| texel.present).map(&mut of).collect()
+/// What points with bounded distances give at diffuse surfaces: facets as they are not.
+fn as_points(drawn: &Drawn) -> Vec<[f64; 3]> {
+    let light = reference::light(&drawn.light, drawn.settings.light);
+    let size = [drawn.settings.rsm_size as usize; 2];
+    let texels: Vec<SurfaceTexel> = reference::texels(&drawn.rsm);
+    let points: Vec<(Vector3, Vector3, Vector3, f64)> = texels
+        .iter()
+        .enumerate()
+        .filter(|(_, texel)| texel.present)
+        .map(|(index, texel)| {
+            let at = [index % size[0], index / size[0]];
+            let (towards, square) = light.towards(texel.position);
+            let area = light.footprint(at, size, square, texel.normal.dot(towards));
+            let power = light.photon_power::<f64>(at, size);
+            let sent = power.times(texel.material.diffuse_brdf());
+            (texel.position, texel.normal, sent, area / std::f64::consts::PI)
         })
-    }
+        .collect();
+    let receivers = drawn.receivers();
+    let reflected = receivers.iter().map(|receiver| {
+        let mut sum = Vector3::zero();
+        for &(position, normal, sent, disc) in &points {
+            let path = position - receiver.position;
+            let square = path.length_squared().max(1e-30);
+            let cosines = path.dot(receiver.normal).max(0.0) * (-path.dot(normal)).max(0.0);
+            sum = sum + sent * (cosines / (square * (square + disc)));
+        }
+        sum.times(receiver.material.diffuse_brdf())
+    });
+    reflected.map(Vector3::to_array).collect()
+}
+
+/// What diffuse surfaces reflect of all lit surfaces in front of them, whatever stands between: rays in random
+/// directions, and every surface along each. Two independent halves.
+fn through_everything(drawn: &Drawn) -> [Vec<[f64; 3]>; 2] {
+    let scene = Triangles::new(reference::facets(&drawn.scene)).unwrap();
+    let materials = SceneMaterials(&drawn.scene);
+    let light = reference::light(&drawn.light, drawn.settings.light);
+    let radiance = |crossing: &Crossing| {
+        let (towards, square) = light.towards(crossing.hit.position);
+        let cosine = crossing.side.dot(towards);
+        let place = crossing.hit.position + crossing.side * scene.spacing();
+        if cosine <= 0.0 || !scene.sees(light.position, place, &|_| true) {
+            return Vector3::zero();
+        }
+        let irradiance = light.intensity_at(-towards.dot(light.forward)) * (cosine / square);
+        irradiance.times(materials.material(crossing).diffuse_brdf())
+    };
+    let receivers = drawn.receivers();
+    let side = 32;
+    [1, 2].map(|seed| {
+        let mut random = Random::new(seed);
+        let mut of = |receiver: &SurfaceTexel| {
+            let normal = receiver.normal;
+            let (x, y) = normal.basis();
+            let mut sum = Vector3::zero();
+            for index in 0..side * side {
+                // By the cosine, stratified.
+                let [u, turn] = [index / side, index % side]
+                    .map(|part| (f64::from(part) + random.uniform()) / f64::from(side));
+                let (sine, cosine) = (2.0 * std::f64::consts::PI * turn).sin_cos();
+                let aside = (x * cosine + y * sine) * u.sqrt();
+                let direction = (aside + normal * (1.0 - u).sqrt()).normalized();
+                let ray = Ray { origin: receiver.position + normal * scene.spacing(), direction };
+                let all = RefCell::new(Vec::new());
+                // Nothing counts, so that the ray goes on.
+                scene.nearest(&ray, &|crossing| {
+                    all.borrow_mut().push(*crossing);
+                    false
+                });
+                for crossing in all.borrow().iter() {
+                    sum = sum + radiance(crossing);
+                }
+            }
+            // The cosine's density is cos/pi.
+            (sum * (1.0 / f64::from(side * side))).times(receiver.material.diffuse).to_array()
+        };
+        receivers.iter().map(&mut of).collect()
+    })
 }
 
 fn means(halves: &[[Estimate; 2]]) -> Vec<Estimate> {
     halves.iter().map(Estimate::mean_of).collect()
-}
-
-/// Half the root mean square difference of both halves: the noise of their mean, whatever they say of themselves.
-fn noise_of(halves: &[[Estimate; 2]]) -> f64 {
-    let squares = halves
-        .iter()
-        .map(|[one, other]| (one.mean.total() - other.mean.total()).length_squared())
-        .sum::<f64>();
-    0.5 * (squares / (3 * halves.len()) as f64).sqrt()
 }
 
 /// Paths that the light's map guides find what paths by directions alone find, with less noise; what they state of it
@@ -261,9 +204,9 @@ fn guided_paths_find_the_same_with_less_noise() {
     for (name, at_most, gain) in
         [("cornell", 0.04, 2.0), ("columns", 0.03, 1.7), ("caustic", 0.15, 5.0)]
     {
-        let case = Case::new(name, &Settings { rsm_size: 256, ..settings() });
-        let guided = case.halves(1024, 256, 1);
-        let plain = case.halves(1024, 0, 2);
+        let drawn = drawn(name, &Settings { rsm_size: 256, ..settings() });
+        let guided = drawn.halves(1024, 256, 1).unwrap();
+        let plain = drawn.halves(1024, 0, 2).unwrap();
         let (guided_mean, plain_mean) = (means(&guided), means(&plain));
         let [ours, theirs] = [&guided_mean, &plain_mean].map(|found| Uncertainty::of(found));
         let noise = noise_of(&guided);
@@ -307,18 +250,14 @@ fn guided_paths_find_the_same_with_less_noise() {
 #[test]
 fn facets_are_nearer_than_points_to_what_rays_through_everything_find() {
     for (name, at_most) in [("cornell", 0.06), ("columns", 0.04)] {
-        let case = Case::new(name, &Settings { rsm_size: 256, ..settings() });
-        let halves = case.through_everything();
-        let mean = halves[0].iter().flat_map(|one| one.to_array()).sum::<f64>();
-        let mean = mean / (3 * halves[0].len()) as f64;
-        // The squared error of a picture without the noise of its reference.
-        let off = |picture: &[Vector3]| {
-            let squares = picture.iter().zip(halves[0].iter().zip(&halves[1]));
-            let sum: f64 = squares.map(|(one, (a, b))| (*one - *a).dot(*one - *b)).sum();
-            (sum / (3 * picture.len()) as f64).max(0.0).sqrt() / mean
+        let drawn = drawn(name, &Settings { rsm_size: 256, ..settings() });
+        let halves = through_everything(&drawn);
+        let off = |picture: &[[f64; 3]]| {
+            let found = metrics::compare(picture, halves.each_ref().map(Vec::as_slice), None);
+            found.unwrap().rmse_over_mean().value
         };
-        let facets = off(&case.unshadowed());
-        let points = off(&case.as_points());
+        let facets = off(&drawn.facets());
+        let points = off(&as_points(&drawn));
         println!("{name}: facets off by {facets:.4}, points by {points:.4}");
         assert!(facets < at_most, "{name}: {facets}");
         // Negative control.
@@ -330,55 +269,15 @@ fn facets_are_nearer_than_points_to_what_rays_through_everything_find() {
 #[test]
 fn facets_of_a_coarse_map_are_near_those_of_a_fine_one() {
     for name in ["cornell", "columns"] {
-        let of = |rsm_size| Case::new(name, &Settings { rsm_size, ..settings() }).unshadowed();
+        let of = |rsm_size| drawn(name, &Settings { rsm_size, ..settings() }).facets();
         let fine = of(512);
-        let (found, control) = (compare(&of(256), &fine), compare(&of(32), &fine));
+        let [found, control] = [256, 32].map(|map| {
+            let found = metrics::compare_exact(&of(map), &fine).unwrap();
+            [found.rmse_over_mean().value, found.median.value]
+        });
         println!("{name}: {found:.4?}, of a map of 32 {control:.4?}");
-        assert!(found.0 < 0.07 && found.1 < 0.01, "{name}: {found:?}");
-        assert!(control.0 > 0.07 && control.1 > 0.01, "{name}: {control:?}");
-    }
-}
-
-/// Root mean square difference over the mean, and the median of the relative difference of luminances.
-fn compare(found: &[Vector3], expected: &[Vector3]) -> (f64, f64) {
-    let count = (3 * expected.len()) as f64;
-    let squares: f64 = found.iter().zip(expected).map(|(a, b)| (*a - *b).length_squared()).sum();
-    let mean = expected.iter().flat_map(|one| one.to_array()).sum::<f64>() / count;
-    let mut relative: Vec<f64> = found
-        .iter()
-        .zip(expected)
-        .filter(|(_, expected)| expected.luminance() > 0.0)
-        .map(|(a, b)| (a.luminance() / b.luminance() - 1.0).abs())
-        .collect();
-    relative.sort_by(f64::total_cmp);
-    ((squares / count).sqrt() / mean, relative[relative.len() / 2])
-}
-
-/// The tables of `docs/references.md`.
-#[test]
-#[ignore = "a measurement: minutes"]
-fn errors_of_references() {
-    for name in ["cornell", "columns", "caustic", "cornell-glossy", "atrium:75k"] {
-        let of = |rsm_size| Case::new(name, &Settings { rsm_size, size: [56, 32], ..settings() });
-        let finest = of(1024).unshadowed();
-        for size in [128, 256, 512] {
-            let (rmse, median) = compare(&of(size).unshadowed(), &finest);
-            println!(
-                "{name}, facets of {size} against 1024: RMSE over the mean {:.1} %, median {:.2} %",
-                100.0 * rmse,
-                100.0 * median,
-            );
-        }
-        let case = of(256);
-        for (samples, map) in [(4096, 0), (4096, 256)] {
-            let halves = case.halves(samples, map, 5);
-            let stated = Uncertainty::of(&means(&halves));
-            println!(
-                "{name}, {samples} paths, map {map}: mean {:.5}, noise {:.2} % as stated, {:.2} % by halves",
-                stated.mean,
-                100.0 * stated.relative(),
-                100.0 * noise_of(&halves) / stated.mean,
-            );
-        }
+        let bounds = [0.07, 0.01];
+        assert!(found.iter().zip(bounds).all(|(found, bound)| *found < bound), "{name}: {found:?}");
+        assert!(control.iter().zip(bounds).all(|(found, bound)| *found > bound), "{control:?}");
     }
 }

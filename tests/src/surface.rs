@@ -145,14 +145,14 @@ fn agree_with_rays() {
 fn a_broken_shader_is_noticed() {
     let breaks = [
         (
-            "fragment.position) < 0.0",
-            "fragment.position) > 0.0",
+            "dot(normal, viewer) < 0.0",
+            "dot(normal, viewer) > 0.0",
             "normals that turn away from the viewer",
         ),
         ("max(roughness * roughness, 0.01)", "roughness", "roughness that is not squared"),
         (
-            "fragment.position, sglow_material.dielectric",
-            "1.02 * fragment.position, sglow_material.dielectric",
+            "fragment.offset, sglow_material.dielectric",
+            "1.02 * fragment.offset, sglow_material.dielectric",
             "moved positions",
         ),
     ];
@@ -161,4 +161,64 @@ fn a_broken_shader_is_noticed() {
         let [seen, lit] = run("cornell-glossy", &package);
         assert!(seen.violations() + lit.violations() > 0, "{what} went unnoticed");
     }
+}
+
+/// The positions of a scene in the camera's view and in the light's, far from the world's origin and after it was moved back,
+/// so that its vertices are rounded alike: pixels that both show, and the largest difference of a coordinate.
+fn moved_apart(package: &Package) -> [f64; 2] {
+    const AWAY: f32 = 1e6;
+    let moved = |scene: &Scene, by: f32| {
+        let mut scene = scene.clone();
+        let positions = scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions);
+        let lights = scene.lights.iter_mut().map(|light| &mut light.position);
+        for position in positions.chain(lights).chain([&mut scene.camera.position]) {
+            *position = position.map(|part| part + by);
+        }
+        scene
+    };
+    let far = moved(&Scene::builtin("cornell-glossy").unwrap(), AWAY);
+    let near = moved(&far, -AWAY);
+    let maps = |scene: &Scene| {
+        let renderer = Renderer::new(gpu(), package, scene, &settings(), 0).unwrap();
+        renderer.draw_maps().unwrap();
+        [renderer.read_gbuffer().unwrap(), renderer.read_rsm().unwrap()]
+    };
+    let (far, near) = (maps(&far), maps(&near));
+    let (mut apart, mut others) = (0_f64, 0);
+    for (far, near) in far.iter().zip(&near) {
+        for (far, near) in far.position.iter().zip(&near.position) {
+            if far[3] < 0.0 || near[3] < 0.0 {
+                others += usize::from(far[3] != near[3]);
+                continue;
+            }
+            for axis in 0..3 {
+                let [far, near] = [far, near].map(|position| f64::from(position[axis]));
+                apart = apart.max((far - f64::from(AWAY) - near).abs());
+            }
+        }
+    }
+    [apart, others as f64]
+}
+
+/// Far from the world's origin positions are rounded once, to the nearest that f32 has; nothing else is another picture.
+#[test]
+fn positions_far_from_the_origin_are_rounded_once() {
+    let half_ulp = 0.5 / 16.0;
+    let found = moved_apart(&Package::embedded());
+    println!("apart by {found:?}");
+    assert!(found[0] < 1.001 * half_ulp && found[1] == 0.0, "{found:?}");
+    // Negative control: positions that are interpolated in the world.
+    let id = "surface-constant-opaque";
+    let mut text = Package::embedded().text(id).unwrap().to_owned();
+    for (from, to) in [
+        ("        offset,\n", "        vertex.position,\n"),
+        ("-fragment.offset", "sglow_view.eye.xyz - fragment.offset"),
+        ("sglow_view.origin + fragment.offset", "fragment.offset"),
+    ] {
+        assert_eq!(text.matches(from).count(), 1, "{from}");
+        text = text.replace(from, to);
+    }
+    let found = moved_apart(&Package::embedded().with_text(id, text));
+    println!("interpolated in the world: apart by {found:?}");
+    assert!(found[0] > 1.5 * half_ulp, "{found:?}");
 }

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::command::{
-    choose, compare, doctor, gen_shaders, kernels, render, report, reproduce, stability, test,
-    variants, verify,
+    choose, compare, docs, doctor, gen_shaders, kernels, render, report, reproduce, stability,
+    test, variants, verify,
 };
 use crate::failure::Result;
 
@@ -49,6 +49,9 @@ pub(crate) enum Command {
     /// Hold every function and the whole pipeline to their bounds, over every regime
     #[command(after_help = stability::EXAMPLES)]
     Stability(stability::Arguments),
+    /// Measure the tables of docs/ that no other command writes
+    #[command(after_help = docs::EXAMPLES)]
+    Docs(docs::Arguments),
     /// Let independent compilers read a package
     #[command(after_help = verify::EXAMPLES)]
     Verify(verify::Arguments),
@@ -77,6 +80,7 @@ impl Command {
             Self::Choose(arguments) => choose::run(&arguments),
             Self::Reproduce(arguments) => reproduce::run(&arguments),
             Self::Stability(arguments) => stability::run(&arguments),
+            Self::Docs(arguments) => docs::run(&arguments),
             Self::Verify(arguments) => verify::run(&arguments),
             Self::Test(arguments) => test::run(&arguments),
             Self::Doctor(arguments) => doctor::run(&arguments),

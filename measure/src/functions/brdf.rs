@@ -2,6 +2,7 @@
 
 use core::f64::consts::PI;
 
+use sglow_oracle::brdf::albedo::{DIELECTRIC_ERROR, FADING_ERROR, WHITE_ERROR};
 use sglow_oracle::brdf::{
     Material, Ndf, albedo, beckmann, ggx, ndf_filtered, ndf_filtered_2024, reflection,
 };
@@ -72,19 +73,18 @@ pub(super) const FUNCTIONS: &[Function] = &[
         directional_albedo,
         truth: Some(directional_albedo_truth),
         slow_truth: true,
-        // The fit is within 0.0105 for white metal, and within 6 and 10 % of the albedo of a dielectric (5.5 % on the grid
-        // of its program) and of what fades: each result is seen against what makes its own promise 0.0105 of its peak. Blue has half of the
-        // dielectric's reflectance and all of the same error.
+        // Each result is seen against what makes its own largest error that of white metal over its peak. Blue has half of
+        // the dielectric's reflectance and all of the same error.
         peak: |x| {
             let [_, dielectric, blue, fading] = directional_albedo(x);
             let relative = |albedo: f64, reflectance: f64, promised: f64| {
-                albedo.max(reflectance) * promised / 0.0105
+                albedo.max(reflectance) * promised / WHITE_ERROR
             };
             [
                 1.0,
-                relative(dielectric, 0.04, 0.06),
-                relative(blue, 0.02, 0.12),
-                relative(fading, 0.01, 0.1),
+                relative(dielectric, 0.04, DIELECTRIC_ERROR),
+                relative(blue, 0.02, 2.0 * DIELECTRIC_ERROR),
+                relative(fading, 0.01, FADING_ERROR),
             ]
         },
     ),

@@ -1,75 +1,25 @@
 //! What maps of lights bring to a picture: its distance from paths with them and without, by every metric.
 
-use sglow_measure::picture_error::{Display, Metric, Pair, PictureError, Radiance, compare};
-use sglow_oracle::estimate::Estimate;
-use sglow_runtime::frame::{Frame, Renderer};
+use sglow_measure::light_maps::{self, base};
+use sglow_measure::picture_error::{Metric, PictureError};
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
 use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Emitter, Visibility};
 
 use crate::common::{broken, gpu, whole_space};
 
-/// The built-in scenes in which something hides light.
-const SCENES: [&str; 5] = ["cornell", "columns", "cornell-glossy", "caustic", "atrium"];
-
-/// A scene with its reference of paths.
+/// A built-in scene with its reference of paths.
 struct Case {
     name: &'static str,
-    scene: Scene,
-    base: Settings,
-    /// Indirect light of both halves.
-    halves: [Radiance; 2],
-    /// Pixels that show a surface.
-    present: Vec<usize>,
-    /// Direct and emitted radiance.
-    fixed: Radiance,
-}
-
-fn sum(one: &Radiance, other: &Radiance) -> Radiance {
-    let both = one.iter().zip(other);
-    both.map(|(one, other)| core::array::from_fn(|at| one[at] + other[at])).collect()
-}
-
-/// Some layers of a frame together.
-fn layers(layers: &[Option<&Vec<[f32; 4]>>], pixels: usize) -> Radiance {
-    layers.iter().flatten().fold(vec![[0.0; 3]; pixels], |found, layer| {
-        sum(&found, &layer.iter().map(|&[r, g, b, _]| [r, g, b]).collect())
-    })
+    pictures: light_maps::Case,
 }
 
 impl Case {
-    fn new(name: &'static str, base: Settings, paths: u32) -> Self {
+    fn new(name: &'static str, paths: u32) -> Self {
         let scene = Scene::builtin(name).unwrap();
-        let renderer = Renderer::new(gpu(), whole_space(), &scene, &base, 0).unwrap();
-        renderer.render().unwrap();
-        let frame = renderer.read().unwrap();
-        let (light, eye) = (renderer.light(), renderer.eye());
-        let settings = renderer.indirect().settings();
-        let surfaces = &frame.gbuffer;
-        let go_on = |_, _| true;
-        let estimates =
-            reference::path_halves(light, settings, &scene, surfaces, eye, paths, 2016, go_on);
-        let estimates: Vec<[Estimate; 2]> = estimates.unwrap().unwrap();
-        let pixels = surfaces.position.len();
-        Self {
-            halves: [0, 1].map(|half: usize| {
-                let light = estimates.iter().map(|both| both[half].mean.total().to_array());
-                light.map(|pixel| pixel.map(|value| value as f32)).collect()
-            }),
-            present: (0..pixels).filter(|&at| surfaces.position[at][3] >= 0.0).collect(),
-            fixed: layers(&[Some(&frame.direct), frame.emission.as_ref()], pixels),
-            name,
-            scene,
-            base,
-        }
-    }
-
-    fn frame(&self, settings: &Settings, package: &Package) -> Frame {
-        let renderer = Renderer::new(gpu(), package, &self.scene, settings, 0).unwrap();
-        renderer.render().unwrap();
-        renderer.read().unwrap()
+        let pictures = light_maps::Case::new(gpu(), whole_space(), scene, base(), paths).unwrap();
+        Self { name, pictures }
     }
 
     /// How far the picture with a change of the settings is from paths.
@@ -78,21 +28,7 @@ impl Case {
     }
 
     fn error_with(&self, package: &Package, change: impl FnOnce(&mut Settings)) -> PictureError {
-        let mut settings = self.base.clone();
-        change(&mut settings);
-        let frame = self.frame(&settings, package);
-        let parts = [frame.indirect_diffuse.as_ref(), frame.indirect_specular.as_ref()];
-        let picture = layers(&parts, self.fixed.len());
-        let whole = self.halves.each_ref().map(|half| sum(&self.fixed, half));
-        compare(&Pair {
-            size: settings.size,
-            present: Some(&self.present),
-            picture: &picture,
-            halves: self.halves.each_ref(),
-            whole: &sum(&self.fixed, &picture),
-            whole_halves: whole.each_ref(),
-            display: Display::Automatic,
-        })
+        self.pictures.error(gpu(), package, change).unwrap()
     }
 
     fn print(&self, what: &str, error: &PictureError) {
@@ -108,11 +44,6 @@ impl Case {
     }
 }
 
-/// Kernels of a quarter of their share of the map, which were measured to be the better ones.
-fn base() -> Settings {
-    Settings { size: [48, 27], size_factor: 0.25, ..Settings::default() }
-}
-
 /// The metrics by which a picture is no closer to the reference than another.
 fn lost(found: &PictureError, other: &PictureError) -> Vec<Metric> {
     Metric::ALL.into_iter().filter(|&metric| found.of(metric) >= other.of(metric)).collect()
@@ -124,8 +55,10 @@ fn lost(found: &PictureError, other: &PictureError) -> Vec<Metric> {
 #[test]
 fn with_maps_a_picture_is_closer_to_paths() {
     let shadowed = |settings: &mut Settings| settings.visibility = Visibility::ShadowMap;
+    // Of these small pictures 3.1, 4.0 and 7.5 % were measured (docs/numerics.md), and some room. The promised 3 % is that of the
+    // report's larger pictures and is checked there (measure/src/frontier/promise.rs).
     for (name, bias) in [("cornell", 0.035), ("columns", 0.045), ("cornell-glossy", 0.08)] {
-        let case = Case::new(name, base(), 256);
+        let case = Case::new(name, 256);
         let none = case.error(|_| ());
         case.print("none", &none);
         for visibility in [Visibility::ShadowMap, Visibility::Imperfect] {
@@ -173,7 +106,7 @@ fn with_maps_a_picture_is_closer_to_paths() {
 /// falls with it; among many normals it lets light through what stands close.
 #[test]
 fn the_near_distance_is_better_than_what_else_was_tried() {
-    let cases = ["cornell", "columns", "atrium"].map(|name| Case::new(name, base(), 256));
+    let cases = ["cornell", "columns", "atrium"].map(|name| Case::new(name, 256));
     let mean = |near_scale: f32| {
         let logarithms = cases.iter().map(|case| {
             let error = case.error(|settings| {
@@ -189,43 +122,5 @@ fn the_near_distance_is_better_than_what_else_was_tried() {
     let best = mean(Settings::default().near_scale);
     for near_scale in [0.0, 1.0, 4.0, 8.0] {
         assert!(mean(near_scale) > best, "{near_scale} is no worse");
-    }
-}
-
-/// Every parameter of lights' maps against paths, on all scenes or those named in `SGLOW_SCENES`, with commas.
-#[test]
-#[ignore = "prints tables, for minutes"]
-fn what_each_parameter_of_maps_brings() {
-    let chosen = std::env::var("SGLOW_SCENES").unwrap_or_else(|_| SCENES.join(","));
-    for name in SCENES.into_iter().filter(|name| chosen.split(',').any(|one| one == *name)) {
-        let case = Case::new(name, base(), 1024);
-        case.print("none", &case.error(|_| ()));
-        for visibility in [Visibility::ShadowMap, Visibility::Imperfect] {
-            let print = |what: &str, change: &dyn Fn(&mut Settings)| {
-                let error = case.error(|settings| {
-                    settings.visibility = visibility;
-                    change(settings);
-                });
-                case.print(&format!("{visibility}{what}"), &error);
-            };
-            print("", &|_| ());
-            for near_scale in [0.0, 1.0, 1.25, 1.75, 2.0, 3.0, 4.0, 8.0] {
-                print(&format!(", near_scale {near_scale}"), &|settings| {
-                    settings.near_scale = near_scale;
-                });
-            }
-            for bias_scale in [0.5, 2.0] {
-                print(&format!(", bias_scale {bias_scale}"), &|settings| {
-                    settings.bias_scale = bias_scale;
-                });
-            }
-            // Imperfect maps have 64 texels at most.
-            let widest = if visibility == Visibility::Imperfect { 64 } else { 128 };
-            for light_tile in [32, 128].into_iter().filter(|&tile| tile <= widest) {
-                print(&format!(", tile {light_tile}"), &|settings| {
-                    settings.light_tile = light_tile
-                });
-            }
-        }
     }
 }

@@ -19,7 +19,7 @@ use crate::failure::{self, Failure, Result};
 use crate::json::{self, Check, Relation, Report};
 use crate::progress::Bars;
 use crate::shot::{self, Numbers};
-use crate::{errors, say, selection, table};
+use crate::{picture_error, say, selection, table};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -221,12 +221,12 @@ fn package_variants(folder: &std::path::Path) -> Result<BTreeSet<String>> {
 
 /// What comes first and next.
 fn show(order: &[&Way], metric: Metric, purchase: &Purchase) {
-    let [relative_mse, rmse, median, q95, flip, bias] = errors::HEADINGS;
+    let [relative_mse, rmse, median, q95, flip, bias] = picture_error::HEADINGS;
     let header = ["", "configuration", "ms", relative_mse, rmse, median, q95, flip, bias];
     let mut table = table::new(header);
     for (place, way) in order.iter().enumerate() {
         let time = choose::time(way);
-        let [relative_mse, rmse, median, q95, flip, bias] = errors::cells(&way.picture);
+        let [relative_mse, rmse, median, q95, flip, bias] = picture_error::cells(&way.picture);
         table.add_row([
             if place == 0 { "chosen".to_owned() } else { format!("{}", place + 1) },
             way.name.clone(),
@@ -245,7 +245,11 @@ fn show(order: &[&Way], metric: Metric, purchase: &Purchase) {
         "{} configurations measured; medians of {RUNS} whole frames in turns, {}; noise of the reference: {}{}",
         purchase.ways.len(),
         purchase.clock,
-        errors::text(purchase.reference.noise_over_mean, Metric::Rmse, purchase.reference.dark),
+        picture_error::text(
+            purchase.reference.noise_over_mean,
+            Metric::Rmse,
+            purchase.reference.dark
+        ),
         if below { "; the chosen error is below its noise" } else { "" },
     ));
 }
@@ -283,7 +287,7 @@ fn margin(winner: &Way, runner_up: &Way, metric: Metric, budget: Budget) -> Stri
 
 /// An error as the table shows it.
 fn error(value: f64, metric: Metric) -> String {
-    errors::text(value, metric, false)
+    picture_error::text(value, metric, false)
 }
 
 /// Why nothing was chosen.

@@ -7,11 +7,11 @@ use sglow_measure::picture_error::{
     Display, Metric, Pair, PictureError, Radiance, compare, flip_map, relative_errors,
 };
 
-use crate::errors::{HEADINGS, cells, text};
 use crate::failure::{self, Failure, Result};
 use crate::json::{Check, Relation, Report};
 use crate::picture::read::{INDIRECT, RADIANCE, Read};
 use crate::picture::{Image, false_colour, png};
+use crate::picture_error::{HEADINGS, cells, text};
 use crate::{say, table, write};
 
 /// What `--help` shows below the options.

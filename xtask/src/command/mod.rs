@@ -2,6 +2,7 @@
 
 pub(crate) mod choose;
 pub(crate) mod compare;
+pub(crate) mod docs;
 pub(crate) mod doctor;
 pub(crate) mod gen_shaders;
 pub(crate) mod kernels;

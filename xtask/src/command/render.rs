@@ -17,7 +17,7 @@ use crate::picture::{self, Image, Layer, Picture, exr, png, tone};
 use crate::say;
 use crate::selection::whole_space;
 use crate::shot::{self, Numbers, Shot};
-use crate::{errors, progress};
+use crate::{picture_error, progress};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -157,8 +157,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         let percent = |value: Option<f64>| {
             value.map_or_else(|| "no light".to_owned(), |value| format!("{:.1} %", 100.0 * value))
         };
-        let mut table = crate::table::new(errors::HEADINGS);
-        table.add_row(errors::cells(&error));
+        let mut table = crate::table::new(picture_error::HEADINGS);
+        table.add_row(picture_error::cells(&error));
         say::line(format!(
             "indirect light against {what}, on {} pixels with a surface:\n{table}",
             error.pixels

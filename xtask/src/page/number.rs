@@ -6,6 +6,13 @@ pub(crate) fn figure(value: f64) -> String {
         "not finite".to_owned()
     } else if value == 0.0 {
         "0".to_owned()
+    } else if value.fract() == 0.0 && (1e4..1e9).contains(&value) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole, up to 1e9"
+        )]
+        count(value as usize)
     } else if value.fract() == 0.0 && value.abs() < 1e9 {
         format!("{value}")
     } else if (0.01..1e4).contains(&value.abs()) {
@@ -91,7 +98,7 @@ mod tests {
             (1234.6, "1235"),
             (1.553e-3, "1.55e-3"),
             (123_456.5, "1.23e5"),
-            (15_571.0, "15571"),
+            (15_571.0, "15,571"),
             (f64::INFINITY, "not finite"),
             (f64::NAN, "not finite"),
         ] {

@@ -9,8 +9,8 @@ use super::frame::{Section, page as whole};
 use super::number::figure as digits;
 use super::table::{mark, number, table, text};
 use crate::command::reproduce::{DOES_NOT_SHOW, Figure, Findings, TimeTable};
-use crate::errors::{HEADINGS, cells};
 use crate::json::Report;
+use crate::picture_error::{HEADINGS, cells};
 
 /// Stages of [Tokuyoshi 2016, Tab. 1, Tab. 2] in milliseconds on a GeForce GTX 970: table, method, map (the camera's is
 /// the upper row), stage as we call it, time.

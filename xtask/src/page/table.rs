@@ -45,7 +45,7 @@ pub(crate) fn table(label: &str, class: &str, columns: &[Column<'_>], rows: &[Ma
 /// Whether something holds, in a word and a sign beside the colour.
 pub(crate) fn mark(holds: bool) -> Markup {
     if holds {
-        html! { span.holds-mark { "✓ holds" } }
+        html! { span.holds-mark { "✓ passes" } }
     } else {
         html! { span.fails-mark { "✗ FAILS" } }
     }

@@ -1643,73 +1643,73 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-directional-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-directional-beckmann.wgsl"),
-        sha256: "59a1effd11629f4deffcde03cf9a63c414e0753a3e135484d8d2a601696a7e07",
+        sha256: "3b0776476f630bda50218d2e97ebdfe596ca67017f5de6d9aee2c7bf0a358c1a",
     },
     Embedded {
         id: "direct-directional-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-directional-ggx.wgsl"),
-        sha256: "d2cd59392d8f9156ab1079bdaf9d132a0876ccb5eaf987726fd6e6dacf7b7af6",
+        sha256: "059ccb336b666224b6b69b5b122ccf2dde4e0e914799b7ee6a27b6373bcfbbc8",
     },
     Embedded {
         id: "direct-directional-none",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-directional-none.wgsl"),
-        sha256: "3c06e776451e0bd3012eb06dfcf01271b1773a21a2724731b84edd1b1e90b2ec",
+        sha256: "34cd169e5e97f7e321096831cd55d818a59039d94914c10bcad6fae32da9d8a2",
     },
     Embedded {
         id: "direct-point-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-point-beckmann.wgsl"),
-        sha256: "9f55907b12a4eb9675abe14890f135abe0db3fa60ef64299fe1f3841c4e0b828",
+        sha256: "4d7d873276ce7af9d8808905bcd70f97a223b783f2480a972e24e919855cf011",
     },
     Embedded {
         id: "direct-point-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-point-ggx.wgsl"),
-        sha256: "90329752069ab02eb03f80d9bb543e35738a92e6d77f2596c116858609a4935d",
+        sha256: "aa7c26ad6d6f23cab5947594946b17ba749c40d2d1a4540512c85c4189899d72",
     },
     Embedded {
         id: "direct-point-none",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-point-none.wgsl"),
-        sha256: "6b8a9d727e39bff67b456105b462c230015323905aad0baccde8d2ad00e5e879",
+        sha256: "4e9113aed9cf840e23312df885ddff46a33813fc36a46e19041e3c83a9af21f4",
     },
     Embedded {
         id: "direct-spot-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-spot-beckmann.wgsl"),
-        sha256: "066587882b691f50080dbe7e5796fef2ad3b9b72c5b47ca0d18af6c02244e03e",
+        sha256: "ec73da4b129f0930f246da6ed4f77af3a8414604bcf3ef017432fead0d2d3703",
     },
     Embedded {
         id: "direct-spot-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-spot-ggx.wgsl"),
-        sha256: "b6aded48bd6005239f336fa09ea868a4492cd0b2e65fd8a9af398fd79d0e34c1",
+        sha256: "73b7b0e13a7d39ac59b0a78804877ede0d6441d8c8097d44d4152ba806120bf6",
     },
     Embedded {
         id: "direct-spot-none",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-spot-none.wgsl"),
-        sha256: "e0bbe0209ab8daeb14a7c036f55414b8b7bbb51457a499a8cf3f3e99c8483742",
+        sha256: "ffd37438e9d5191005f5092d6142bbfe2c979c1cb84f12deaf9dbf8d84171517",
     },
     Embedded {
         id: "emission-constant-opaque",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-constant-opaque.wgsl"),
-        sha256: "6f5427500e135e694d4a25b2340b3efc219e04bc885fb14604446d0923fbe862",
+        sha256: "4d7b8dc09a8b1cbb800b4321bf2cd0bd7c552a769fe11c4af09541dd047cf1fb",
     },
     Embedded {
         id: "emission-textured-cutout",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-textured-cutout.wgsl"),
-        sha256: "df65bb3368d134e3fb56f52394be8aac30995d8a88371c2e4730102c3ab6c4bd",
+        sha256: "b605e7c86a4c7b6c518a876f1d4eaf485b899e04ef64f63eaaf939dd7d8705fe",
     },
     Embedded {
         id: "emission-textured-opaque",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-textured-opaque.wgsl"),
-        sha256: "024982128a93611ed55337d1f832d2c4a4f451adfec8c91b30c20e0775bfd065",
+        sha256: "3e12aa083b80c89fb663663f14d04468ded4feab66313665f63f382ecc064ac4",
     },
     Embedded {
         id: "light_fill",
@@ -2439,19 +2439,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "224a34b9c858046e03ace9ebc4cc49b9f0582019949432f107d92421a3e68bba",
+        sha256: "b87d5bc3ca77db9e2e4731d6dafe84fd24a42d8d2438017a8c32f4ceed735d0e",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "517bcfab015681722c756cb69ccf7e58ee6d397ae9a333cc28773df69a76786c",
+        sha256: "652e57228daaca9fac0f0ea33591ade3b9d5363f190ee1024b50ef13a5effe43",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "772517375e2a0b3a5eed82c45f604f5f7d3a9fa7cec3e7aafe26281acf3ded58",
+        sha256: "ac47cc8f1bbae7cd6bfa1c1c17fcb30f73bfdcfbbeaccf4e85931b99d72e42d4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2459,13 +2459,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "6db5337c757232430c454ad93d7eafef974b68fb0ced13762c09a454a934f374",
+        sha256: "b070ce0cb4359d5d8f0b8fe81bd6ae5de7197d4585c4a4403e8a41ee3c6e5cd3",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "e31a28791f5d7a9ec3cd723de3a5583f80d7698d68a86e7351af04929e373699",
+        sha256: "818e1e677501f291f892858ce80638b95553ed38f89299da32e31766bea95dac",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2473,7 +2473,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "71c7334a8e41b70e870a76a610494205be7fdd50b16cf31ec5cf42dd59ae26f9",
+        sha256: "7ce003c772c063ff44369568ab463a2ea7c7b35f594a8bbceb4442499c985a40",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2481,7 +2481,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
         ),
-        sha256: "0111af0a014a4091464c67036bdac0d89c03150aab874c8ce2fd703954b7fca1",
+        sha256: "c0c172ccf34c7a1d8349a9853c4ad8f74b57022ff60faa4d1e44fcb7b21f9a1d",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2489,7 +2489,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
         ),
-        sha256: "b7d5f9b4f9502c2e5dfb23396a7dcf7cc098f4eefafe77a3c27424d0d0cc8643",
+        sha256: "b213e85eb7a7005bfdd8a2e14a2ab3fa6422932fc0b166e5eb503a7a6d42b277",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2497,7 +2497,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "4030ed0f02945dc26f3886d2f96b968db86f1893d7750a809beb7deb647e0dc2",
+        sha256: "b69b5f203f645992cc70b050f470a276871ca54bb5bccab17933dafb4a1a5a0e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2505,7 +2505,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "8f7fabfe00dba349bf12e5c64386f154f500bfdfd768b4a3e2cb55ec4344295a",
+        sha256: "b8914107269306bb390d486bb520651125a6091111f38787c5897a1c7816f531",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -2513,13 +2513,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-both-f32-imperfect.wgsl"
         ),
-        sha256: "a526ebfa7c0288025622df7b2b6d4ad9b3a61103aad0c323fe31551a920094b6",
+        sha256: "8a0ae63e8ffe891844d458cf04974938385dd57f290109177957af923be1140e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-none-none-both-f32-none.wgsl"),
-        sha256: "7f068c4edaa856b3d236481e582320b7a957c1ca7903225058235da8ad489500",
+        sha256: "44de5c31c704b43ab18a0478f94a0327e997d099c86bbebb7a181b242439e29c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -2527,7 +2527,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-both-f32-shadow_map.wgsl"
         ),
-        sha256: "c666791e2e0431343a97310b37489cec83d5f0bf8169397eebff9a35b9006262",
+        sha256: "f79ed9a4241c9528689d9ea9538b06e6b975026e10ab7c4e3cc5df233bac4ba3",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -2535,13 +2535,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-diffuse-f32-imperfect.wgsl"
         ),
-        sha256: "aa3ffcd4cbeb7072cc5b4ed7fa62fd3c789a5f5acdf32d12a540e01d6d486da6",
+        sha256: "cb4394c7fd5fa7cff0232466600703510453e62d7825475aa454b19eb94ea155",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-disc-fitted-none-none-diffuse-f32-none.wgsl"),
-        sha256: "9102360101a8eeb8c6b969e5a1d953ed07315f51c4c02909bdede27c006a1704",
+        sha256: "27c9a20b12a54be053970d4d9e5f5f75b9e8b43bdceae3e5ee60fa50c35befba",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -2549,7 +2549,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-disc-fitted-none-none-diffuse-f32-shadow_map.wgsl"
         ),
-        sha256: "d072ef74542cc52b9f00e267db9fb01f1513e07c1a6e8b3bed586650ddb0f13b",
+        sha256: "efbc3eb10155ed324b403c0237c69b7634aa930dbf41cda77185d1e8cc93cbd7",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -2759,19 +2759,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shadow-constant-opaque",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-constant-opaque.wgsl"),
-        sha256: "90243965c446c3fbe1281479f353c1f00366a12be2812b57baf32513a7e5e98f",
+        sha256: "c7ff08cb430c8d6aca6a5ba16f838e1600d827fafc3f3c0942296da9ab64a78d",
     },
     Embedded {
         id: "shadow-textured-cutout",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-textured-cutout.wgsl"),
-        sha256: "62398ecdf2edae14c9ded8b3c4a5068e1f18840a57467c72ad3a69cde93f5f34",
+        sha256: "94f44f908ad9a2bff7680df1b13a13ba289d1b63091e6e7be265c75b37b6aa45",
     },
     Embedded {
         id: "shadow-textured-opaque",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-textured-opaque.wgsl"),
-        sha256: "7fb7fdd6475de048bfbec026f64714d7575014a829f1a4406b4696362d0b0e7a",
+        sha256: "66d5bdf09eedb5b67554e087f3abb0f1e91082ad4d45119ed216b64313f766f4",
     },
     Embedded {
         id: "sort_count",
@@ -2795,19 +2795,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "surface-constant-opaque",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-constant-opaque.wgsl"),
-        sha256: "64eb63af5b37a730384b55b6a6113f2d87688fb85180094907be4657863a812b",
+        sha256: "d1f4d8ffc84e7f8ec04de9ec47d1ce39e96bed330e5fc323a793b013cdfb481a",
     },
     Embedded {
         id: "surface-textured-cutout",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-textured-cutout.wgsl"),
-        sha256: "8f0b10d9ed86eb482a279bcdf43348f51eda94948169c49adabb805a82fed487",
+        sha256: "a8bc11e51f691c5a7c8b9d22d029476632f72d3021aa069634286482bb14381a",
     },
     Embedded {
         id: "surface-textured-opaque",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-textured-opaque.wgsl"),
-        sha256: "6691834a31923657f3c0ae96d7bf86d433d91a1d3c5eec47e9fde7204105485a",
+        sha256: "81df8f3c6d4703c9428d30218818de416630eab6a3b59312eb02043e0d1f0bcc",
     },
 ];
 /// What a host has to know of a variant to make a pipeline of it.
@@ -4046,7 +4046,7 @@ pub enum SpecularPower {
     /// By the specular reflectance at normal incidence, without Fresnel's term and masking \[Tokuyoshi 2016, Eq. (7)\].
     #[default]
     F0,
-    /// By the directional albedo of GGX with Fresnel's term, a fit within 0.0101 of white metal and 5.5 % of a dielectric.
+    /// By the directional albedo of GGX with Fresnel's term, a fit.
     Albedo,
 }
 impl SpecularPower {
@@ -4315,7 +4315,7 @@ pub mod surface {
             super::uniform(
                 0,
                 wgpu::ShaderStages::VERTEX.union(wgpu::ShaderStages::FRAGMENT),
-                80,
+                96,
             ),
         ],
         &[super::uniform(0, wgpu::ShaderStages::FRAGMENT, 48)],
@@ -4327,7 +4327,7 @@ pub mod surface {
             super::uniform(
                 0,
                 wgpu::ShaderStages::VERTEX.union(wgpu::ShaderStages::FRAGMENT),
-                80,
+                96,
             ),
         ],
         &[
@@ -4432,12 +4432,12 @@ pub mod shadow {
     ];
     /// `shadow-constant-opaque`, `shadow-textured-opaque`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 80)],
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_view"]];
     /// `shadow-textured-cutout`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 80)],
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[
             super::uniform(0, wgpu::ShaderStages::FRAGMENT, 144),
             super::sampler(
@@ -4526,13 +4526,13 @@ pub mod emission {
     ];
     /// `emission-constant-opaque`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 80)],
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[super::uniform(0, wgpu::ShaderStages::FRAGMENT, 48)],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_view"], &["sglow_material"]];
     /// `emission-textured-cutout`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 80)],
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[
             super::uniform(0, wgpu::ShaderStages::FRAGMENT, 144),
             super::sampler(
@@ -4571,7 +4571,7 @@ pub mod emission {
     ];
     /// `emission-textured-opaque`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 80)],
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[
             super::uniform(0, wgpu::ShaderStages::FRAGMENT, 144),
             super::sampler(
@@ -9019,8 +9019,8 @@ pub struct SglowDirectParametersPoint {
     pub normal_offset: f32,
     /// Not read by the shaders.
     pub _padding_0: [u8; 12],
-    /// The shadow map's projection; of a point light one for each of its six faces. (`array<mat4x4<f32>, 6>` at byte 112)
-    pub clip_from_world: [[[f32; 4]; 4]; 6],
+    /// The shadow map's projection, of positions relative to the light's; of a point light one for each of its six faces. (`array<mat4x4<f32>, 6>` at byte 112)
+    pub clip_from_light: [[[f32; 4]; 4]; 6],
 }
 impl Default for SglowDirectParametersPoint {
     /// All bytes zero.
@@ -9034,7 +9034,7 @@ const _: () = {
     equal(core::mem::offset_of!(SglowDirectParametersPoint, eye), 80);
     equal(core::mem::offset_of!(SglowDirectParametersPoint, depth_bias), 92);
     equal(core::mem::offset_of!(SglowDirectParametersPoint, normal_offset), 96);
-    equal(core::mem::offset_of!(SglowDirectParametersPoint, clip_from_world), 112);
+    equal(core::mem::offset_of!(SglowDirectParametersPoint, clip_from_light), 112);
 };
 /// `SglowDirectParameters` of the variants with light = spot; or light = directional.
 #[repr(C)]
@@ -9051,7 +9051,7 @@ pub struct SglowDirectParametersSpot {
     /// Not read by the shaders.
     pub _padding_0: [u8; 12],
     /// `mat4x4<f32>` at byte 112.
-    pub clip_from_world: [[f32; 4]; 4],
+    pub clip_from_light: [[f32; 4]; 4],
 }
 impl Default for SglowDirectParametersSpot {
     /// All bytes zero.
@@ -9065,7 +9065,7 @@ const _: () = {
     equal(core::mem::offset_of!(SglowDirectParametersSpot, eye), 80);
     equal(core::mem::offset_of!(SglowDirectParametersSpot, depth_bias), 92);
     equal(core::mem::offset_of!(SglowDirectParametersSpot, normal_offset), 96);
-    equal(core::mem::offset_of!(SglowDirectParametersSpot, clip_from_world), 112);
+    equal(core::mem::offset_of!(SglowDirectParametersSpot, clip_from_light), 112);
 };
 /// A filtering kernel: where it lies, how large it is, and what its mean is worth.
 #[repr(C)]
@@ -9610,10 +9610,14 @@ const _: () = {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct SglowView {
-    /// `mat4x4<f32>` at byte 0.
-    pub clip_from_world: [[f32; 4]; 4],
+    /// Of positions relative to the origin. (`mat4x4<f32>` at byte 0)
+    pub clip_from_view: [[f32; 4]; 4],
     /// A position with w = 1, or the direction towards a viewer at infinity with w = 0. (`vec4<f32>` at byte 64)
     pub eye: [f32; 4],
+    /// Where the viewer is, or a position in the image's plane of one at infinity. (`vec3<f32>` at byte 80)
+    pub origin: [f32; 3],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
 }
 impl Default for SglowView {
     /// All bytes zero.
@@ -9622,9 +9626,10 @@ impl Default for SglowView {
     }
 }
 const _: () = {
-    equal(size_of::<SglowView>(), 80);
-    equal(core::mem::offset_of!(SglowView, clip_from_world), 0);
+    equal(size_of::<SglowView>(), 96);
+    equal(core::mem::offset_of!(SglowView, clip_from_view), 0);
     equal(core::mem::offset_of!(SglowView, eye), 64);
+    equal(core::mem::offset_of!(SglowView, origin), 80);
 };
 /// How often inputs of the shading pass break its contract, and where first.
 #[repr(C)]

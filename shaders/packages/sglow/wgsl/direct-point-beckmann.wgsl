@@ -110,8 +110,8 @@ struct SglowDirectParameters {
     depth_bias: f32,
     /// A position is moved along its normal by this before it is compared, in world units.
     normal_offset: f32,
-    /// The shadow map's projection; of a point light one for each of its six faces.
-    clip_from_world: array<mat4x4<f32>, 6>,
+    /// The shadow map's projection, of positions relative to the light's; of a point light one for each of its six faces.
+    clip_from_light: array<mat4x4<f32>, 6>,
 }
 
 @group(0) @binding(0) var<uniform> sglow_direct_parameters: SglowDirectParameters;
@@ -124,8 +124,9 @@ struct SglowDirectParameters {
 /// position: in world space, already moved off its surface.
 fn sglow_shadow(position: vec3<f32>) -> f32 {
     let size = vec2<i32>(textureDimensions(sglow_shadow_map));
+    // A matrix that also moves by the light's position would cancel far from the world's origin.
+    let offset = position - sglow_direct_parameters.light.position;
     {
-        let offset = position - sglow_direct_parameters.light.position;
         let magnitude = abs(offset);
         // Faces +x, -x, +y, -y, +z, -z in this order; the largest coordinate says which one is met.
         var face = select(4, 5, offset.z < 0.0);
@@ -134,7 +135,7 @@ fn sglow_shadow(position: vec3<f32>) -> f32 {
         } else if magnitude.y >= magnitude.z {
             face = select(2, 3, offset.y < 0.0);
         }
-        let clip = sglow_direct_parameters.clip_from_world[face] * vec4<f32>(position, 1.0);
+        let clip = sglow_direct_parameters.clip_from_light[face] * vec4<f32>(offset, 1.0);
         let low = vec2<i32>(face % 4, face / 4) * (size / vec2<i32>(4, 2));
         return sglow_shadow_compare(clip, low, size / vec2<i32>(4, 2));
     }

@@ -116,7 +116,7 @@ struct SglowDirectParameters {
     depth_bias: f32,
     /// A position is moved along its normal by this before it is compared, in world units.
     normal_offset: f32,
-    clip_from_world: mat4x4<f32>,
+    clip_from_light: mat4x4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> sglow_direct_parameters: SglowDirectParameters;
@@ -129,8 +129,10 @@ struct SglowDirectParameters {
 /// position: in world space, already moved off its surface.
 fn sglow_shadow(position: vec3<f32>) -> f32 {
     let size = vec2<i32>(textureDimensions(sglow_shadow_map));
+    // A matrix that also moves by the light's position would cancel far from the world's origin.
+    let offset = position - sglow_direct_parameters.light.position;
     {
-        let clip = sglow_direct_parameters.clip_from_world * vec4<f32>(position, 1.0);
+        let clip = sglow_direct_parameters.clip_from_light * vec4<f32>(offset, 1.0);
         return sglow_shadow_compare(clip, vec2<i32>(0), size);
     }
 }

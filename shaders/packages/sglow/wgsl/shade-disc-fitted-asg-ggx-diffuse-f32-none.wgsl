@@ -64,7 +64,9 @@ fn sglow_disc_irradiance(
     // In units of the distance and the radius together, since fourth powers of lengths leave the range of f32.
     let unit = inverseSqrt(squared_distance + radius);
     let scaled = offset * unit;
-    let a = radius * unit * unit;
+    // A share, at most 1. The minimum keeps compilers from taking its factors apart: by themselves they overflow in products
+    // with others, and infinity times a width of 0 is no number.
+    let a = min(radius * unit * unit, 1.0);
     let height = -dot(scaled, axis);
     let place = scaled + height * axis;
     let spread = sglow_extent_across(mean_length);

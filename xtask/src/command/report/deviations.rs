@@ -6,8 +6,8 @@ use sglow_measure::frontier::document::{Metric, PictureError, SceneReport, Way};
 use sglow_measure::frontier::promise::named::PRINTED;
 use sglow_shader_gen::library::Library;
 
-use crate::errors;
-use crate::failure::{self, Failure, Result};
+use crate::failure::{self, Result};
+use crate::{marks, picture_error};
 
 /// An axis or parameter on which the default is not as printed.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -93,25 +93,13 @@ fn value_of(way: &Way, axis: &str) -> String {
     way.axes.get(axis).or_else(|| way.parameters.get(axis)).cloned().unwrap_or_default()
 }
 
-/// Where the table begins in the document.
-const BEGIN: &str = "<!-- measured: begin -->";
-/// Where it ends.
-const END: &str = "<!-- measured: end -->";
-
 /// A document whose table is that of `deviations`; what stands outside of the marks stays.
 ///
 /// # Errors
 ///
 /// When the document lacks a mark.
 pub(super) fn written(document: &str, deviations: &[Deviation], how: &str) -> Result<String> {
-    let parts = document.split_once(BEGIN).and_then(|(before, rest)| {
-        let (_, after) = rest.split_once(END)?;
-        Some((before, after))
-    });
-    let (before, after) = parts.ok_or_else(|| {
-        Failure::new(format!("docs/deviations.md lacks the marks `{BEGIN}` and `{END}`"))
-    })?;
-    Ok(format!("{before}{BEGIN}\n{}{END}{after}", table(deviations, how)))
+    marks::replaced(document, "docs/deviations.md", "measured", &table(deviations, how))
 }
 
 fn table(deviations: &[Deviation], how: &str) -> String {
@@ -126,7 +114,7 @@ fn table(deviations: &[Deviation], how: &str) -> String {
         for on in &one.scenes {
             let cell = |metric| {
                 let [ours, theirs] = [&on.default_error, &on.printed_error]
-                    .map(|error| errors::text(error.of(metric), metric, false));
+                    .map(|error| picture_error::text(error.of(metric), metric, false));
                 format!("{ours} → {theirs}")
             };
             let beside = if one.beside.is_empty() {
@@ -181,8 +169,8 @@ mod tests {
         let sized = beside.iter().find(|one| one.axis == "size_factor").unwrap();
         assert_eq!(sized.beside, "space=none");
         assert!(table(&beside, "").contains("with `space=none`"));
-        let document = format!("# Title\n{BEGIN}\nold\n{END}\nprose\n");
-        let text = written(&document, &found, "cargo xtask report").unwrap();
+        let document = "# Title\n<!-- measured: begin -->\nold\n<!-- measured: end -->\nprose\n";
+        let text = written(document, &found, "cargo xtask report").unwrap();
         assert!(text.contains("| `emitter=lobe` |") && text.ends_with("\nprose\n"), "{text}");
         assert!(!text.contains("old") && text.starts_with("# Title\n"));
         assert_eq!(written(&text, &found, "cargo xtask report").unwrap(), text);

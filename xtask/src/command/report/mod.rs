@@ -23,7 +23,7 @@ use crate::page::report as page;
 use crate::progress::Bars;
 use crate::selection::{library, library_folder, whole_space};
 use crate::shot::{self, Numbers};
-use crate::{errors, measured, saving, say, table, write};
+use crate::{measured, picture_error, saving, say, table, write};
 
 mod densities;
 mod deviations;
@@ -318,7 +318,7 @@ fn show(scene: &SceneReport) {
         scene.clock,
         percent(scene.reference.noise_over_mean),
     ));
-    let [relative_mse, rmse, median, q95, flip, bias] = errors::HEADINGS;
+    let [relative_mse, rmse, median, q95, flip, bias] = picture_error::HEADINGS;
     let header =
         ["frontier, and default", "ms", relative_mse, rmse, median, q95, flip, bias, "flicker"];
     let mut table = table::new(header);
@@ -326,8 +326,8 @@ fn show(scene: &SceneReport) {
     for way in scene.ways.iter().filter(|way| way.on_frontier(metric) || way.default) {
         let time = way.whole.unwrap_or(way.time);
         let dark = scene.reference.dark;
-        let flicker = way.flicker.map(|flicker| errors::text(flicker, Metric::Rmse, dark));
-        let [relative_mse, rmse, median, q95, flip, bias] = errors::cells(&way.picture);
+        let flicker = way.flicker.map(|flicker| picture_error::text(flicker, Metric::Rmse, dark));
+        let [relative_mse, rmse, median, q95, flip, bias] = picture_error::cells(&way.picture);
         table.add_row([
             format!("{}{}", way.name, if way.on_frontier(metric) { "" } else { " (dominated)" }),
             format!("{:.1} ({:.1}-{:.1})", time.median, time.least, time.most),

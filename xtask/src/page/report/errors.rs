@@ -5,16 +5,16 @@ use maud::{Markup, html};
 use sglow_measure::frontier::document::{Metric, PictureError, Way, Worst};
 
 use super::named::Named;
-use crate::errors;
 use crate::page::number::{count, exact, maybe};
 use crate::page::table::{Column, number, table, text};
+use crate::picture_error;
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {
     let shown = named.shown();
     let rows: Vec<Markup> = shown.iter().map(|way| row(named, way)).collect();
     let mut columns =
         vec![text("configuration"), number("rounding, over the mean"), number("model")];
-    columns.extend(errors::HEADINGS.map(number));
+    columns.extend(picture_error::HEADINGS.map(number));
     columns.push(number("flicker"));
     let unshadowed: Vec<Markup> = shown
         .iter()
@@ -38,7 +38,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
         (table(&format!("Errors of {}", named.scene.measured.scene), "", &columns, &rows))
         @if !unshadowed.is_empty() {
             h4 { "Against the reference without visibility" }
-            @let columns: Vec<Column<'_>> = [text("configuration")].into_iter().chain(errors::HEADINGS.map(number)).collect();
+            @let columns: Vec<Column<'_>> = [text("configuration")].into_iter().chain(picture_error::HEADINGS.map(number)).collect();
             (table(&format!("Errors of {} without visibility", named.scene.measured.scene), "", &columns, &unshadowed))
         }
         details {
@@ -64,7 +64,7 @@ fn row<'a>(named: &Named<'a>, way: &'a Way) -> Markup {
 /// An error by every metric.
 fn cells(error: &PictureError) -> Markup {
     html! {
-        @for (metric, cell) in Metric::ALL.into_iter().zip(errors::cells(error)) {
+        @for (metric, cell) in Metric::ALL.into_iter().zip(picture_error::cells(error)) {
             td class=(if error.of(metric).is_finite() { "n" } else { "n bad" }) { (cell.replace(' ', "\u{a0}")) }
         }
     }

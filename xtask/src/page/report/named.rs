@@ -7,8 +7,8 @@ use maud::{Markup, html};
 use sglow_measure::frontier::document::{Dominated, Metric, Way};
 
 use super::Scene;
-use crate::errors;
 use crate::page::number::{figure, percent};
+use crate::picture_error;
 
 /// A scene and what its ways are called.
 pub(crate) struct Named<'a> {
@@ -95,13 +95,13 @@ impl<'a> Named<'a> {
 
     /// The error of a configuration as a person reads it.
     pub(crate) fn cell(&self, way: &Way) -> String {
-        errors::cell(&way.picture, self.metric).replace(' ', "\u{a0}")
+        picture_error::cell(&way.picture, self.metric).replace(' ', "\u{a0}")
     }
 
     /// A number of the metric as a person reads it.
     pub(crate) fn text(&self, value: f64) -> String {
         let dark = self.scene.measured.reference.dark;
-        errors::text(value, self.metric, dark).replace(' ', "\u{a0}")
+        picture_error::text(value, self.metric, dark).replace(' ', "\u{a0}")
     }
 
     /// Below what an error is not told apart: the uncertainty of the least error.

@@ -7,11 +7,11 @@ use maud::{Markup, html};
 use sglow_measure::frontier::document::{Radiance, Way};
 
 use super::named::Named;
-use crate::errors;
 use crate::failure::Result;
 use crate::page::number::figure;
 use crate::picture::tone::{Exposure, radiance};
 use crate::picture::{Image, false_colour, png};
+use crate::picture_error;
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {
     let pictures = named.scene.pictures;
@@ -86,7 +86,7 @@ fn strip<'a>(
             figcaption {
                 (named.call(way)) br;
                 span.quiet {
-                    @for (name, error) in errors::HEADINGS.iter().zip(errors::cells(&way.picture)) { (name) " " (error.replace(' ', "\u{a0}")) ", " }
+                    @for (name, error) in picture_error::HEADINGS.iter().zip(picture_error::cells(&way.picture)) { (name) " " (error.replace(' ', "\u{a0}")) ", " }
                     (figure(way.time.median)) " ms"
                 }
             }

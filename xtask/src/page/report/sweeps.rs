@@ -4,10 +4,10 @@ use maud::{Markup, html};
 use sglow_measure::frontier::document::{Series, Straddling, Sweep, SweepOver, SweepPoint};
 
 use super::named::Named;
-use crate::errors::{HEADINGS, cells};
 use crate::page::number::{figure, maybe};
 use crate::page::plot::lines::{Line, legend, lines};
 use crate::page::table::{number, table, text};
+use crate::picture_error::{HEADINGS, cells};
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {
     let sweeps = &named.scene.measured.sweeps;

@@ -28,8 +28,9 @@ fn sglow_fresnel(cosine: f32, specular: vec3<f32>) -> vec3<f32> {
 /// The directional albedo of GGX with Schlick's Fresnel term: the share of light from one direction that is reflected
 /// specularly, into all directions.
 ///
-/// Two rational functions, fitted over cosines 0.001 to 1 and alpha 0.01 to 1 by the example fit_albedo of the oracle: what
-/// white facets lose between them, to an absolute 0.0101, and what Schlick's term adds, to 4.9 % of a dielectric's albedo.
+/// Two rational functions, what white facets lose between them and what Schlick's term adds, fitted over cosines 0.001 to 1
+/// and alpha 0.01 to 1 by the example fit_albedo of the oracle. The errors stand at the same constants in
+/// oracle/src/brdf/albedo.rs.
 ///
 /// specular: reflectance at normal incidence, 0 to 1; cosine: of the light with the normal, clamped to 0 to 1;
 /// alpha: roughness alpha, 0.01 to 1. Result: 0 to 1; 0 without reflectance.
