@@ -114,9 +114,10 @@ impl<const N: usize> Resolve for [Formula; N] {
 impl<T: Resolve> Resolve for Table<T> {
     type To = Table<T::To>;
     fn resolve(&self, env: &Env<'_, '_>, at: &At<'_>) -> Result<Self::To, Error> {
-        let of =
-            |(name, value): (&String, &T)| Ok((name.clone(), value.resolve(env, &at.key(name))?));
-        self.iter().map(of).collect()
+        let of = |(name, value): (&String, &T)| {
+            Some((name.clone(), env.note(value.resolve(env, &at.key(name)))?))
+        };
+        Ok(self.iter().filter_map(of).collect())
     }
 }
 
@@ -160,8 +161,9 @@ impl Resolve for Indirect {
 }
 
 impl<'d> Env<'_, 'd> {
-    fn note(&self, result: Result<(), Error>) {
-        self.of.errors.borrow_mut().extend(result.err());
+    /// Notes an error: with one, the frame is none, and all that is done is to look for more.
+    fn note<T>(&self, result: Result<T, Error>) -> Option<T> {
+        result.map_err(|error| self.of.errors.borrow_mut().push(error)).ok()
     }
 
     fn runs(&self, part: &str) -> bool {
@@ -175,14 +177,10 @@ impl<'d> Env<'_, 'd> {
         let declare = |table: &'static str, name: &String, known: Result<Known<'d>, Error>| {
             let full = format!("{}{name}", scope.prefix);
             let at = at.key(table);
-            let known = known.unwrap_or_else(|error| {
-                self.note(Err(error));
-                Known::Absent
-            });
+            let known = self.note(known).unwrap_or(Known::Absent);
             if self.of.known.borrow_mut().insert(full.clone(), known).is_some() {
-                self.note(Err(at
-                    .key(name)
-                    .error(Problem::form(format!("`{full}` is declared twice")))));
+                let problem = Problem::form(format!("`{full}` is declared twice"));
+                self.note::<()>(Err(at.key(name).error(problem)));
             }
         };
         for (name, choice) in &scope.template.alias {
@@ -394,13 +392,10 @@ impl<'d> Env<'_, 'd> {
                 return Err(at.error(Problem::form(form)));
             }
         };
-        Ok(Action::Dispatch(Dispatch {
-            variant: self.variant(step, pass, at)?,
-            entry: step.entry.clone(),
-            constants: step.constants.resolve(self, &at.key("constants"))?,
-            group: self.bindings(step, at)?,
-            size,
-        }))
+        let group = self.bindings(step, at)?;
+        let constants = step.constants.resolve(self, &at.key("constants"))?;
+        let (variant, entry) = (self.variant(step, pass, at)?, step.entry.clone());
+        Ok(Action::Dispatch(Dispatch { variant, entry, constants, group, size }))
     }
 
     fn variant(&self, step: &description::Step, pass: &str, at: &At<'_>) -> Result<Variant, Error> {
