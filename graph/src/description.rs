@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::formula::Formula;
@@ -11,7 +12,7 @@ use crate::reference::Reference;
 pub type Table<T> = BTreeMap<String, T>;
 
 /// A frame as data: everything that may run, and under which conditions.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Description {
     /// The library's axes: what the generator fills in.
@@ -36,7 +37,7 @@ pub struct Description {
 }
 
 /// The frame, or a part of it that steps use with arguments of their own. Each use has resources of its own.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Template {
     /// What it does and what it takes.
@@ -55,7 +56,7 @@ pub struct Template {
 }
 
 /// An axis of the library.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
     /// The value without a choice.
@@ -65,7 +66,7 @@ pub struct Axis {
 }
 
 /// A value, or the first of several cases that applies.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a value, or a list of cases `{ when, value }`")]
 pub enum Choice<T> {
     /// The same in every configuration.
@@ -75,7 +76,7 @@ pub enum Choice<T> {
 }
 
 /// A case of a [`Choice`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case<T> {
     /// Its condition; without one it applies whenever no case before it does.
@@ -85,7 +86,7 @@ pub struct Case<T> {
 }
 
 /// A whole or a real number.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a number of at least 0")]
 pub enum Number {
     /// A whole number.
@@ -95,7 +96,7 @@ pub enum Number {
 }
 
 /// Whether a parameter is whole or real.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ParameterType {
     /// Whole; formulas may name it.
@@ -105,7 +106,7 @@ pub enum ParameterType {
 }
 
 /// How often a number may change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Per {
     /// With the size of something: the frame is evaluated again.
@@ -117,7 +118,7 @@ pub enum Per {
 }
 
 /// A number that a person or an engine sets.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Parameter {
     /// What it is, with its unit.
@@ -138,7 +139,7 @@ pub struct Parameter {
 }
 
 /// What the host writes into uniforms.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Input {
     /// What it is and how it is computed, with its unit.
@@ -154,7 +155,7 @@ pub struct Input {
 }
 
 /// Draws of the host's own: it chooses their variants, binds what the frame does not, and issues them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DrawList {
     /// What is drawn, and what the host binds for it.
@@ -164,7 +165,7 @@ pub struct DrawList {
 }
 
 /// What a configuration has to meet.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Requirement {
     /// What holds.
@@ -174,7 +175,7 @@ pub struct Requirement {
 }
 
 /// What is kept in memory: one of a buffer, a texture and a sampler.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Resource {
     /// What it holds.
@@ -202,7 +203,7 @@ fn one() -> Formula {
 }
 
 /// A buffer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Buffer {
     /// Number of elements.
@@ -215,7 +216,7 @@ pub struct Buffer {
 }
 
 /// A two-dimensional texture. What nothing writes is 0.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Texture {
     /// Its format, as WebGPU names it.
@@ -231,7 +232,7 @@ pub struct Texture {
 }
 
 /// How a sampler filters, within a level and between levels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Filter {
     /// It does not.
@@ -241,7 +242,7 @@ pub enum Filter {
 }
 
 /// A member of a uniform.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(
     untagged,
     expecting = "a formula, a number, `{ input = … }`, `{ age = … }`, or a list of these"
@@ -262,7 +263,7 @@ pub enum Field {
 }
 
 /// One step: a pass, a clear, the use of a template, or a group of steps.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {
     /// What its time is called; consecutive dispatches of one label are timed as one. Of a group and a use: the label of its
@@ -321,7 +322,7 @@ pub struct Step {
 }
 
 /// Where the arguments of an indirect dispatch or draw are.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Indirect {
     /// The buffer.
@@ -331,7 +332,7 @@ pub struct Indirect {
 }
 
 /// What a step draws in one render pass.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Draw {
     /// The vertex entry point.
@@ -361,7 +362,7 @@ pub struct Draw {
 }
 
 /// A colour target.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Color {
     /// The texture.
@@ -371,7 +372,7 @@ pub struct Color {
 }
 
 /// A depth target.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Depth {
     /// The texture.
@@ -385,7 +386,7 @@ pub struct Depth {
 }
 
 /// A vertex buffer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Vertices {
     /// The buffer; the host's own without it.
@@ -397,7 +398,7 @@ pub struct Vertices {
 }
 
 /// An attribute of a vertex.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Attribute {
     /// Its location in the shader.

@@ -105,7 +105,7 @@ impl<const N: usize> Resolve for [Formula; N] {
     fn resolve(&self, env: &Env<'_, '_>, at: &At<'_>) -> Result<[u64; N], Error> {
         let mut numbers = [0; N];
         for (index, (number, formula)) in numbers.iter_mut().zip(self).enumerate() {
-            *number = formula.resolve(env, &at.item("", index))?;
+            *number = env.note(formula.resolve(env, &at.item("", index))).unwrap_or(0);
         }
         Ok(numbers)
     }
@@ -209,12 +209,36 @@ impl<'d> Env<'_, 'd> {
         if !self.holds(resource.when.as_ref(), at)? {
             return Ok(Known::Absent);
         }
+        // What is wrong stands for what it should be, so that no error follows from it.
+        let (kind, bytes) = self.note(self.kind(resource, at)).unwrap_or_else(|| {
+            let (format, size, layers, levels) = (String::new(), [0; 2], 0, u64::MAX);
+            (Kind::Texture { format, size, layers, levels }, 0)
+        });
+        let part = resource.part.as_deref().unwrap_or(part).to_owned();
+        let supplied = self.of.configuration.supplied.contains(&name) || !self.runs(&part);
+        if resource.kept && (supplied || resource.flip) {
+            let form = "what is kept is neither supplied by the host nor a pair";
+            return Err(at.error(Problem::form(form)));
+        }
+        let (external, kept) = (resource.external || supplied, resource.kept);
+        let resources = &mut self.of.frame.borrow_mut().resources;
+        let first = resources.len();
+        let suffixes: &[&str] = if resource.flip { &[".0", ".1"] } else { &[""] };
+        resources.extend(suffixes.iter().map(|suffix| {
+            let (name, part, kind) = (format!("{name}{suffix}"), part.clone(), kind.clone());
+            Resource { name, part, kind, bytes, external, kept }
+        }));
+        Ok(if resource.flip { Known::Pair(first, 0) } else { Known::One(first) })
+    }
+
+    /// What a resource is, and its bytes.
+    fn kind(&self, resource: &description::Resource, at: &At<'_>) -> Result<(Kind, u64), Error> {
         let size = |factors: &[u64]| {
             let product = factors.iter().try_fold(1_u64, |a, &b| a.checked_mul(b));
             product
                 .ok_or_else(|| at.error(Problem::Arithmetic("its bytes exceed 64 bits".to_owned())))
         };
-        let (kind, bytes) = match (&resource.buffer, &resource.texture, &resource.sampler) {
+        Ok(match (&resource.buffer, &resource.texture, &resource.sampler) {
             (Some(buffer), None, None) => {
                 let at = at.key("buffer");
                 let length = buffer.length.resolve(self, &at.key("length"))?;
@@ -248,22 +272,7 @@ impl<'d> Env<'_, 'd> {
                 let form = "a resource is one of a buffer, a texture and a sampler";
                 return Err(at.error(Problem::form(form)));
             }
-        };
-        let part = resource.part.as_deref().unwrap_or(part).to_owned();
-        let supplied = self.of.configuration.supplied.contains(&name) || !self.runs(&part);
-        if resource.kept && (supplied || resource.flip) {
-            let form = "what is kept is neither supplied by the host nor a pair";
-            return Err(at.error(Problem::form(form)));
-        }
-        let (external, kept) = (resource.external || supplied, resource.kept);
-        let resources = &mut self.of.frame.borrow_mut().resources;
-        let first = resources.len();
-        let suffixes: &[&str] = if resource.flip { &[".0", ".1"] } else { &[""] };
-        resources.extend(suffixes.iter().map(|suffix| {
-            let (name, part, kind) = (format!("{name}{suffix}"), part.clone(), kind.clone());
-            Resource { name, part, kind, bytes, external, kept }
-        }));
-        Ok(if resource.flip { Known::Pair(first, 0) } else { Known::One(first) })
+        })
     }
 
     fn steps(&self, key: &str, steps: &'d [description::Step], at: &At<'_>, context: &Context) {
@@ -355,17 +364,23 @@ impl<'d> Env<'_, 'd> {
             self.steps("steps", &step.steps, at, context);
             return Ok(());
         }
+        let mut pairs = Vec::new();
+        for (index, pair) in step.flip.iter().enumerate() {
+            let at = at.item("flip", index);
+            let (name, _, known) = self.target(&Reference::new(pair), &at)?;
+            if !matches!(known, Known::Pair(..)) {
+                return Err(at.error(Problem::unknown("pair", pair, [])));
+            }
+            pairs.push(name);
+        }
         for number in 0..self.rounds(step.repeat.as_ref(), at)? {
-            let (index, lets) = (step.index.as_deref(), Some(&step.lets));
-            let round = Round { index, number, lets, at, outer: self.round };
+            let (index, lets, used) = (step.index.as_deref(), Some(&step.lets), &Cell::new(false));
+            let round = Round { index, number, used, lets, at, outer: self.round };
             Env { round: Some(&round), ..*self }.steps("steps", &step.steps, at, context);
-            for (index, pair) in step.flip.iter().enumerate() {
-                let at = at.item("flip", index);
-                let (name, _, known) = self.target(&Reference::new(pair), &at)?;
-                let Known::Pair(first, front) = known else {
-                    return Err(at.error(Problem::unknown("pair", pair, [])));
-                };
-                self.of.known.borrow_mut().insert(name, Known::Pair(first, 1 - front));
+            for pair in &pairs {
+                if let Some(Known::Pair(_, front)) = self.of.known.borrow_mut().get_mut(pair) {
+                    *front = 1 - *front;
+                }
             }
         }
         Ok(())
@@ -381,7 +396,7 @@ impl<'d> Env<'_, 'd> {
 
     fn pass(&self, step: &'d description::Step, pass: &str, at: &At<'_>) -> Result<Action, Error> {
         if let (None, Some(draw)) = (&step.dispatch, &step.draw) {
-            return self.draw(step, draw, pass, at).map(Action::Draw);
+            return self.draw(step, draw, pass, at).map(Box::new).map(Action::Draw);
         }
         let groups = step.dispatch.resolve(self, &at.key("dispatch"))?;
         let size = match (groups, step.indirect.resolve(self, &at.key("indirect"))?, &step.draw) {
@@ -447,11 +462,14 @@ impl<'d> Env<'_, 'd> {
             let fragment = fragment.map(|of| of.resolve(&env, &at.key("fragment"))).transpose()?;
             variants.push((env.variant(step, pass, at_step)?, fragment.flatten()));
         }
-        let mut calls = Vec::new();
+        let (mut calls, mut shared) = (Vec::new(), None);
         for number in 0..self.rounds(draw.repeat.as_ref(), &at)? {
-            let index = draw.index.as_deref();
-            let round = Round { index, number, lets: None, at: &at, outer: self.round };
+            let (index, used) = (draw.index.as_deref(), &Cell::new(false));
+            let round = Round { index, number, used, lets: None, at: &at, outer: self.round };
             let env = Env { round: Some(&round), ..*self };
+            let group = shared.map_or_else(|| env.bindings(step, at_step), Ok)?;
+            // What does not depend on the call is the same for all of them.
+            shared = (!used.get()).then_some(group);
             let count = draw.count.resolve(&env, &at.key("count"))?;
             let indirect = step.indirect.resolve(&env, &at_step.key("indirect"))?;
             let geometry = match (&draw.list, count, indirect) {
@@ -467,7 +485,7 @@ impl<'d> Env<'_, 'd> {
                 }
             };
             let viewport = draw.viewport.resolve(&env, &at.key("viewport"))?;
-            calls.push(Call { group: env.bindings(step, at_step)?, viewport, geometry });
+            calls.push(Call { group, viewport, geometry });
         }
         let target = |target: &Reference, key, index: Option<usize>| {
             let at = index.map_or_else(|| at.key(key), |index| at.item(key, index));

@@ -1,7 +1,9 @@
 //! Formulas of whole numbers: what they are, and what they come to.
 
+use std::borrow::Cow;
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserialize, Deserializer};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
@@ -169,6 +171,22 @@ impl Serialize for Formula {
         map.serialize_entry("text", &self.text)?;
         map.serialize_entry("tree", &self.tree.as_ref().ok())?;
         map.end()
+    }
+}
+
+impl JsonSchema for Formula {
+    fn schema_name() -> Cow<'static, str> {
+        "Formula".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A formula: its text, and its tree of numbers, names and objects of one operation",
+            "type": "object",
+            "required": ["text", "tree"],
+            "properties": { "text": { "type": "string" }, "tree": { "type": ["integer", "string", "object"] } },
+            "additionalProperties": false,
+        })
     }
 }
 

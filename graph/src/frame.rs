@@ -131,7 +131,7 @@ pub enum Action {
     /// Dispatches workgroups.
     Dispatch(Dispatch),
     /// Draws in one render pass.
-    Draw(Draw),
+    Draw(Box<Draw>),
 }
 
 /// A dispatch.

@@ -2,12 +2,13 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::formula::Formula;
 
 /// A resource, or a part of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "Form")]
 pub struct Reference {
     /// Name of the resource, an alias, or what a use of a template calls so.
@@ -19,7 +20,7 @@ pub struct Reference {
 }
 
 /// One of a pair.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
     /// The newest; the first of the pair before any round.
@@ -28,7 +29,7 @@ pub enum Side {
     Back,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a reference to a resource, as in `name` or `name@level`")]
 enum Form {
     Text(String),

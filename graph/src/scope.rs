@@ -68,6 +68,8 @@ impl<'d> Scope<'d> {
 pub(crate) struct Round<'a> {
     pub(crate) index: Option<&'a str>,
     pub(crate) number: u64,
+    /// Whether the number was asked for.
+    pub(crate) used: &'a Cell<bool>,
     pub(crate) lets: Option<&'a Table<Formula>>,
     pub(crate) at: &'a At<'a>,
     pub(crate) outer: Option<&'a Round<'a>>,
@@ -162,6 +164,7 @@ impl<'a, 'd> Env<'a, 'd> {
         let mut round = self.round;
         while let Some(this) = round {
             if this.index == Some(name) {
+                this.used.set(true);
                 return Ok(Some(Number::Whole(this.number)));
             }
             if let Some(formula) = this.lets.and_then(|lets| lets.get(name)) {

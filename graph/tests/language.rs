@@ -1,5 +1,7 @@
 //! The language by itself: formulas, a frame that has nothing to do with light, and what errors say.
 
+#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are tests, too")]
+
 use std::collections::BTreeSet;
 
 use sglow_graph::description::Number;

@@ -50,6 +50,7 @@ impl Library {
         let mut errors = Vec::new();
         let places = Places::new(text);
         library.read_presets(root, &places, &mut sources, &mut errors);
+        library.read_frame(root, &places, &mut sources, &mut errors);
         library.check(&places, &mut errors);
         let folder = root.join(&library.library.source);
         let modules = library.read_modules(root, &folder, &places, &mut sources, &mut errors);
@@ -90,7 +91,7 @@ impl Library {
         }
     }
 
-    /// The files that were read: `library.toml`, the presets if there are any, then the modules.
+    /// The files that were read: `library.toml`, the presets and the frame if there are any, then the modules.
     #[must_use]
     pub fn sources(&self) -> &Arc<Sources> {
         &self.sources
