@@ -26,6 +26,8 @@ mod frontier;
 #[cfg(test)]
 mod function;
 #[cfg(test)]
+mod graph;
+#[cfg(test)]
 mod half;
 #[cfg(test)]
 mod identity;
