@@ -105,7 +105,7 @@ impl<const N: usize> Resolve for [Formula; N] {
     fn resolve(&self, env: &Env<'_, '_>, at: &At<'_>) -> Result<[u64; N], Error> {
         let mut numbers = [0; N];
         for (index, (number, formula)) in numbers.iter_mut().zip(self).enumerate() {
-            *number = env.note(formula.resolve(env, &at.item("", index))).unwrap_or(0);
+            *number = env.note(formula.resolve(env, &at.item("", index))).unwrap_or(1);
         }
         Ok(numbers)
     }

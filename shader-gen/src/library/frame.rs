@@ -61,9 +61,15 @@ impl Library {
         let passes = self.pass.iter().map(|pass| (pass.name.clone(), pass.axes.clone()));
         description.passes.extend(passes);
         description.facts.extend(self.fact.iter().map(|fact| fact.name.clone()));
-        let frame = Frame { description, file };
-        errors.extend(frame.faults(&Places::of(file, &text), 1));
-        self.frame = Some(frame);
+        self.frame = Some(Frame { description, file });
+    }
+
+    /// Whether the frame can be evaluated; only of a library with which nothing else is wrong, or errors would follow from
+    /// errors.
+    pub(super) fn check_frame(&self, sources: &Sources, errors: &mut Vec<Diagnostic>) {
+        if let Some(frame) = self.frame.as_ref().filter(|_| errors.is_empty()) {
+            errors.extend(frame.faults(&Places::of(frame.file, sources.text(frame.file)), 1));
+        }
     }
 
     /// The frame, if the library describes one.

@@ -52,6 +52,7 @@ impl Library {
         library.read_presets(root, &places, &mut sources, &mut errors);
         library.read_frame(root, &places, &mut sources, &mut errors);
         library.check(&places, &mut errors);
+        library.check_frame(&sources, &mut errors);
         let folder = root.join(&library.library.source);
         let modules = library.read_modules(root, &folder, &places, &mut sources, &mut errors);
         let sources = Arc::new(sources);
