@@ -15,7 +15,7 @@ use crate::frame::{
 use crate::reference::Reference;
 use crate::scope::{Caller, Env, Evaluation, Known, Round, Scope};
 
-/// Rounds of a repetition and calls of a render pass at most: one for each of 65536 lights.
+/// Rounds of a repetition and calls of a render pass at most.
 const MAXIMUM_ROUNDS: u64 = 1 << 16;
 
 impl Description {

@@ -218,7 +218,7 @@ fn the_frame_fits_what_its_variants_bind() {
     let mut runs = BTreeSet::new();
     for configuration in &configurations {
         let frame = described.description.evaluate(configuration);
-        runs.extend(frame.iter().flat_map(|frame| variants(frame)));
+        runs.extend(frame.iter().flat_map(variants));
     }
     let legal: Vec<_> =
         library.variants().into_iter().filter(|variant| runs.contains(&variant.id())).collect();
