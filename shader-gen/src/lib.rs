@@ -9,6 +9,7 @@
 pub mod assemble;
 pub mod condition;
 pub mod error;
+pub mod frame;
 pub mod generate;
 pub mod library;
 mod link;

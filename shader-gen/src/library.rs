@@ -1,9 +1,10 @@
 //! `library.toml`: what a library offers, in the author's own words.
 
 mod check;
+mod frame;
 mod load;
 mod modules;
-mod place;
+pub(crate) mod place;
 mod preset;
 
 use std::collections::BTreeMap;
@@ -11,6 +12,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
+pub use self::frame::Frame;
 pub use self::preset::{ClassDefault, Measurement, Parameter, Preset, PresetFile, Setting};
 use crate::link::Graph;
 use crate::source::Sources;
@@ -54,6 +56,8 @@ pub struct Library {
     /// The committed selection.
     pub package: PackageSelection,
     #[serde(skip)]
+    frame: Option<Frame>,
+    #[serde(skip)]
     sources: Arc<Sources>,
     #[serde(skip)]
     graph: Arc<Graph>,
@@ -79,6 +83,9 @@ pub struct Header {
     /// A file of more presets, which a program has measured and written, relative to `library.toml`. It need not exist.
     #[serde(default)]
     pub presets: Option<String>,
+    /// The file that describes the frame in the language of [`sglow_graph`], relative to `library.toml`.
+    #[serde(default)]
+    pub frame: Option<String>,
 }
 
 /// A work that the sources cite.

@@ -56,6 +56,11 @@ pub struct Manifest {
     pub presets: Vec<Preset>,
     /// The passes, in the order in which they run.
     pub passes: Vec<Pass>,
+    /// The frame: parameters, inputs, resources and steps, in the language of the crate `sglow-graph`. What is absent is empty
+    /// or false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<sglow_graph::Description>")]
+    pub graph: Option<serde_json::Value>,
     /// Files of functions for hosts that bring their own passes.
     pub libraries: Vec<FunctionLibrary>,
     /// The variants, sorted by identifier.

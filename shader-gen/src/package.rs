@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use crate::bindings::{self, Described};
 use crate::emit::{spirv, wgsl};
 use crate::error::Report;
+use crate::frame;
 use crate::generate::{self, ValidatedLibrary};
 use crate::hash;
 use crate::library::Library;
@@ -401,7 +402,8 @@ pub fn build(
             .collect();
         files.insert("rust/lib.rs".to_owned(), bindings::write(library, &described)?.into_bytes());
     }
-    let variants = written.into_iter().map(|one| one.manifest).collect();
+    let variants: Vec<_> = written.into_iter().map(|one| one.manifest).collect();
+    frame::check(library, &variants)?;
     let manifest = head(parts, targets, libraries, variants);
     files.insert("README.md".to_owned(), readme(&manifest).into_bytes());
     files.insert("CHANGELOG.md".to_owned(), changelog(parts).into_bytes());
@@ -522,6 +524,7 @@ fn head(
                 axes: pass.axes.clone(),
             })
             .collect(),
+        graph: library.frame().map(|of| frame::json(&of.description)),
         libraries,
         variants,
     }

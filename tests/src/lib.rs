@@ -28,6 +28,8 @@ mod frontier;
 #[cfg(test)]
 mod function;
 #[cfg(test)]
+mod graph;
+#[cfg(test)]
 mod half;
 #[cfg(test)]
 mod identity;

@@ -50,7 +50,9 @@ impl Library {
         let mut errors = Vec::new();
         let places = Places::new(text);
         library.read_presets(root, &places, &mut sources, &mut errors);
+        library.read_frame(root, &places, &mut sources, &mut errors);
         library.check(&places, &mut errors);
+        library.check_frame(&sources, &mut errors);
         let folder = root.join(&library.library.source);
         let modules = library.read_modules(root, &folder, &places, &mut sources, &mut errors);
         let sources = Arc::new(sources);
@@ -90,7 +92,7 @@ impl Library {
         }
     }
 
-    /// The files that were read: `library.toml`, the presets if there are any, then the modules.
+    /// The files that were read: `library.toml`, the presets and the frame if there are any, then the modules.
     #[must_use]
     pub fn sources(&self) -> &Arc<Sources> {
         &self.sources

@@ -1,4 +1,4 @@
-//! Places in `library.toml`.
+//! Places in `library.toml` and the other TOML files of a library.
 
 use toml::de::{DeTable, DeValue};
 
@@ -7,22 +7,29 @@ use crate::error::Diagnostic;
 /// Index of `library.toml` in [`crate::source::Sources`].
 pub(super) const DECLARATION: usize = 0;
 
-/// Where things stand in `library.toml`.
-pub(super) struct Places<'a> {
+/// Where things stand in a TOML file.
+pub(crate) struct Places<'a> {
+    file: usize,
     root: Option<toml::Spanned<DeValue<'a>>>,
 }
 
 impl<'a> Places<'a> {
+    /// Those of `library.toml`.
     pub(super) fn new(text: &'a str) -> Self {
+        Self::of(DECLARATION, text)
+    }
+
+    /// Those of the file of this index in [`crate::source::Sources`].
+    pub(crate) fn of(file: usize, text: &'a str) -> Self {
         let root = DeTable::parse(text).ok().map(|table| {
             let range = table.span();
             toml::Spanned::new(range, DeValue::Table(table.into_inner()))
         });
-        Self { root }
+        Self { file, root }
     }
 
     /// Adds the place of `path` to `diagnostic`: the deepest part of it that is there.
-    pub(super) fn mark(&self, diagnostic: Diagnostic, path: &[&str], label: &str) -> Diagnostic {
+    pub(crate) fn mark(&self, diagnostic: Diagnostic, path: &[&str], label: &str) -> Diagnostic {
         let mut range = 0..0;
         let mut value = self.root.as_ref();
         for part in path {
@@ -47,7 +54,7 @@ impl<'a> Places<'a> {
             range = place;
             value = next;
         }
-        diagnostic.at(DECLARATION, range, label)
+        diagnostic.at(self.file, range, label)
     }
 }
 

@@ -1,7 +1,8 @@
 //! The foreign library broken on purpose: every error says what, where, and what would be right.
 
-use sglow_shader_gen::generate;
 use sglow_shader_gen::library::Library;
+use sglow_shader_gen::validate::Validated;
+use sglow_shader_gen::{frame, generate, manifest};
 
 use crate::edited;
 
@@ -9,7 +10,12 @@ use crate::edited;
 fn report(edits: &[(&str, &str, &str)]) -> String {
     let folder = edited(edits);
     let result = Library::load(folder.path()).and_then(|library| {
-        generate::variants(&library, &library.variants())?;
+        let variants = generate::variants(&library, &library.variants())?;
+        let reflected = |one: &Validated| {
+            let reflection = manifest::reflect(&one.text, &one.module, &one.info).unwrap();
+            manifest::variant(&library, one, &reflection, Vec::new())
+        };
+        frame::check(&library, &variants.iter().map(reflected).collect::<Vec<_>>())?;
         generate::libraries(&library)
     });
     match result {
@@ -36,6 +42,7 @@ const CHANNEL: &str = "src/image/channel.wesl";
 const BIN: &str = "src/image/bin.wesl";
 const SCAN: &str = "src/sum/scan.wesl";
 const TOML: &str = "library.toml";
+const FRAME: &str = "frame.toml";
 
 #[test]
 fn nothing_is_wrong_with_the_library_itself() {
@@ -43,6 +50,35 @@ fn nothing_is_wrong_with_the_library_itself() {
 }
 
 errors! {
+    a_frame_that_is_no_toml: (FRAME, "[template.frame.let]", "[template.frame.let");
+    a_frame_that_says_what_the_language_does_not: (FRAME, "external = true", "extern = true");
+    formulas_that_are_none:
+        (FRAME, "bins = 256", "bins = \"256 +\""),
+        (FRAME, "div_ceil(width, 256)", "div_ceil(width)"),
+        (FRAME, "counter == 'workgroup', 1, height", "counter == 'workgruop', 1, height");
+    a_let_that_depends_on_itself: (FRAME, "bins = 256", "bins = \"bars + 1\"\nbars = \"bins - 1\"");
+    numbers_that_do_not_exist:
+        (FRAME, "\"width\", \"height\"", "\"width / again\", \"height - 2\""),
+        (FRAME, "[\"bins\", 64]", "[\"bins << 60\", 64]");
+    names_in_a_frame_that_nothing_declares:
+        (FRAME, "size = [\"width\"", "size = [\"widht\""),
+        (FRAME, "input = \"first_column\"", "input = \"column\""),
+        (FRAME, "pass = \"show\"", "pass = \"showing\""),
+        (FRAME, "tally_image = \"image\"", "tally_image = \"images\""),
+        (FRAME, "flip = [\"sums\"]", "flip = [\"counted\"]"),
+        (FRAME, "tally_heights = \"sums.front\"", "tally_heights = \"sums\""),
+        (FRAME, "uniforms = { tally_settings = \"settings\" }", "uniforms = { tally_settings = \"settings\", more = \"setting\" }");
+    what_is_read_before_it_is_written:
+        (FRAME, "tally_heights = \"sums.front\"", "tally_heights = \"sums.back\""),
+        (FRAME, ", initial = [6, 256, 0, 0]", "");
+    what_does_not_fit_its_binding:
+        (FRAME, "value = \"r8unorm\"", "value = \"r8uint\""),
+        (FRAME, "kept = true\nbuffer = { length = \"bins\", stride = 4 }", "kept = true\nbuffer = { length = \"bins\", stride = 8 }"),
+        (FRAME, "tally_sums = \"sums.front\"", "tally_sums = \"picture\"");
+    bindings_without_a_resource_and_resources_without_a_binding:
+        (FRAME, "tally_image = \"image\", ", ""),
+        (FRAME, "rounds = \"height\"\n", ""),
+        (FRAME, "tally_input = \"counted\"", "tally_inputs = \"counted\"");
     an_unknown_flag: (CHANNEL, "@if(channel_red)", "@if(channel_read)");
     a_name_that_is_declared_twice: (CHANNEL, "fn tally_smallest(", "fn tally_largest(");
     a_name_that_two_files_declare: (CHANNEL, "fn tally_smallest(", "fn tally_bin(");

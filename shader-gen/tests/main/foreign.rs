@@ -39,6 +39,7 @@ fn the_space_lacks_what_is_excluded() {
             "count-largest-workgroup",
             "scan-inclusive",
             "scan-exclusive",
+            "show",
         ]
     );
     let excluded = library.excluded();
@@ -129,7 +130,7 @@ fn what_is_of_no_use_is_left_out_and_says_why() {
         assert!(variants.contains(&"scan-inclusive".to_owned()));
     }
     let (variants, absent) = left(&[("coloured", false)], &[]);
-    assert_eq!(variants, ["count-red-direct", "scan-inclusive"]);
+    assert_eq!(variants, ["count-red-direct", "scan-inclusive", "show"]);
     assert_eq!(absent.len(), 1);
     assert_eq!(absent[0].variant.id(), "scan-exclusive");
     assert_eq!(absent[0].presence, "nothing-to-run");

@@ -1,0 +1,277 @@
+//! The language by itself: formulas, a frame that has nothing to do with light, and what errors say.
+
+#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are tests, too")]
+
+use std::collections::BTreeSet;
+
+use sglow_graph::description::Number;
+use sglow_graph::frame::{Action, Binding, Geometry, Size, Value};
+use sglow_graph::{Configuration, Description, Frame, Problem};
+
+/// Sparks: they are made, move in rounds between two buffers, last from frame to frame, and are drawn as many as there are.
+const SPARKS: &str = r#"
+passes = { born = [], move = ["wind"], draw = ["shape"] }
+axes.wind = { default = "none", values = ["none", "strong"] }
+axes.shape = { default = "dot", values = ["dot", "disc"] }
+facts = ["windy"]
+[parameter.sparks]
+description = "number of sparks"
+type = "whole"
+default = 100
+minimum = 1
+maximum = 4096
+per = "resize"
+[parameter.rounds]
+description = "moves in a frame"
+type = "whole"
+default = 3
+per = "resize"
+[parameter.speed]
+description = "in pixels a frame"
+type = "real"
+default = 0.5
+above = 0.0
+per = "resize"
+[input.eye]
+description = "where one looks from"
+type = "vec3<f32>"
+per = "frame"
+[choose]
+wind = [{ when = "windy", value = "strong" }]
+[[require]]
+that = "rounds < 9"
+reason = "rounds: below 9"
+[template.frame.resource]
+seeds = { kept = true, buffer = { length = "sparks", stride = 16 } }
+arguments = { buffer = { length = 4, stride = 4, initial = [6, 0, 0, 0] } }
+picture = { part = "picture", texture = { format = "rgba8unorm", size = [32, "sparks"] } }
+[template.frame.uniform]
+step = { speed = "speed", round = "round", age = { age = "seeds" }, eye = [{ input = "eye" }, 1] }
+[[template.frame.step]]
+pass = "born"
+new = "seeds"
+dispatch = ["div_ceil(sparks, 64)", 1, 1]
+bind = { seeds = "seeds" }
+[[template.frame.step]]
+use = "motion"
+prefix = "slow_"
+label = "motion"
+let = { rounds = "rounds" }
+names = { input = "seeds" }
+[[template.frame.step]]
+use = "motion"
+prefix = "fast_"
+label = "motion"
+let = { rounds = 0 }
+axes = { wind = "strong" }
+names = { input = "slow_output" }
+[[template.frame.step]]
+clear = "arguments"
+bytes = "2 * 4"
+[[template.frame.step]]
+label = "draw"
+part = "picture"
+pass = "draw"
+bind = { moved = "fast_output" }
+indirect = { buffer = "arguments", offset = 0 }
+draw = { vertex = "vertex", fragment = "fragment", color = [{ target = "picture", clear = [0, 0, 0, 1] }] }
+[template.motion.resource]
+places = { flip = true, buffer = { length = "sparks", stride = 16 } }
+[template.motion.alias]
+output = [{ when = "rounds == 0", value = "input" }, { value = "places.front" }]
+[[template.motion.step]]
+repeat = "rounds"
+index = "round"
+flip = ["places"]
+[[template.motion.step.steps]]
+pass = "move"
+dispatch = ["div_ceil(sparks, 64)", 1, 1]
+bind = { from = [{ when = "round == 0", value = "input" }, { value = "places.front" }], to = "places.back" }
+uniforms = { step = "step" }
+"#;
+
+fn sparks() -> Description {
+    toml::from_str(SPARKS).unwrap()
+}
+
+fn evaluate(description: &Description, numbers: &[(&str, u64)]) -> Frame {
+    let parameters = numbers.iter().map(|(name, n)| ((*name).to_owned(), Number::Whole(*n)));
+    let parameters = parameters.collect();
+    description.evaluate(&Configuration { parameters, ..Configuration::default() }).unwrap()
+}
+
+/// What each dispatch or draw binds by a name.
+fn bound(frame: &Frame, name: &str) -> Vec<String> {
+    let group = |action: &Action| match action {
+        Action::Clear(..) => None,
+        Action::Dispatch(dispatch) => Some(dispatch.group),
+        Action::Draw(draw) => Some(draw.calls[0].group),
+    };
+    let groups = frame.steps.iter().filter_map(|step| group(&step.action));
+    let bound = groups.filter_map(|group| match frame.groups[group].get(name)? {
+        Binding::View(view) => Some(frame.resources[view.resource].name.clone()),
+        Binding::Uniform(_) => None,
+    });
+    bound.collect()
+}
+
+#[test]
+fn formulas_are_of_whole_numbers_and_checked() {
+    for (text, result) in [
+        ("1 + 2 * 3 - 4 / 2 % 5", Ok(5)),
+        ("1 << 2 + 1 == 8 && !(2 > 3) || 0 / 0", Ok(1)),
+        ("min(3, 2) * max(3, 2) + div_ceil(7, 2)", Ok(10)),
+        ("log2(pow2_ceil(1000)) * 100 + bits(8) * 10 + bits(0)", Ok(1040)),
+        ("select(sparks >= 100, 7, 1 / 0) >> 1", Ok(3)),
+        ("wind == 'none' && shape != 'disc'", Ok(1)),
+        ("18446744073709551615 + 1", Err("the result exceeds 64 bits")),
+        ("1 << 64", Err("the result exceeds 64 bits")),
+        ("sparks - 101", Err("a negative difference")),
+        ("7 % (sparks - 100)", Err("division by zero")),
+        ("log2(0)", Err("the logarithm of 0")),
+        ("speed + 1", Err("`speed` is real")),
+        ("1 +", Err("not a formula: expected a number, a name or a bracket at character 4")),
+        ("1 2", Err("not a formula: expected an operator or the end at character 3, found `2`")),
+        ("max(1)", Err("not a formula: `max` takes 2 arguments, not 1")),
+        ("root(4)", Err("not a formula: `root` is no function")),
+        ("99999999999999999999", Err("not a formula")),
+        ("wind + 'none'", Err("not a formula")),
+        ("nothing", Err("unknown name `nothing`")),
+        ("wind == 'weak'", Err("unknown value `weak`; expected one of none, strong")),
+        ("tide == 'low'", Err("unknown axis `tide`")),
+        ("circle + 1", Err("depends on itself")),
+    ] {
+        let mut description = sparks();
+        let frame = description.template.get_mut("frame").unwrap();
+        frame.lets.insert("circle".into(), sglow_graph::Formula::new("wheel"));
+        frame.lets.insert("wheel".into(), sglow_graph::Formula::new("circle"));
+        frame.step[3].bytes = Some(sglow_graph::Formula::new(text));
+        match (description.evaluate(&Configuration::default()), result) {
+            (Ok(frame), Ok(number)) => {
+                let clear = frame.steps.iter().find_map(|step| match step.action {
+                    Action::Clear(_, bytes) => bytes,
+                    _ => None,
+                });
+                assert_eq!(clear, Some(number), "{text}");
+            }
+            (Err(errors), Err(message)) => {
+                assert!(errors.to_string().contains(message), "{text}: {errors}");
+            }
+            (found, _) => panic!("{text}: {found:?}"),
+        }
+    }
+}
+
+#[test]
+fn pairs_change_places_and_no_round_leaves_the_input() {
+    let description = sparks();
+    let moved = |rounds| {
+        let frame = evaluate(&description, &[("rounds", rounds)]);
+        (bound(&frame, "from"), bound(&frame, "to"), bound(&frame, "moved"))
+    };
+    let name = |name: &str| name.to_owned();
+    let (a, b) = (name("slow_places.0"), name("slow_places.1"));
+    assert_eq!(moved(0), (vec![], vec![], vec![name("seeds")]));
+    assert_eq!(moved(1), (vec![name("seeds")], vec![b.clone()], vec![b.clone()]));
+    let from = vec![name("seeds"), b.clone(), a.clone()];
+    assert_eq!(moved(3), (from, vec![b.clone(), a, b.clone()], vec![b]));
+}
+
+#[test]
+fn a_frame_says_what_runs_on_what() {
+    let frame = evaluate(&sparks(), &[]);
+    let seeds = frame.resource("seeds").unwrap();
+    assert_eq!(frame.steps[0].new, Some(seeds));
+    let labels: Vec<_> = frame.steps.iter().map(|step| step.label.as_str()).collect();
+    assert_eq!(labels, ["", "motion", "motion", "motion", "", "draw"]);
+    let Action::Dispatch(dispatch) = &frame.steps[1].action else { panic!("no dispatch") };
+    assert_eq!(
+        (&dispatch.size, dispatch.variant.to_string()),
+        (&Size::Groups([2, 1, 1]), "move-none".into())
+    );
+    let Some(Binding::Uniform(uniform)) = frame.groups[dispatch.group].get("step") else {
+        panic!("no uniform")
+    };
+    let uniform = &frame.uniforms[*uniform];
+    assert_eq!(uniform["speed"], Value::Number(Number::Real(0.5)));
+    assert_eq!(uniform["round"], Value::Number(Number::Whole(0)));
+    assert_eq!(uniform["age"], Value::Age(seeds));
+    let one = Value::Number(Number::Whole(1));
+    assert_eq!(uniform["eye"], Value::List(vec![Value::Input("eye".into(), None), one]));
+    let Action::Draw(draw) = &frame.steps[5].action else { panic!("no draw") };
+    let arguments = frame.resource("arguments").unwrap();
+    assert_eq!(draw.calls[0].geometry, Geometry::Indirect(arguments, 0));
+    let bytes: Vec<_> = frame.resources.iter().map(|of| (of.name.as_str(), of.bytes)).collect();
+    assert_eq!(bytes[..3], [("arguments", 16), ("picture", 32 * 100 * 4), ("seeds", 1600)]);
+}
+
+#[test]
+fn facts_and_uses_set_axes_and_the_host_takes_parts_over() {
+    let mut description = sparks();
+    description.template.get_mut("frame").unwrap().step[2]
+        .lets
+        .insert("rounds".into(), sglow_graph::Formula::new("1"));
+    let names = |configuration: &Configuration| -> BTreeSet<String> {
+        let frame = description.evaluate(configuration).unwrap();
+        frame.variants().iter().map(ToString::to_string).collect()
+    };
+    let set =
+        |names: &[&str]| -> BTreeSet<String> { names.iter().map(|&name| name.into()).collect() };
+    let mut configuration = Configuration::default();
+    assert_eq!(names(&configuration), set(&["born", "draw-dot", "move-none", "move-strong"]));
+    configuration.facts.insert("windy".into(), true);
+    assert_eq!(names(&configuration), set(&["born", "draw-dot", "move-strong"]));
+    configuration.parts = Some([String::new()].into());
+    assert_eq!(names(&configuration), set(&["born", "move-strong"]));
+    let frame = description.evaluate(&configuration).unwrap();
+    assert!(frame.resources[frame.resource("picture").unwrap()].external);
+}
+
+#[test]
+fn json_says_the_same() {
+    let description = sparks();
+    let text = serde_json::to_string(&description).unwrap();
+    assert!(text.contains(r#"{"text":"div_ceil(sparks, 64)","tree":{"div_ceil":["sparks",64]}}"#));
+    assert_eq!(serde_json::from_str::<Description>(&text).unwrap(), description);
+}
+
+#[test]
+fn all_errors_come_at_once_each_with_its_place() {
+    let mut text = SPARKS.to_owned();
+    for (from, to) in [
+        ("\"2 * 4\"", "\"2 *\""),
+        ("[32, \"sparks\"]", "[32, \"spark\"]"),
+        ("new = \"seeds\"", "new = \"picture\""),
+        ("value = \"places.front\" }], to", "value = \"places\" }], to"),
+        ("shape = { default", "form = { default"),
+        ("input = \"seeds\"", "input = \"seats\""),
+    ] {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    let description: Description = toml::from_str(&text).unwrap();
+    let mut configuration = Configuration::default();
+    configuration.parameters.insert("rounds".into(), Number::Whole(9));
+    configuration.parameters.insert("speed".into(), Number::Real(0.0));
+    configuration.parameters.insert("colour".into(), Number::Whole(1));
+    configuration.axes.insert("wind".into(), "weak".into());
+    let errors = description.evaluate(&configuration).unwrap_err();
+    let found: Vec<_> =
+        errors.0.iter().map(|error| (error.place.to_string(), error.to_string())).collect();
+    let places: Vec<_> = found.iter().map(|(place, _)| place.as_str()).collect();
+    let expected = [
+        "axes.wind",
+        "parameters.colour",
+        "parameters.speed",
+        "require.0",
+        "template.frame.resource.picture.texture.size.1",
+        "template.frame.step.0.new",
+        "template.frame.step.1.names.input",
+        "template.frame.step.3.bytes",
+        "template.frame.step.4.axes.shape",
+        "template.motion.step.0.steps.0.axes.wind",
+        "template.motion.step.0.steps.0.bind.from",
+    ];
+    assert_eq!(places, expected, "{errors}");
+    assert!(errors.0.iter().any(|error| matches!(error.problem, Problem::Requirement(_))));
+}

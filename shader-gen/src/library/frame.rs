@@ -1,0 +1,228 @@
+//! Reading the frame of a library, and what is wrong with it in itself.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use sglow_graph::description::{Axis, Number, Parameter, ParameterType};
+use sglow_graph::{Configuration, Description, Errors, Problem};
+
+use super::Library;
+use super::place::Places;
+use crate::error::{Code, Diagnostic};
+use crate::source::{Sources, relative};
+
+/// The frame of a library, with the file that describes it.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// What the file says, with the axes, passes and facts of the library.
+    pub description: Description,
+    /// Index of the file in [`Library::sources`].
+    pub file: usize,
+}
+
+/// So many configurations are all tried.
+const ALL: usize = 1 << 10;
+
+impl Library {
+    /// Reads the frame that the header names.
+    pub(super) fn read_frame(
+        &mut self,
+        root: &Path,
+        places: &Places<'_>,
+        sources: &mut Sources,
+        errors: &mut Vec<Diagnostic>,
+    ) {
+        let Some(name) = &self.library.frame else { return };
+        let path = root.join(name);
+        let text = match fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(error) => {
+                let text = format!("{}: {error}", relative(root, &path));
+                let error = Diagnostic::new(Code::Read, text);
+                return errors.push(places.mark(error, &["library", "frame"], "read from here"));
+            }
+        };
+        let file = sources.add(relative(root, &path), text.as_str());
+        let mut description: Description = match toml::from_str(&text) {
+            Ok(description) => description,
+            Err(error) => {
+                let diagnostic = Diagnostic::new(Code::Declaration, error.message());
+                let range = error.span().unwrap_or_default();
+                return errors.push(diagnostic.at(file, range, "here"));
+            }
+        };
+        for (name, axis) in &self.axis {
+            let values = axis.value.iter().map(|value| value.name.clone()).collect();
+            let axis = Axis { default: axis.default.clone(), values };
+            description.axes.insert(name.clone(), axis);
+        }
+        let passes = self.pass.iter().map(|pass| (pass.name.clone(), pass.axes.clone()));
+        description.passes.extend(passes);
+        description.facts.extend(self.fact.iter().map(|fact| fact.name.clone()));
+        self.frame = Some(Frame { description, file });
+    }
+
+    /// Whether the frame can be evaluated; only of a library with which nothing else is wrong, or errors would follow from
+    /// errors.
+    pub(super) fn check_frame(&self, sources: &Sources, errors: &mut Vec<Diagnostic>) {
+        if let Some(frame) = self.frame.as_ref().filter(|_| errors.is_empty()) {
+            errors.extend(frame.faults(&Places::of(frame.file, sources.text(frame.file)), 1));
+        }
+    }
+
+    /// The frame, if the library describes one.
+    #[must_use]
+    pub fn frame(&self) -> Option<&Frame> {
+        self.frame.as_ref()
+    }
+}
+
+impl Frame {
+    /// What is wrong with it in the configurations of [`Self::configurations`], at the defaults of its parameters, at
+    /// their minima, and with one for every zero.
+    pub(crate) fn faults(&self, places: &Places<'_>, differences: usize) -> Vec<Diagnostic> {
+        let description = &self.description;
+        let least = |parameter: &Parameter| match parameter.kind {
+            ParameterType::Real => None,
+            ParameterType::Whole => parameter.minimum.map(|minimum| Number::Whole(minimum as u64)),
+        };
+        let minima = description.parameter.iter();
+        let minima: BTreeMap<_, _> =
+            minima.filter_map(|(name, of)| Some((name.clone(), least(of)?))).collect();
+        // So that what depends on something that is not there by default is seen, too.
+        let zeros = description.parameter.iter().filter(|(_, of)| of.default == Number::Whole(0));
+        let ones: BTreeMap<_, _> =
+            zeros.map(|(name, _)| (name.clone(), Number::Whole(1))).collect();
+        let mut found = BTreeMap::new();
+        for configuration in self.configurations(differences) {
+            for parameters in [BTreeMap::new(), minima.clone(), ones.clone()] {
+                let configuration = Configuration { parameters, ..configuration.clone() };
+                let Err(Errors(list)) = description.evaluate(&configuration) else { continue };
+                // What is no legal configuration says nothing about the frame.
+                if list.iter().any(|error| matches!(error.problem, Problem::Requirement(_))) {
+                    continue;
+                }
+                for error in list {
+                    found.entry(error).or_insert_with(|| configuration.axes.clone());
+                }
+            }
+        }
+        let diagnostic = |(error, axes): (sglow_graph::Error, BTreeMap<String, String>)| {
+            let code = match &error.problem {
+                Problem::Unknown { .. } => Code::Unknown,
+                _ => Code::Declaration,
+            };
+            let mut diagnostic = Diagnostic::new(code, error.problem.to_string());
+            for (place, label) in [(Some(error.place), "here"), (error.used, "in this use")] {
+                let Some(place) = place else { continue };
+                let path: Vec<&str> = place.0.iter().map(String::as_str).collect();
+                diagnostic = places.mark(diagnostic, &path, label);
+            }
+            let other = |(axis, value): &(&String, &String)| {
+                description.axes.get(*axis).is_some_and(|axis| axis.default != **value)
+            };
+            let axes = axes.iter().filter(other).map(|(axis, value)| format!("{axis}={value}"));
+            match axes.collect::<Vec<_>>() {
+                axes if axes.is_empty() => diagnostic,
+                axes => diagnostic.help(format!("in the configuration {}", axes.join(","))),
+            }
+        };
+        found.into_iter().map(diagnostic).collect()
+    }
+
+    /// The configurations that conditions tell apart: on each axis the values that they name, and one that they do not; with
+    /// all facts that formulas name either way, and each kind of the host's draws. If there are many, those alone that
+    /// differ from the default on so many axes at most. Those that requirements exclude are among them.
+    #[must_use]
+    pub fn configurations(&self, differences: usize) -> Vec<Configuration> {
+        let (mut named, mut words) = (BTreeMap::new(), BTreeSet::new());
+        let value = serde_json::to_value(&self.description).unwrap_or_default();
+        collect(&value, &mut named, &mut words);
+        let axes = &self.description.axes;
+        let choices: Vec<(&str, Vec<&str>)> = named
+            .iter()
+            .filter_map(|(axis, named)| Some((axis.as_str(), axes.get(axis)?, named)))
+            .map(|(name, axis, named)| {
+                let other = axis.values.iter().find(|value| !named.contains(*value));
+                let values = axis.values.iter().filter(|value| named.contains(*value));
+                let mut values: Vec<_> = values.chain(other).map(String::as_str).collect();
+                values.sort_by_key(|value| *value != axis.default);
+                (name, values)
+            })
+            .collect();
+        let facts: Vec<_> =
+            self.description.facts.iter().filter(|fact| words.contains(*fact)).collect();
+        let count = choices.iter().map(|(_, values)| values.len()).product::<usize>();
+        let at_most = if count <= ALL { choices.len() } else { differences };
+        let mut all = vec![(Configuration { draws: self.draws(), ..Default::default() }, 0)];
+        for (axis, values) in choices {
+            for index in 0..all.len() {
+                let (base, differences) = all[index].clone();
+                for (number, value) in values.iter().enumerate() {
+                    if number > 0 && differences == at_most {
+                        break;
+                    }
+                    let mut with = base.clone();
+                    with.axes.insert(axis.to_owned(), (*value).to_owned());
+                    match number {
+                        0 => all[index] = (with, differences),
+                        _ => all.push((with, differences + 1)),
+                    }
+                }
+            }
+        }
+        let all = all.into_iter().map(|(configuration, _)| configuration);
+        let either = if facts.is_empty() { &[false][..] } else { &[false, true] };
+        all.flat_map(|configuration| {
+            let facts = &facts;
+            either.iter().map(move |holds| {
+                let facts = facts.iter().map(|fact| ((*fact).clone(), *holds));
+                Configuration { facts: facts.collect(), ..configuration.clone() }
+            })
+        })
+        .collect()
+    }
+
+    /// Every kind of each list of the host's draws.
+    fn draws(&self) -> BTreeMap<String, BTreeSet<BTreeMap<String, String>>> {
+        let kinds = |axes: &[String]| {
+            let mut kinds = vec![BTreeMap::new()];
+            for axis in axes {
+                let values = self.description.axes.get(axis).map_or(&[][..], |axis| &axis.values);
+                let with = |kind: &BTreeMap<String, String>, value: &String| {
+                    let mut kind = kind.clone();
+                    kind.insert(axis.clone(), value.clone());
+                    kind
+                };
+                let each = |kind| values.iter().map(move |value| with(&kind, value));
+                kinds = kinds.into_iter().flat_map(each).collect();
+            }
+            kinds.into_iter().collect()
+        };
+        let lists = self.description.draws.iter();
+        lists.map(|(name, list)| (name.clone(), kinds(&list.axes))).collect()
+    }
+}
+
+/// The values of axes that conditions name, and all names in formulas.
+fn collect(
+    value: &Value,
+    named: &mut BTreeMap<String, BTreeSet<String>>,
+    words: &mut BTreeSet<String>,
+) {
+    match value {
+        Value::Object(map) => {
+            if let Some(Value::Array(is)) = map.get("is")
+                && let [Value::String(axis), Value::String(value)] = &is[..]
+            {
+                named.entry(axis.clone()).or_default().insert(value.clone());
+            }
+            map.values().for_each(|value| collect(value, named, words));
+        }
+        Value::Array(list) => list.iter().for_each(|value| collect(value, named, words)),
+        Value::String(word) => drop(words.insert(word.clone())),
+        _ => {}
+    }
+}
