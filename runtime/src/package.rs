@@ -7,6 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use crate::interface::Interface;
 use crate::needs::Assumption;
 
 /// Why a package or one of its variants cannot be used.
@@ -64,6 +65,7 @@ pub enum PackageError {
 pub struct Package {
     origin: String,
     texts: BTreeMap<String, String>,
+    interfaces: BTreeMap<String, Interface>,
     asked: Asked,
     assumed: Vec<Assumption>,
     left_out: Vec<LeftOut>,
@@ -149,6 +151,8 @@ const SCHEMA_VERSION: u32 = 3;
 struct Variant {
     id: String,
     files: Vec<File>,
+    #[serde(flatten)]
+    interface: Interface,
 }
 
 #[derive(serde::Deserialize)]
@@ -193,7 +197,7 @@ impl Package {
         let (assumed, chosen) = made_for.unwrap_or_default();
         let left_out = manifest.left_out;
         let axes = manifest.passes.into_iter().map(|pass| (pass.name, pass.axes)).collect();
-        let mut texts = BTreeMap::new();
+        let (mut texts, mut interfaces) = (BTreeMap::new(), BTreeMap::new());
         let mut errors = Vec::new();
         for variant in manifest.variants {
             let Some(file) = variant.files.into_iter().find(|file| file.target == "wgsl") else {
@@ -213,7 +217,8 @@ impl Package {
                 Ok(Ok(text)) => {
                     let found = sha256(text.as_bytes());
                     if found == file.sha256 {
-                        texts.insert(variant.id, text);
+                        texts.insert(variant.id.clone(), text);
+                        interfaces.insert(variant.id, variant.interface);
                     } else {
                         errors.push(PackageError::Changed {
                             path: shader,
@@ -226,6 +231,7 @@ impl Package {
         }
         if errors.is_empty() {
             Ok(Self {
+                interfaces,
                 assumed,
                 left_out,
                 chosen,
@@ -245,12 +251,27 @@ impl Package {
         Self {
             origin: origin.into(),
             texts: texts.into_iter().collect(),
+            interfaces: BTreeMap::new(),
             asked: Asked::default(),
             assumed: Vec::new(),
             left_out: Vec::new(),
             chosen: BTreeMap::new(),
             axes: BTreeMap::new(),
         }
+    }
+
+    /// Adds what is known of variants beside their texts; a frame that is data is executed by it.
+    pub fn with_interfaces(
+        mut self,
+        interfaces: impl IntoIterator<Item = (String, Interface)>,
+    ) -> Self {
+        self.interfaces.extend(interfaces);
+        self
+    }
+
+    /// What is known of a variant beside its text.
+    pub fn interface(&self, id: &str) -> Option<&Interface> {
+        self.interfaces.get(id)
     }
 
     /// Replaces the text of one variant: how a test runs a shader that is broken on purpose.
