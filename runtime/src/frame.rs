@@ -445,6 +445,16 @@ impl<'a> Renderer<'a> {
         self.shadow_bias
     }
 
+    /// The scene on the device.
+    pub fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
+    /// The maps of the virtual lights, where they have some.
+    pub fn visibility(&self) -> Option<&Visibility> {
+        self.visibility.as_ref()
+    }
+
     /// The camera's view.
     pub fn view(&self) -> &SglowView {
         &self.view

@@ -87,6 +87,16 @@ pub fn eye_at(inputs: &mut Inputs<'_>, eye: Vec3) {
     inputs.set("eye", eye.to_array()).set("camera_light", uniform(&of_camera(eye)));
 }
 
+/// Gives what keeps surfaces from shadowing themselves in a shadow map.
+pub fn shadow(inputs: &mut Inputs<'_>, depth_bias: f32, normal_offset: f32) {
+    inputs.set("depth_bias", depth_bias).set("normal_offset", normal_offset);
+}
+
+/// Gives what the maps of virtual lights are made by.
+pub fn light_maps(inputs: &mut Inputs<'_>, least_near: f32, bias: f32) {
+    inputs.set("least_near", least_near).set("bias", bias);
+}
+
 /// The camera as a light that sends importance: its position alone counts.
 pub fn of_camera(eye: Vec3) -> SglowLight {
     SglowLight { position: eye.into(), ..bytemuck::Zeroable::zeroed() }

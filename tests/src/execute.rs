@@ -2,19 +2,27 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
+use std::time::Duration;
 
 use sglow_graph::description::{Axis, Number};
+use sglow_graph::formula::evaluated;
 use sglow_graph::{Configuration, Description, Frame};
-use sglow_runtime::execute::{Executor, Faults, Inputs, Lists};
-use sglow_runtime::frame::Renderer;
+use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists};
+use sglow_runtime::frame::{Pixels, Renderer};
 use sglow_runtime::host;
 use sglow_runtime::interface::Interface;
 use sglow_runtime::package::Package;
+use sglow_runtime::points::Geometry;
 use sglow_runtime::readback;
 use sglow_runtime::scene::{Light, Scene};
 use sglow_runtime::settings::{AXES, PARAMETERS, Settings};
+use sglow_runtime::timing::{Clock, Timer};
+use sglow_runtime::visibility::SUBSETS;
 use sglow_shader_gen::manifest;
-use sglow_shaders::{Density, Draw, Emitter, Lobes, Precision, Sharpness, Space};
+use sglow_shaders::{
+    Density, Diffuse, Draw, Emitter, Filter, Lobes, Precision, Sharpness, Solver, Space, Visibility,
+};
+use wgpu::util::DeviceExt;
 
 use crate::common::{gpu, library};
 
@@ -57,9 +65,10 @@ fn package(wanted: &BTreeSet<String>) -> Package {
     Package::generated("the variants of the frames", texts).with_interfaces(interfaces)
 }
 
-/// What settings are in the words of the description.
-fn configuration(settings: &Settings, parts: &[&str]) -> Configuration {
+/// What settings and a scene are in the words of the description.
+fn configuration(settings: &Settings, renderer: &Renderer<'_>, scene: &Scene) -> Configuration {
     let axes = AXES.iter().map(|axis| ((*axis).to_owned(), settings.value(axis).unwrap()));
+    let mut axes: BTreeMap<_, _> = axes.collect();
     let mut parameters: BTreeMap<String, Number> = PARAMETERS
         .iter()
         .map(|(name, _)| {
@@ -69,14 +78,57 @@ fn configuration(settings: &Settings, parts: &[&str]) -> Configuration {
             ((*name).to_owned(), number)
         })
         .collect();
-    for (name, side) in [("width", settings.size[0]), ("height", settings.size[1])] {
-        parameters.insert(name.to_owned(), Number::Whole(side.into()));
+    let occluders = Occluders::of(scene);
+    for (name, number) in [
+        ("width", settings.size[0] as usize),
+        ("height", settings.size[1] as usize),
+        ("occluder_positions", occluders.positions.len()),
+        ("occluder_indices", occluders.indices.len()),
+    ] {
+        parameters.insert(name.to_owned(), Number::Whole(number as u64));
     }
-    Configuration {
-        axes: axes.collect(),
-        parameters,
-        parts: Some(parts.iter().map(|part| (*part).to_owned()).collect()),
-        ..Configuration::default()
+    let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
+    let emission = if emitters.axes().is_empty() { "none" } else { "seen" };
+    axes.insert("emission".to_owned(), emission.to_owned());
+    let draws = [("surfaces", surfaces.axes()), ("emitters", emitters.axes())];
+    let draws = draws.into_iter().map(|(name, axes)| (name.to_owned(), axes)).collect();
+    Configuration { axes, parameters, draws, ..Configuration::default() }
+}
+
+/// The triangles that occlude virtual lights.
+struct Occluders {
+    positions: Vec<[f32; 3]>,
+    indices: Vec<u32>,
+}
+
+impl Occluders {
+    fn of(scene: &Scene) -> Self {
+        let (mut positions, mut indices) = (Vec::new(), Vec::new());
+        for mesh in &scene.meshes {
+            let first = positions.len() as u32;
+            positions.extend_from_slice(&mesh.positions);
+            indices.extend(mesh.indices.iter().map(|index| first + index));
+        }
+        Self { positions, indices }
+    }
+
+    /// Resources by name.
+    fn upload(&self, settings: &Settings) -> Vec<(&'static str, wgpu::Buffer)> {
+        let Self { positions, indices } = self;
+        let make = |bytes: &[u8], usage| {
+            gpu().device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: None,
+                contents: bytes,
+                usage,
+            })
+        };
+        let points = Geometry { positions, indices }.points(settings.shadow_points, SUBSETS);
+        let (vertex, index) = (wgpu::BufferUsages::VERTEX, wgpu::BufferUsages::INDEX);
+        vec![
+            ("occluder_positions", make(bytemuck::cast_slice(positions), vertex)),
+            ("occluder_indices", make(bytemuck::cast_slice(indices), index)),
+            ("points", make(bytemuck::cast_slice(&points), wgpu::BufferUsages::STORAGE)),
+        ]
     }
 }
 
@@ -96,10 +148,17 @@ fn base() -> Settings {
     Settings { size: [40, 24], rsm_size: 48, count: 60, camera_count: 70, ..Settings::default() }
 }
 
-/// Configurations without visibility.
 fn cases() -> Vec<Case> {
     let case = |name, settings| Case { name, scene: "cornell", settings, frames: 1 };
+    let on = |scene, case: Case| Case { scene, ..case };
+    let frames = |frames, case: Case| Case { frames, ..case };
     let (draw, density, precision) = (Draw::Metropolis, Density::Bidirectional, Precision::F16);
+    let (shadow_map, imperfect) = (Visibility::ShadowMap, Visibility::Imperfect);
+    let (world, image, solver) = (Space::World, Space::Image, Solver::Bisection);
+    let odd = Settings { size: [37, 19], rsm_size: 33, ..base() };
+    let maps = Settings { visibility: shadow_map, light_tile: 16, ..base() };
+    let points = Settings { visibility: imperfect, shadow_points: 500, ..maps.clone() };
+    let disc = Settings { emitter: Emitter::Disc, ..base() };
     vec![
         case("base", base()),
         case("f16", Settings { precision, ..base() }),
@@ -107,22 +166,21 @@ fn cases() -> Vec<Case> {
         case("diffuse", Settings { lobes: Lobes::Diffuse, precision, ..base() }),
         case("bidirectional", Settings { density, emitter: Emitter::Lobe, ..base() }),
         case("reflectance", Settings { density: Density::Reflectance, ..base() }),
-        case(
-            "world",
-            Settings { space: Space::World, emitter: Emitter::Disc, count: 37, ..base() },
-        ),
-        case("one cluster", Settings { space: Space::Image, count: 1, ..base() }),
+        case("bisection", Settings { solver, iterations: 5, filter: Filter::Hardware, ..base() }),
+        case("world", Settings { space: world, count: 37, ..disc.clone() }),
+        case("f16 disc", Settings { precision, density, ..disc }),
+        case("one cluster", Settings { space: image, count: 1, ..base() }),
         case("one light", Settings { count: 1, sharpness: Sharpness::Toksvig, ..base() }),
-        Case { frames: 3, ..case("metropolis", Settings { draw, density, ..base() }) },
-        Case {
-            frames: 3,
-            ..case("metropolis world", Settings { draw, space: Space::World, ..base() })
-        },
-        Case { scene: "atrium", ..case("atrium", base()) },
-        Case {
-            scene: "cornell-glossy",
-            ..case("odd sizes", Settings { size: [37, 19], rsm_size: 33, ..base() })
-        },
+        frames(3, case("metropolis", Settings { draw, density, ..base() })),
+        frames(3, case("metropolis world", Settings { draw, space: world, ..base() })),
+        case("shadow map", maps.clone()),
+        case("shadow map f16", Settings { precision, count: 33, ..maps.clone() }),
+        case("imperfect", points.clone()),
+        on("columns", case("columns", Settings { precision, ..maps.clone() })),
+        frames(2, on("foliage", case("foliage", points))),
+        frames(2, on("atrium", case("atrium", maps))),
+        on("cornell-glossy", case("odd sizes", odd)),
+        case("no diffuse", Settings { diffuse: Diffuse::None, ..base() }),
     ]
 }
 
@@ -147,11 +205,34 @@ fn buffer(buffer: &wgpu::Buffer) -> Vec<u8> {
 
 fn expected(renderer: &Renderer<'_>) -> Outputs {
     let indirect = renderer.indirect();
-    let mut outputs = Outputs::from([("vsgls", buffer(indirect.vsgls()))]);
-    outputs.insert("density", texture(indirect.density()));
+    let pixels = |pixels: &Pixels| bytemuck::cast_slice(pixels).to_vec();
+    let frame = renderer.read().unwrap();
+    let rsm = renderer.read_rsm().unwrap();
+    let mut outputs = Outputs::from([
+        ("vsgls", buffer(indirect.vsgls())),
+        ("density", texture(indirect.density())),
+        ("rsm_position", pixels(&rsm.position)),
+        ("rsm_normal", pixels(&rsm.normal)),
+        ("rsm_base_color", pixels(&rsm.base_color)),
+        ("gbuffer_position", pixels(&frame.gbuffer.position)),
+        ("gbuffer_normal", pixels(&frame.gbuffer.normal)),
+        ("gbuffer_base_color", pixels(&frame.gbuffer.base_color)),
+        ("shadow_map", pixels(&renderer.read_shadow_map().unwrap())),
+        ("direct", pixels(&frame.direct)),
+        ("radiance", pixels(&frame.radiance)),
+    ]);
+    outputs.extend(indirect.metropolis().map(|chains| ("chains", buffer(chains.chains()))));
     outputs.extend(indirect.kernels().map(|kernels| ("kernels", buffer(kernels))));
-    outputs.extend(indirect.diffuse().map(|picture| ("diffuse", texture(picture))));
-    outputs.extend(indirect.specular().map(|picture| ("specular", texture(picture))));
+    outputs.extend(indirect.camera_vsgls().map(|lights| ("camera_vsgls", buffer(lights))));
+    outputs.extend(renderer.visibility().map(|maps| ("light_maps", texture(maps.atlas()))));
+    let pictures = [
+        ("diffuse", &frame.indirect_diffuse),
+        ("specular", &frame.indirect_specular),
+        ("emission", &frame.emission),
+    ];
+    for (name, picture) in pictures {
+        outputs.extend(picture.as_ref().map(|picture| (name, pixels(picture))));
+    }
     outputs
 }
 
@@ -163,70 +244,109 @@ fn found(executor: &Executor, names: &Outputs) -> Outputs {
     names.keys().map(read).collect()
 }
 
-/// Runs a case both ways; the outputs of each frame.
-fn run(case: &Case) -> Vec<[Outputs; 2]> {
-    let mut scene = Scene::builtin(case.scene).unwrap();
-    let light = scene.lights[0].clone();
-    let mut settings = case.settings.clone();
-    settings.light = sglow_runtime::frame::kind(&light);
-    let evaluated = frame(&configuration(&settings, &["indirect"]));
-    let surfaces = sglow_runtime::plan::Surfaces::of(&scene, false);
-    let mut wanted = sglow_runtime::plan::Plan::new(&settings, &surfaces).variants;
-    wanted.extend(evaluated.variants().into_iter().map(ToString::to_string));
-    let package = package(&wanted);
-    scene.lights.truncate(1);
-    let mut renderer = Renderer::new(gpu(), &package, &scene, &settings, 0).unwrap();
-    let gpu = gpu();
-    let mut executor =
-        Executor::new(&gpu.device, &gpu.queue, &package, &evaluated, &Lists::new()).unwrap();
-    let mut outputs = Vec::new();
-    let mut made = None;
-    for number in 0..case.frames {
-        renderer.move_light(&moved(&light, number)).unwrap();
-        renderer.render().unwrap();
-        let mut inputs = Inputs::new();
-        let given = renderer.inputs();
-        host::light(&mut inputs, given.light);
-        host::eye_at(&mut inputs, given.eye);
-        inputs.set("diffuse_mean_length", settings.diffuse_mean_length());
-        for (name, view) in [
-            ("rsm_position", given.rsm.position),
-            ("rsm_normal", given.rsm.normal),
-            ("rsm_base_color", given.rsm.base_color),
-            ("gbuffer_position", given.gbuffer.position),
-            ("gbuffer_normal", given.gbuffer.normal),
-            ("gbuffer_base_color", given.gbuffer.base_color),
-        ] {
-            inputs.view(name, view);
-        }
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        executor.encode(&mut encoder, &inputs, None).unwrap();
-        gpu.queue.submit([encoder.finish()]);
-        gpu.finish().unwrap();
-        // What depends on the host's textures is bound in the first frame; after that nothing is made any more.
-        let now = executor.made();
-        assert!(made.is_none_or(|made| made == now), "{}: {made:?}, {now:?}", case.name);
-        made = Some(now);
-        let expected = expected(&renderer);
-        outputs.push([found(&executor, &expected), expected]);
+/// What today's renderer and the executor are made of.
+struct Subject {
+    scene: Scene,
+    settings: Settings,
+    package: Package,
+    occluders: Vec<(&'static str, wgpu::Buffer)>,
+}
+
+impl Subject {
+    fn new(case: &Case) -> Self {
+        let mut scene = Scene::builtin(case.scene).unwrap();
+        scene.lights.truncate(1);
+        let light = sglow_runtime::frame::kind(&scene.lights[0]);
+        let settings = Settings { light, ..case.settings.clone() };
+        let surfaces = sglow_runtime::plan::Surfaces::of(&scene, false);
+        let wanted = sglow_runtime::plan::Plan::new(&settings, &surfaces).variants;
+        let occluders = Occluders::of(&scene).upload(&settings);
+        Self { package: package(&wanted), scene, settings, occluders }
     }
-    outputs
+
+    fn renderer(&self) -> Renderer<'static> {
+        Renderer::new(gpu(), &self.package, &self.scene, &self.settings, 0).unwrap()
+    }
+
+    fn frame(&self, renderer: &Renderer<'_>) -> Frame {
+        frame(&configuration(&self.settings, renderer, &self.scene))
+    }
+
+    /// What the host gives for a frame of the renderer's.
+    fn inputs(&self, renderer: &Renderer<'_>) -> Inputs<'_> {
+        let (bias, mut inputs) = (renderer.shadow_bias(), Inputs::new());
+        host::light(&mut inputs, renderer.light());
+        host::camera(&mut inputs, renderer.view());
+        host::shadow(&mut inputs, bias.depth, bias.normal);
+        inputs.set("diffuse_mean_length", self.settings.diffuse_mean_length());
+        let bias = host::bias(self.settings.bias_scale, self.settings.light_tile);
+        let least_near = host::least_near(self.scene.bounds().radius());
+        host::light_maps(&mut inputs, least_near, bias);
+        for (name, buffer) in &self.occluders {
+            inputs.buffer(name, buffer);
+        }
+        inputs
+    }
+}
+
+/// Submits what is encoded and waits for it.
+fn submit(encode: impl FnOnce(&mut wgpu::CommandEncoder)) {
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    encode(&mut encoder);
+    gpu().queue.submit([encoder.finish()]);
+    gpu().finish().unwrap();
 }
 
 #[test]
 fn frames_from_data_are_those_of_today() {
+    let mut compared = BTreeMap::new();
     for case in cases() {
-        for (number, [found, expected]) in run(&case).iter().enumerate() {
-            for (name, expected) in expected {
-                let found = &found[name];
-                assert!(expected.iter().any(|byte| *byte != 0), "{}: {name} is empty", case.name);
-                assert!(found == expected, "{}: {name} of frame {number}", case.name);
-            }
-            println!("{}: {:?} of frame {number}", case.name, expected.keys());
-        }
-    }
-}
+        let subject = Subject::new(&case);
+        let mut renderer = subject.renderer();
+        let frame = subject.frame(&renderer);
+        let variants: BTreeSet<_> = frame.variants().into_iter().map(ToString::to_string).collect();
+        let gpu = gpu();
+        let mut executor = {
+            let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
+            let lists: [(_, &dyn DrawList); 2] = [("surfaces", &surfaces), ("emitters", &emitters)];
+            let lists = Lists::from(lists);
+            Executor::new(&gpu.device, &gpu.queue, &subject.package, &frame, &lists).unwrap()
+        };
+        let mut made = None;
+        for number in 0..case.frames {
+            renderer.move_light(&moved(&subject.scene.lights[0], number)).unwrap();
+            let times = renderer.render().unwrap();
+            let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
+            let mut inputs = subject.inputs(&renderer);
+            inputs.draws("surfaces", &surfaces).draws("emitters", &emitters);
+            let mut timer = Timer::with(gpu, Clock::Wall);
+            let formulas = evaluated();
+            submit(|encoder| executor.encode(encoder, &inputs, Some(&mut timer)).unwrap());
+            // What depends on the host's resources is bound in the first frame; then nothing is made any more.
+            let now = executor.made();
+            assert!(made.is_none_or(|made| made == now), "{}: {made:?}, {now:?}", case.name);
+            assert_eq!(evaluated(), formulas, "{}", case.name);
+            made = Some(now);
 
-fn fault(result: Result<(), Faults>) -> String {
-    result.unwrap_err().to_string()
+            let labels = |passes: Vec<(String, _)>| -> Vec<String> {
+                passes.into_iter().map(|pass: (String, Duration)| pass.0).collect()
+            };
+            assert_eq!(labels(timer.finish().unwrap()), labels(times.passes), "{}", case.name);
+            let expected = expected(&renderer);
+            let found = found(&executor, &expected);
+            for (name, expected) in &expected {
+                let dark = expected.iter().all(|byte| *byte == 0);
+                assert!(!dark || *name == "emission", "{}: {name} is empty", case.name);
+                let same = found[name] == *expected;
+                assert!(same, "{}: {name} of frame {number} differs", case.name);
+                *compared.entry(*name).or_insert(0) += 1;
+            }
+        }
+        // The frame runs what the renderer does.
+        let planned = subject.package.asked();
+        let levels = |id: &String| id.starts_with("mip-");
+        assert!(variants.is_subset(&planned), "{}", case.name);
+        assert!(planned.difference(&variants).all(levels), "{}", case.name);
+    }
+    println!("{compared:#?}");
 }
