@@ -27,7 +27,7 @@ use build::Builder;
 use groups::Groups;
 use pipelines::Pipelines;
 use resources::Resources;
-use steps::{Scene, Step};
+use steps::{Scene, Step, Uses};
 use uniforms::Uniforms;
 
 /// The host's lists of draws by name.
@@ -144,19 +144,40 @@ impl Executor {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) -> Result<(), Faults> {
+        self.encode_where(|_| true, encoder, inputs, timer)
+    }
+
+    /// Encodes the steps of some labels alone: a stage by itself. What is kept from frame to frame grows older by it if it
+    /// is used.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::encode`], of these steps.
+    pub fn encode_where(
+        &mut self,
+        wanted: impl Fn(&str) -> bool,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
+        timer: Option<&mut Timer<'_>>,
+    ) -> Result<(), Faults> {
         let Ready { resources, uniforms, groups, steps } = &mut self.ready;
+        let runs =
+            |step: &&Step| wanted(&step.label) && step.new.is_none_or(|new| resources.is_new(new));
+        let steps: Vec<_> = steps.iter().filter(runs).collect();
+        let mut uses = Uses::default();
+        steps.iter().for_each(|step| uses.add(&step.uses));
         let mut faults = Vec::new();
-        resources.take(inputs, &mut faults);
-        uniforms.take(inputs, &resources.ages(), &mut faults);
-        let lists = steps.iter().filter_map(Step::list);
+        resources.take(&uses.resources, inputs, &mut faults);
+        uniforms.take(&uses.uniforms, inputs, &resources.ages(), &mut faults);
+        let lists = steps.iter().filter_map(|step| step.list());
         for name in lists.filter(|name| !inputs.lists.contains_key(name)) {
             faults.push(Fault::ListLeftOut { name: name.to_owned() });
         }
         groups.make(&self.device, resources, uniforms);
         Faults::none_of(faults)?;
         uniforms.encode(&self.device, encoder);
-        steps::encode(steps, Scene { resources, groups, inputs }, encoder, timer);
-        resources.grow_older();
+        steps::encode(&steps, Scene { resources, groups, inputs }, encoder, timer);
+        resources.grow_older(&uses.resources);
         Ok(())
     }
 

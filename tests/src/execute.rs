@@ -328,8 +328,12 @@ fn frames_from_data_are_those_of_today() {
             assert_eq!(evaluated(), formulas, "{}", case.name);
             made = Some(now);
 
+            // Neighbours of one name count as one.
             let labels = |passes: Vec<(String, _)>| -> Vec<String> {
-                passes.into_iter().map(|pass: (String, Duration)| pass.0).collect()
+                let passes = passes.into_iter();
+                let mut names: Vec<_> = passes.map(|pass: (String, Duration)| pass.0).collect();
+                names.dedup();
+                names
             };
             assert_eq!(labels(timer.finish().unwrap()), labels(times.passes), "{}", case.name);
             let expected = expected(&renderer);
@@ -349,4 +353,172 @@ fn frames_from_data_are_those_of_today() {
         assert!(planned.difference(&variants).all(levels), "{}", case.name);
     }
     println!("{compared:#?}");
+}
+
+/// A small case with an executor that has its maps from the renderer: what an engine runs.
+struct Embedded {
+    subject: Subject,
+    renderer: Renderer<'static>,
+    executor: Executor,
+}
+
+/// The host's textures by the names of the frame's resources.
+fn maps<'a>(renderer: &'a Renderer<'_>) -> [(&'static str, &'a wgpu::TextureView); 6] {
+    let given = renderer.inputs();
+    [
+        ("rsm_position", given.rsm.position),
+        ("rsm_normal", given.rsm.normal),
+        ("rsm_base_color", given.rsm.base_color),
+        ("gbuffer_position", given.gbuffer.position),
+        ("gbuffer_normal", given.gbuffer.normal),
+        ("gbuffer_base_color", given.gbuffer.base_color),
+    ]
+}
+
+impl Embedded {
+    fn frame(subject: &Subject, renderer: &Renderer<'_>, settings: &Settings) -> Frame {
+        let parts = Some(BTreeSet::from(["indirect".to_owned()]));
+        let configuration = configuration(settings, renderer, &subject.scene);
+        frame(&Configuration { parts, ..configuration })
+    }
+
+    fn new(settings: Settings) -> Self {
+        let case = Case { name: "", scene: "cornell", settings, frames: 1 };
+        let subject = Subject::new(&case);
+        let renderer = subject.renderer();
+        renderer.render().unwrap();
+        let frame = Self::frame(&subject, &renderer, &subject.settings);
+        let (gpu, package) = (gpu(), &subject.package);
+        let executor =
+            Executor::new(&gpu.device, &gpu.queue, package, &frame, &Lists::new()).unwrap();
+        Self { subject, renderer, executor }
+    }
+
+    fn run(&mut self) {
+        let Self { subject, renderer, executor } = self;
+        let mut inputs = subject.inputs(renderer);
+        for (name, view) in maps(renderer) {
+            inputs.view(name, view);
+        }
+        submit(|encoder| executor.encode(encoder, &inputs, None).unwrap());
+    }
+
+    fn lights(&self) -> Vec<u8> {
+        buffer(self.executor.buffer("vsgls").unwrap())
+    }
+}
+
+#[test]
+fn an_engine_supplies_maps_and_may_change_them() {
+    let mut embedded = Embedded::new(base());
+    embedded.run();
+    let expected = buffer(embedded.renderer.indirect().vsgls());
+    assert!(embedded.lights() == expected);
+    let before = embedded.executor.made();
+    embedded.run();
+    assert_eq!(embedded.executor.made(), before);
+
+    // Another renderer's maps, of another light: other views, so that what binds them is made anew, and no more.
+    let mut other = embedded.subject.renderer();
+    other.move_light(&moved(&embedded.subject.scene.lights[0], 1)).unwrap();
+    other.render().unwrap();
+    let first = std::mem::replace(&mut embedded.renderer, other);
+    embedded.run();
+    let expected_other = buffer(embedded.renderer.indirect().vsgls());
+    assert!(embedded.lights() == expected_other && expected != expected_other);
+    let after = embedded.executor.made();
+    // moments and shade bind maps; density, mips and sample do not.
+    assert_eq!((after.pipelines, after.groups), (before.pipelines, before.groups + 2));
+    embedded.renderer = first;
+    embedded.run();
+    assert!(embedded.lights() == expected);
+}
+
+#[test]
+fn chains_begin_again_and_sizes_change() {
+    let draw = Draw::Metropolis;
+    let mut embedded = Embedded::new(Settings { draw, ..base() });
+    embedded.run();
+    let first = embedded.lights();
+    embedded.run();
+    let second = embedded.lights();
+    embedded.executor.restart();
+    embedded.run();
+    assert!(first == embedded.lights() && first != second);
+    // Both frames are encoded before the first of them runs: each has its own number.
+    embedded.executor.restart();
+    let Embedded { subject, renderer, executor } = &mut embedded;
+    let mut inputs = subject.inputs(renderer);
+    for (name, view) in maps(renderer) {
+        inputs.view(name, view);
+    }
+    submit(|encoder| {
+        executor.encode(encoder, &inputs, None).unwrap();
+        executor.encode(encoder, &inputs, None).unwrap();
+    });
+    assert!(second == embedded.lights());
+
+    let pipelines = embedded.executor.made().pipelines;
+    let Embedded { subject, renderer, executor } = &mut embedded;
+    let fewer = Settings { count: 7, ..subject.settings.clone() };
+    let frame = Embedded::frame(subject, renderer, &fewer);
+    executor.resize(&subject.package, &frame, &Lists::new()).unwrap();
+    embedded.run();
+    assert_eq!(embedded.executor.made().pipelines, pipelines);
+    assert!(embedded.lights().len() < first.len());
+    let same = Embedded::new(Settings { draw, count: 7, ..base() });
+    assert!(embedded.lights() == buffer(same.renderer.indirect().vsgls()));
+}
+
+#[test]
+fn what_a_host_leaves_out_is_named_all_at_once() {
+    let mut embedded = Embedded::new(base());
+    let Embedded { subject, renderer, executor } = &mut embedded;
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    let nothing = executor.encode(&mut encoder, &Inputs::new(), None).unwrap_err().to_string();
+    for name in ["light", "origin", "eye", "minimum_variance", "diffuse_mean_length"] {
+        assert!(
+            nothing.contains(&format!("input `{name}` is left out; it is of type ")),
+            "{nothing}"
+        );
+    }
+    for (name, _) in maps(renderer) {
+        assert!(nothing.contains(&format!("resource `{name}` is left out; it is a texture of ")));
+    }
+    let mut inputs = subject.inputs(renderer);
+    for (name, view) in maps(renderer) {
+        inputs.view(name, view);
+    }
+    let (position, normal) = (renderer.inputs().gbuffer.position, &subject.occluders[0].1);
+    inputs.set("eye", 1.0).set("origin", [1_u32, 2, 3]);
+    inputs.view("rsm_position", position).buffer("rsm_normal", normal);
+    let wrong = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();
+    assert_eq!(
+        wrong,
+        "resource `rsm_normal` is a buffer; it has to be a texture of 48 x 48 texels, rgba16float\n\
+         resource `rsm_position` is a texture of 40 x 24 texels; it has to be a texture of 48 x 48 texels, rgba32float\n\
+         input `origin` is 3 numbers of type u32; it has to be of type vec3<f32>\n\
+         input `eye` is 1 numbers of type f32; it has to be of type vec3<f32>"
+    );
+    // With everything as it should be the same executor goes on.
+    embedded.run();
+    assert!(embedded.lights() == buffer(embedded.renderer.indirect().vsgls()));
+}
+
+#[test]
+fn a_missing_variant_names_the_command_that_makes_it() {
+    let embedded = Embedded::new(base());
+    let Embedded { subject, renderer, .. } = &embedded;
+    let another = Settings { variance: sglow_shaders::Variance::Planar, ..base() };
+    let frame = Embedded::frame(subject, renderer, &another);
+    let (gpu, package) = (gpu(), &subject.package);
+    let missing = Executor::new(&gpu.device, &gpu.queue, package, &frame, &Lists::new());
+    let text = missing.err().unwrap().to_string();
+    assert!(
+        text.contains("has no variant 'sample-warped-modified-bracketed-exact-planar-"),
+        "{text}"
+    );
+    let command =
+        "make it by: cargo xtask gen-shaders --out DIR --set draw=warped,kernel=modified,";
+    assert!(text.contains(command), "{text}");
 }

@@ -11,7 +11,7 @@ use super::input::{DrawKind, DrawList};
 use super::names;
 use super::pipelines::{Drawing, Layouts, Pipelines};
 use super::resources::Resources;
-use super::steps::{Action, Call, Dispatch, Draw, Geometry, Size, Step};
+use super::steps::{Action, Call, Dispatch, Draw, Geometry, Size, Step, Uses};
 use super::uniforms::Uniforms;
 use crate::interface::{Binding, Interface, Kind};
 use crate::package::Package;
@@ -76,7 +76,39 @@ impl<'a> Builder<'a> {
             Some(pass) if step.label.is_empty() => pass.clone(),
             _ => step.label.clone(),
         };
-        Ok(Step { label, new: step.new, action })
+        let uses = self.uses(&action);
+        Ok(Step { label, new: step.new, action, uses })
+    }
+
+    fn uses(&self, action: &Action) -> Uses {
+        let mut uses = Uses::default();
+        let mut bound = |groups: &Numbered| {
+            for (_, group) in groups {
+                self.groups.add_uses(*group, &self.resources, &mut uses);
+            }
+        };
+        match action {
+            Action::Clear(buffer, _) => uses.resources.extend([*buffer]),
+            Action::Dispatch(dispatch) => {
+                bound(&dispatch.groups);
+                if let Size::Indirect(buffer, _) = dispatch.size {
+                    uses.resources.insert(buffer);
+                }
+            }
+            Action::Draw(draw) => {
+                draw.calls.iter().for_each(|call| bound(&call.groups));
+                let indirect = draw.calls.iter().filter_map(|call| match call.geometry {
+                    Geometry::Indirect(buffer, _) => Some(buffer),
+                    Geometry::List | Geometry::Direct(..) => None,
+                });
+                uses.resources.extend(indirect);
+                uses.resources.extend(draw.vertices.iter().flatten().chain(&draw.indices));
+                let targets = draw.color.iter().map(|color| color.0);
+                let targets = targets.chain(draw.depth.map(|depth| depth.0));
+                uses.resources.extend(targets.filter_map(|view| self.resources.of_view(view)));
+            }
+        }
+        uses
     }
 
     fn interface(&self, variant: &Variant) -> Result<&'a Interface, Fault> {

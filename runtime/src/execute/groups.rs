@@ -1,6 +1,7 @@
 //! Bind groups, each made once; those that touch what the host supplies again when that has changed.
 
 use super::resources::Resources;
+use super::steps::Uses;
 use super::uniforms::Uniforms;
 
 /// What an entry of a group is.
@@ -91,6 +92,21 @@ impl Groups {
 
     pub(super) fn get(&self, group: usize) -> Option<&wgpu::BindGroup> {
         self.list.get(group)?.made.as_ref()
+    }
+
+    /// Adds what a group binds.
+    pub(super) fn add_uses(&self, group: usize, resources: &Resources, uses: &mut Uses) {
+        for (_, bound) in self.list.get(group).into_iter().flat_map(|group| &group.entries) {
+            match *bound {
+                Bound::Uniform(slot) => {
+                    uses.uniforms.insert(slot);
+                }
+                Bound::Buffer(resource) | Bound::Sampler(resource) => {
+                    uses.resources.insert(resource);
+                }
+                Bound::View(view) => uses.resources.extend(resources.of_view(view)),
+            }
+        }
     }
 
     /// How many bind groups were made.

@@ -1,5 +1,7 @@
 //! Buffers, textures and samplers of a frame, with the views that steps bind.
 
+use std::collections::BTreeSet;
+
 use sglow_graph::description::Filter;
 use sglow_graph::frame::{self, Kind, View};
 
@@ -116,13 +118,18 @@ impl Resources {
         faults
     }
 
-    /// Takes what the host supplies for a frame.
-    pub(super) fn take(&mut self, inputs: &Inputs<'_>, faults: &mut Vec<Fault>) {
+    /// Takes what the host supplies of what is used.
+    pub(super) fn take(
+        &mut self,
+        used: &BTreeSet<usize>,
+        inputs: &Inputs<'_>,
+        faults: &mut Vec<Fault>,
+    ) {
         for (index, one) in self.list.iter_mut().enumerate() {
             if let Some(changed) = self.changed.get_mut(index) {
                 *changed = false;
             }
-            if !(one.used && one.of.external) {
+            if !(one.of.external && used.contains(&index)) {
                 continue;
             }
             let (name, kind) = (one.of.name.clone(), described(&one.of));
@@ -224,9 +231,9 @@ impl Resources {
         self.list.get(resource).is_some_and(|one| one.age == 0)
     }
 
-    /// A frame was encoded.
-    pub(super) fn grow_older(&mut self) {
-        for one in &mut self.list {
+    /// What was used has grown older by a frame.
+    pub(super) fn grow_older(&mut self, used: &BTreeSet<usize>) {
+        for (_, one) in self.list.iter_mut().enumerate().filter(|one| used.contains(&one.0)) {
             one.age = one.age.saturating_add(1);
         }
     }

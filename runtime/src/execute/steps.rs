@@ -1,5 +1,7 @@
 //! The steps of a frame with everything resolved: what remains is to encode them.
 
+use std::collections::BTreeSet;
+
 use super::groups::Groups;
 use super::input::Inputs;
 use super::resources::Resources;
@@ -13,6 +15,22 @@ pub(super) struct Step {
     /// The kept resource in whose first frame alone it runs.
     pub(super) new: Option<usize>,
     pub(super) action: Action,
+    /// What it reads and writes.
+    pub(super) uses: Uses,
+}
+
+/// Resources and uniforms.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Uses {
+    pub(super) resources: BTreeSet<usize>,
+    pub(super) uniforms: BTreeSet<usize>,
+}
+
+impl Uses {
+    pub(super) fn add(&mut self, other: &Self) {
+        self.resources.extend(&other.resources);
+        self.uniforms.extend(&other.uniforms);
+    }
 }
 
 #[derive(Debug)]
@@ -71,15 +89,14 @@ pub(super) struct Scene<'a> {
     pub(super) inputs: &'a Inputs<'a>,
 }
 
-/// Encodes the steps. Dispatches of one label that follow upon each other share a compute pass, timed as one.
+/// Encodes steps. Dispatches of one label that follow upon each other share a compute pass, timed as one.
 pub(super) fn encode(
-    steps: &[Step],
+    steps: &[&Step],
     scene: Scene<'_>,
     encoder: &mut wgpu::CommandEncoder,
     mut timer: Option<&mut Timer<'_>>,
 ) {
-    let runs = |step: &&Step| step.new.is_none_or(|new| scene.resources.is_new(new));
-    let mut steps = steps.iter().filter(runs).peekable();
+    let mut steps = steps.iter().peekable();
     while let Some(step) = steps.next() {
         match &step.action {
             Action::Clear(buffer, bytes) => {

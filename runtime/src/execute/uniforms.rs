@@ -1,6 +1,6 @@
 //! Uniforms: all in one buffer, whose first part is written anew in every frame.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_graph::description::{Number, Table};
 use sglow_graph::frame::Value;
@@ -200,16 +200,26 @@ impl Uniforms {
         }))
     }
 
-    /// Takes what the host gives and the ages of resources.
-    pub(super) fn take(&mut self, inputs: &Inputs<'_>, ages: &[u32], faults: &mut Vec<Fault>) {
+    /// Takes what the host gives and the ages of resources, for the slots that are used.
+    pub(super) fn take(
+        &mut self,
+        used: &BTreeSet<usize>,
+        inputs: &Inputs<'_>,
+        ages: &[u32],
+        faults: &mut Vec<Fault>,
+    ) {
+        let slots = || used.iter().filter_map(|&slot| self.slots.get(slot));
+        let wanted: BTreeSet<_> =
+            slots().flat_map(|slot| &slot.copies).map(|of| of.input).collect();
         let given: Vec<_> =
             self.needed.iter().map(|needed| inputs.values.get(needed.name.as_str())).collect();
         let mut wrong: BTreeMap<usize, Fault> = BTreeMap::new();
-        for (index, needed) in self.needed.iter().enumerate().filter(|one| given[one.0].is_none()) {
+        let missing = |one: &(usize, _)| wanted.contains(&one.0) && given[one.0].is_none();
+        for (index, needed) in self.needed.iter().enumerate().filter(missing) {
             let (name, kind) = (needed.name.clone(), needed.kind.clone());
             wrong.insert(index, Fault::InputLeftOut { name, kind });
         }
-        for slot in &self.slots {
+        for slot in slots() {
             for copy in &slot.copies {
                 let Some(value) = given[copy.input] else { continue };
                 if let Some(bytes) = copy.of(value) {
