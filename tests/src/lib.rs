@@ -24,6 +24,8 @@ mod footprint;
 #[cfg(test)]
 mod frame;
 #[cfg(test)]
+mod frames;
+#[cfg(test)]
 mod frontier;
 #[cfg(test)]
 mod function;

@@ -1,0 +1,160 @@
+//! Frames as they are, bit for bit: a change of how frames run, and not of what they show, changes none of them.
+//!
+//! The snapshot `frames` has a line for each output of each frame of each configuration in `list`; `coverage` counts what
+//! of `shaders/library.toml` they run. Bits depend on driver and processor, so that on another machine the readable
+//! numbers beside them are compared instead, within [`record::TOLERANCE`]. To make the snapshot anew, on purpose:
+//! `INSTA_UPDATE=always cargo test -p sglow-tests frames`; on another machine delete the file first.
+//!
+//! What it costs to encode a frame: `cargo run --release -p sglow-tests --example encode`.
+
+mod coverage;
+mod list;
+mod record;
+mod run;
+mod scenes;
+
+use std::collections::BTreeSet;
+
+use sglow_runtime::package::Package;
+use sglow_shader_gen::library::AxisValue;
+
+use crate::common::{gpu, library};
+use coverage::{covered, missing, required};
+use list::{Case, list};
+use record::{Machine, Recording};
+
+/// The variants that the configurations run, and no more.
+fn package(cases: &[Case]) -> Package {
+    let library = library();
+    let wanted: BTreeSet<String> = cases.iter().flat_map(Case::variants).collect();
+    let mut variants = library.variants();
+    variants.retain(|variant| wanted.contains(&variant.id()));
+    let texts = sglow_shader_gen::generate::variants(&library, &variants).unwrap();
+    let texts = texts.into_iter().map(|one| (one.variant.id(), one.text));
+    Package::generated("the variants of the frames", texts)
+}
+
+fn record(cases: &[Case], package: &Package) -> Recording {
+    let entries = cases.iter().flat_map(|case| case.run(package));
+    Recording::new(Machine::of(&gpu().adapter), entries)
+}
+
+/// The committed snapshot, if there is one.
+fn stored() -> Option<Recording> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/snapshots/frames.snap");
+    let text = std::fs::read_to_string(path).ok()?;
+    Some(Recording::read(&text).expect("frames.snap to have this form: else delete it"))
+}
+
+#[test]
+fn frames_are_as_they_were() {
+    let cases = list();
+    let found = record(&cases, &package(&cases));
+    found.assert_says_something();
+    let stored = stored();
+    let differences = stored.map(|stored| stored.differences(&found));
+    if let Some(differences) = &differences {
+        // Beside what the snapshot shows: how far off what differs is, and where bits cannot be compared, that.
+        println!("{}", differences.summary());
+        for fault in differences.faults() {
+            println!("  {fault}");
+        }
+        if !differences.same_machine {
+            let faults = differences.faults();
+            assert!(faults.is_empty(), "{}", faults.join("\n"));
+            return;
+        }
+    }
+    let mut settings = insta::Settings::clone_current();
+    settings.set_omit_expression(true);
+    settings.set_prepend_module_to_snapshot(false);
+    settings.bind(|| insta::assert_snapshot!("frames", found.to_string()));
+}
+
+#[test]
+fn every_value_and_every_rule_is_run() {
+    let (library, cases) = (library(), list());
+    let names: BTreeSet<&str> = cases.iter().map(|case| case.name.as_str()).collect();
+    assert_eq!(names.len(), cases.len(), "two configurations have one name");
+    let of_each: Vec<_> = cases.iter().map(|case| covered(&library, case)).collect();
+    let missing_now = missing(&library, &of_each);
+    assert!(missing_now.is_empty(), "no configuration runs: {missing_now:#?}");
+    println!("{} configurations run {} things", cases.len(), required(&library).len());
+
+    // Negative controls. Without one configuration that alone runs something, that is missing.
+    let mut alone = 0;
+    for index in 0..cases.len() {
+        let mut fewer = of_each.clone();
+        fewer.remove(index);
+        let missing = missing(&library, &fewer);
+        alone += usize::from(!missing.is_empty());
+        let unique = match cases[index].name.as_str() {
+            "space=world sharpness=banerjee" => "pass cluster_sum, sharpness banerjee",
+            "start=uniform" => "pass metropolis_start, start uniform",
+            "tokuyoshi2016" => "preset tokuyoshi2016",
+            _ => continue,
+        };
+        assert!(missing.contains(unique), "{unique} is not missing: {missing:?}");
+    }
+    println!("{alone} of them run something that no other does");
+    assert!(alone >= 10);
+    // A value, a pass and a rule that nobody thought of are missing.
+    let mut more = library.clone();
+    let emitter = more.axis.get_mut("emitter").unwrap();
+    emitter.value.push(AxisValue { name: "other".to_owned(), ..emitter.value[0].clone() });
+    assert!(missing(&more, &of_each).contains("pass shade, emitter other"));
+    let mut more = library.clone();
+    let pass = more.find_pass("shade").unwrap().clone();
+    more.pass.push(sglow_shader_gen::library::Pass { name: "other".to_owned(), ..pass });
+    assert!(missing(&more, &of_each).contains("pass other"));
+    let mut more = library.clone();
+    let rule = more.presence[0].clone();
+    more.presence.push(sglow_shader_gen::library::Presence { name: "other".to_owned(), ..rule });
+    assert!(missing(&more, &of_each).contains("presence other leaves something out"));
+}
+
+/// A few small configurations, twice; then with a shader that was changed a little, and much.
+#[test]
+fn other_bits_are_noticed_and_other_machines_are_not_taken_for_them() {
+    let few = ["base", "draw=metropolis lights=7", "space=world lights=7"];
+    let mut cases = list();
+    cases.retain(|case| few.contains(&case.name.as_str()));
+    assert_eq!(cases.len(), few.len());
+    let package = package(&cases);
+    let [one, two] = [record(&cases, &package), record(&cases, &package)];
+    assert_eq!(one, two, "frames differ from run to run");
+    let differences = one.differences(&two);
+    assert!(differences.faults().is_empty() && differences.same_machine);
+    assert_eq!(Recording::read(&one.to_string()).as_ref(), Some(&one), "the text loses something");
+
+    let id = "shade-cosine-fitted-asg-ggx-both-f32-none";
+    let broken = |from: &str, to: &str| {
+        let text = package.text(id).unwrap();
+        assert!(text.contains(from), "{id} has no '{from}' to break");
+        let text = text.replace(from, to);
+        record(&cases, &package.clone().with_text(id, text))
+    };
+    let elsewhere = |recording: &Recording| {
+        recording
+            .clone()
+            .on(Machine { adapter: "another".to_owned(), ..recording.machine().clone() })
+    };
+    let reflected = "diffuse *= surface.diffuse;";
+    // Some units in the last place: other bits here, nothing elsewhere.
+    let little = broken(reflected, "diffuse *= 1.000001 * surface.diffuse;");
+    let differences = one.differences(&little);
+    println!("{}", differences.summary());
+    assert!(!differences.faults().is_empty());
+    let differences = one.differences(&elsewhere(&little));
+    println!("{}", differences.summary());
+    assert!(differences.faults().is_empty() && !differences.other_bits.is_empty());
+    assert!(differences.summary().contains("BITS CANNOT BE COMPARED"));
+    // A twentieth: noticed everywhere.
+    let much = broken(reflected, "diffuse *= 1.05 * surface.diffuse;");
+    assert!(!one.differences(&much).faults().is_empty());
+    assert!(!one.differences(&elsewhere(&much)).faults().is_empty());
+    // A configuration that is left out, and nothing at all.
+    let fewer = record(&cases[1..], &package);
+    assert!(!one.differences(&elsewhere(&fewer)).faults().is_empty());
+    assert!(!record(&[], &package).differences(&record(&[], &package)).faults().is_empty());
+}

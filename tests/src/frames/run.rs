@@ -1,0 +1,255 @@
+//! Runs a configuration and keeps what every frame of it came to.
+
+use std::collections::BTreeSet;
+
+use sglow_oracle::vsgl::Vsgl;
+use sglow_runtime::check::Check;
+use sglow_runtime::frame::{self, Frame, Pixels, Renderer, Surfaces};
+use sglow_runtime::indirect::{Indirect, Inputs};
+use sglow_runtime::metropolis::{Metropolis, MetropolisSettings};
+use sglow_runtime::package::Package;
+use sglow_runtime::plan::{self, Plan};
+use sglow_runtime::scene::Scene;
+use sglow_runtime::settings::Settings;
+use sglow_runtime::{readback, reference};
+
+use super::list::Case;
+use super::record::Entry;
+use super::scenes;
+use crate::common::gpu;
+
+impl Case {
+    /// The scene with its light in the first frame.
+    pub(super) fn scene(&self) -> Scene {
+        self.lamp.lit(self.place.scene())
+    }
+
+    /// The settings with the kind of the light.
+    pub(super) fn settled(&self) -> Settings {
+        let light = frame::kind(&self.lamp.light(self.place.scene(), 0));
+        Settings { light, ..self.settings.clone() }
+    }
+
+    fn own_chains(&self) -> Option<MetropolisSettings> {
+        let start = self.chains?;
+        Some(MetropolisSettings { start, ..MetropolisSettings::of(self.settings.count) })
+    }
+
+    /// The variants that it runs.
+    pub(super) fn variants(&self) -> BTreeSet<String> {
+        let settings = self.settled();
+        let surfaces = plan::Surfaces::of(self.place.scene(), settings.complete);
+        let mut variants = Plan::new(&settings, &surfaces).variants;
+        if let Some(MetropolisSettings { start, .. }) = self.own_chains() {
+            variants.insert(sglow_shaders::metropolis_start::MetropolisStart { start }.id());
+            variants.insert(sglow_shaders::metropolis::Metropolis.id());
+        }
+        if self.checks {
+            let Settings { lobes, precision, .. } = settings;
+            variants.insert(sglow_shaders::check::Check { lobes, precision }.id());
+        }
+        variants
+    }
+
+    /// What the first frame is made from: the same for many configurations, and so kept once.
+    fn maps(&self) -> String {
+        let Settings { size: [width, height], rsm_size, complete, .. } = self.settings;
+        let (place, lamp) = (self.place.name(), self.lamp.name());
+        let complete = if complete { ", complete" } else { "" };
+        format!("maps of {place}, light {lamp}, map {rsm_size}, picture {width}x{height}{complete}")
+    }
+
+    /// Runs it. Everything that it asks its package for is what was planned.
+    pub(super) fn run(&self, package: &Package) -> Vec<Entry> {
+        let scene = self.scene();
+        let package = package.clone();
+        let mut entries = Vec::new();
+        let mut renderer = Renderer::new(gpu(), &package, &scene, &self.settings, 0).unwrap();
+        let moving = self.eye_moves.then(|| indirect(&self.settled(), &package));
+        let chains = self.own_chains().map(|settings| chains(&settings, &package));
+        for number in 0..self.frames {
+            renderer.move_light(&self.lamp.light(self.place.scene(), number)).unwrap();
+            renderer.render().unwrap();
+            let mut recorded = Recorder { case: self, number, entries: &mut entries };
+            if let Some(chains) = &chains {
+                recorded.move_chains(chains, &renderer);
+                continue;
+            }
+            if number == 0 {
+                recorded.maps(&renderer);
+            }
+            match &moving {
+                Some(indirect) => recorded.move_eye(indirect, &renderer),
+                None => recorded.frame(&renderer),
+            }
+            if self.checks {
+                recorded.check(&renderer, &package);
+            }
+        }
+        assert_eq!(package.asked(), self.variants(), "{}", self.name);
+        entries
+    }
+}
+
+fn indirect(settings: &Settings, package: &Package) -> Indirect {
+    Indirect::with_package(&gpu().device, &gpu().queue, settings, package).unwrap()
+}
+
+fn chains(settings: &MetropolisSettings, package: &Package) -> Metropolis {
+    Metropolis::new(&gpu().device, package, settings).unwrap()
+}
+
+/// Submits what is encoded and waits for it.
+fn submit(encode: impl FnOnce(&mut wgpu::CommandEncoder)) {
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    encode(&mut encoder);
+    gpu().queue.submit([encoder.finish()]);
+    gpu().finish().unwrap();
+}
+
+/// Takes down one frame.
+struct Recorder<'a> {
+    case: &'a Case,
+    number: u32,
+    entries: &'a mut Vec<Entry>,
+}
+
+impl Recorder<'_> {
+    fn keep(&mut self, output: &'static str, bytes: &[u8], numbers: Vec<(&'static str, f64)>) {
+        let Self { case, number, .. } = self;
+        let entry = Entry::new(&case.name, *number, output, bytes, numbers);
+        self.entries.push(entry);
+    }
+
+    fn picture(&mut self, output: &'static str, pixels: &Pixels) {
+        let width = self.case.settings.size[0] as usize;
+        self.keep(output, bytemuck::cast_slice(pixels), means(pixels, width));
+    }
+
+    /// The textures that the first frame is made from.
+    fn maps(&mut self, renderer: &Renderer<'_>) {
+        let [rsm, gbuffer] = [renderer.read_rsm().unwrap(), renderer.read_gbuffer().unwrap()];
+        let Settings { size, rsm_size, .. } = self.case.settings;
+        for (output, surfaces, width) in
+            [("light map", rsm, rsm_size), ("G-buffer", gbuffer, size[0])]
+        {
+            let Surfaces { position, normal, base_color } = surfaces;
+            let bytes =
+                [&position, &normal, &base_color].map(|pixels| bytemuck::cast_slice(pixels));
+            let numbers = means(&base_color, width as usize);
+            self.entries.push(Entry::new(&self.case.maps(), 0, output, &bytes.concat(), numbers));
+        }
+    }
+
+    /// A whole frame.
+    fn frame(&mut self, renderer: &Renderer<'_>) {
+        self.indirect(renderer.indirect(), &renderer.inputs());
+        let Frame { radiance, direct, emission, .. } = renderer.read().unwrap();
+        self.picture("direct", &direct);
+        if let Some(emission) = emission {
+            self.picture("emission", &emission);
+        }
+        self.picture("radiance", &radiance);
+    }
+
+    /// Indirect light of the maps of the frame for an eye that has moved on: what an engine runs.
+    fn move_eye(&mut self, indirect: &Indirect, renderer: &Renderer<'_>) {
+        let eye = scenes::eye(renderer.eye(), self.case.place.scene(), self.number);
+        let inputs = Inputs { eye, ..renderer.inputs() };
+        submit(|encoder| indirect.encode(encoder, &inputs, None));
+        self.indirect(indirect, &inputs);
+    }
+
+    /// Chains of their own by the density of the frame.
+    fn move_chains(&mut self, chains: &Metropolis, renderer: &Renderer<'_>) {
+        let density = renderer.indirect().density().create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        });
+        submit(|encoder| chains.encode(&gpu().device, encoder, &density, None));
+        self.chains(chains);
+    }
+
+    fn chains(&mut self, chains: &Metropolis) {
+        let chains: Vec<[f32; 2]> = readback::buffer(gpu(), chains.chains()).unwrap();
+        let mean =
+            |of: fn(&[f32; 2]) -> f64| chains.iter().map(of).sum::<f64>() / chains.len() as f64;
+        let numbers = vec![
+            ("x", mean(|chain| f64::from(chain[0]))),
+            ("y", mean(|chain| f64::from(chain[1]))),
+            ("xy", mean(|chain| f64::from(chain[0]) * f64::from(chain[1]))),
+        ];
+        self.keep("chains", bytemuck::cast_slice(&chains), numbers);
+    }
+
+    fn indirect(&mut self, indirect: &Indirect, inputs: &Inputs<'_>) {
+        if let Some(chains) = indirect.metropolis() {
+            self.chains(chains);
+        }
+        self.lights(indirect);
+        if let Some(maps) = inputs.visibility {
+            let atlas = readback::texture(gpu(), maps.atlas(), 0).unwrap();
+            let numbers = means(&atlas, maps.atlas().width() as usize);
+            let [near, left, upper] = [numbers[0], numbers[3], numbers[4]];
+            self.keep("light maps", bytemuck::cast_slice(&atlas), vec![near, left, upper]);
+        }
+        for (output, texture) in
+            [("diffuse", indirect.diffuse()), ("specular", indirect.specular())]
+        {
+            if let Some(texture) = texture {
+                self.picture(output, &readback::texture(gpu(), texture, 0).unwrap());
+            }
+        }
+    }
+
+    fn lights(&mut self, indirect: &Indirect) {
+        let bytes: Vec<u8> = readback::buffer(gpu(), indirect.vsgls()).unwrap();
+        let lights: Vec<Vsgl> = reference::lights(gpu(), indirect).unwrap();
+        let power = |light: &Vsgl| light.power().luminance();
+        let total: f64 = lights.iter().map(power).sum();
+        // By power: lights without any are at no place.
+        let mean = |of: &dyn Fn(&Vsgl) -> f64| {
+            let sum = lights.iter().filter(|light| power(light) > 0.0);
+            sum.map(|light| power(light) * of(light)).sum::<f64>() / total
+        };
+        let numbers = vec![
+            ("power", total),
+            ("x", mean(&|light| light.position.x)),
+            ("y", mean(&|light| light.position.y)),
+            ("z", mean(&|light| light.position.z)),
+            ("deviation", mean(&|light| light.variance.sqrt())),
+        ];
+        self.keep("lights", &bytes, numbers);
+    }
+
+    /// Lights and surfaces against the contract of the shading pass.
+    fn check(&mut self, renderer: &Renderer<'_>, package: &Package) {
+        let Settings { lobes, precision, count, size, .. } = self.case.settings;
+        let check = Check::new(&gpu().device, &gpu().queue, package, lobes, precision).unwrap();
+        let (surfaces, lights) = (renderer.inputs().gbuffer, renderer.indirect().vsgls());
+        submit(|encoder| check.encode(encoder, surfaces, lights, count, size));
+        let found = check.read(gpu()).unwrap();
+        assert!(found.is_empty(), "{}: {found}", self.case.name);
+        let counts = [found.not_finite, found.out_of_range, found.not_unit];
+        let names = ["not_finite", "out_of_range", "not_unit"];
+        let numbers = names.into_iter().zip(counts.map(f64::from)).collect();
+        self.keep("violations", bytemuck::cast_slice(&counts), numbers);
+    }
+}
+
+/// Means over a picture: of each channel, and of all three over the left and over the upper half.
+fn means(pixels: &Pixels, width: usize) -> Vec<(&'static str, f64)> {
+    let height = pixels.len() / width;
+    let mut sums = [0.0; 5];
+    for (index, pixel) in pixels.iter().enumerate() {
+        let [r, g, b, _] = pixel.map(f64::from);
+        let third = (r + g + b) / 3.0;
+        let left = if 2 * (index % width) < width { third } else { 0.0 };
+        let upper = if 2 * (index / width) < height { third } else { 0.0 };
+        for (sum, value) in sums.iter_mut().zip([r, g, b, left, upper]) {
+            *sum += value;
+        }
+    }
+    let names = ["red", "green", "blue", "left", "upper"];
+    names.into_iter().zip(sums.map(|sum| sum / pixels.len() as f64)).collect()
+}
