@@ -19,7 +19,7 @@ use sglow_runtime::package::Package;
 use sglow_shader_gen::library::AxisValue;
 
 use crate::common::{gpu, library};
-use coverage::{covered, missing, required};
+use coverage::{covered_by_each, missing, required};
 use list::{Case, list};
 use record::{Machine, Recording};
 
@@ -76,17 +76,18 @@ fn every_value_and_every_rule_is_run() {
     let (library, cases) = (library(), list());
     let names: BTreeSet<&str> = cases.iter().map(|case| case.name.as_str()).collect();
     assert_eq!(names.len(), cases.len(), "two configurations have one name");
-    let of_each: Vec<_> = cases.iter().map(|case| covered(&library, case)).collect();
-    let missing_now = missing(&library, &of_each);
-    assert!(missing_now.is_empty(), "no configuration runs: {missing_now:#?}");
-    println!("{} configurations run {} things", cases.len(), required(&library).len());
+    let of_each = covered_by_each(&library, &cases);
+    let all = required(&library);
+    let none = missing(&all, &of_each);
+    assert!(none.is_empty(), "no configuration runs: {none:#?}");
+    println!("{} configurations run {} things", cases.len(), all.len());
 
     // Negative controls. Without one configuration that alone runs something, that is missing.
     let mut alone = 0;
     for index in 0..cases.len() {
         let mut fewer = of_each.clone();
         fewer.remove(index);
-        let missing = missing(&library, &fewer);
+        let missing = missing(&all, &fewer);
         alone += usize::from(!missing.is_empty());
         let unique = match cases[index].name.as_str() {
             "space=world sharpness=banerjee" => "pass cluster_sum, sharpness banerjee",
@@ -102,15 +103,15 @@ fn every_value_and_every_rule_is_run() {
     let mut more = library.clone();
     let emitter = more.axis.get_mut("emitter").unwrap();
     emitter.value.push(AxisValue { name: "other".to_owned(), ..emitter.value[0].clone() });
-    assert!(missing(&more, &of_each).contains("pass shade, emitter other"));
+    assert!(missing(&required(&more), &of_each).contains("pass shade, emitter other"));
     let mut more = library.clone();
     let pass = more.find_pass("shade").unwrap().clone();
     more.pass.push(sglow_shader_gen::library::Pass { name: "other".to_owned(), ..pass });
-    assert!(missing(&more, &of_each).contains("pass other"));
+    assert!(missing(&required(&more), &of_each).contains("pass other"));
     let mut more = library.clone();
     let rule = more.presence[0].clone();
     more.presence.push(sglow_shader_gen::library::Presence { name: "other".to_owned(), ..rule });
-    assert!(missing(&more, &of_each).contains("presence other leaves something out"));
+    assert!(missing(&required(&more), &of_each).contains("presence other leaves something out"));
 }
 
 /// A few small configurations, twice; then with a shader that was changed a little, and much.

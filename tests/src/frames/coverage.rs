@@ -91,10 +91,9 @@ const SITUATIONS: [(&str, fn(&Case) -> bool); 9] = [
 ];
 
 /// What one configuration runs of it.
-pub(super) fn covered(library: &Library, case: &Case) -> BTreeSet<Item> {
+fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Holding) -> BTreeSet<Item> {
     let settings = case.settled();
     let ids = case.variants();
-    let legal = library.variants();
     let variants: Vec<&Variant> = legal.iter().filter(|one| ids.contains(&one.id())).collect();
     assert_eq!(variants.len(), ids.len(), "{}: a variant that is none", case.name);
     let mut items = BTreeSet::new();
@@ -104,8 +103,6 @@ pub(super) fn covered(library: &Library, case: &Case) -> BTreeSet<Item> {
             items.extend(values(variant));
         }
     }
-    let facts: Holding =
-        case.scene().facts_lit_by(0).iter().map(|fact| (fact.name, fact.holds)).collect();
     let follows = |when: &BTreeMap<String, bool>| {
         when.iter().all(|(fact, holds)| facts.get(fact.as_str()) == Some(holds))
     };
@@ -162,10 +159,25 @@ pub(super) fn covered(library: &Library, case: &Case) -> BTreeSet<Item> {
     items
 }
 
+/// What each configuration runs of it.
+pub(super) fn covered_by_each(library: &Library, cases: &[Case]) -> Vec<BTreeSet<Item>> {
+    let legal = library.variants();
+    // Facts of a scene take a while to find.
+    let mut known: BTreeMap<_, Holding> = BTreeMap::new();
+    let mut facts = |case: &Case| {
+        let of_scene = || {
+            let facts = case.scene().facts_lit_by(0);
+            facts.iter().map(|fact| (fact.name, fact.holds)).collect()
+        };
+        known.entry((case.place, case.lamp)).or_insert_with(of_scene).clone()
+    };
+    cases.iter().map(|case| covered(library, &legal, case, &facts(case))).collect()
+}
+
 /// What no configuration runs of what has to be run.
-pub(super) fn missing(library: &Library, covered: &[BTreeSet<Item>]) -> BTreeSet<Item> {
-    let covered: BTreeSet<Item> = covered.iter().flatten().cloned().collect();
-    required(library).difference(&covered).cloned().collect()
+pub(super) fn missing(required: &BTreeSet<Item>, covered: &[BTreeSet<Item>]) -> BTreeSet<Item> {
+    let covered: BTreeSet<&Item> = covered.iter().flatten().collect();
+    required.iter().filter(|item| !covered.contains(item)).cloned().collect()
 }
 
 /// Whether a chain of the size of the map runs a pass of this many levels: three at once, and what is left over.
