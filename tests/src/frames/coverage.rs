@@ -7,6 +7,7 @@ use sglow_shader_gen::library::{ClassDefault, Library, Need, Presence};
 use sglow_shader_gen::matrix::{AllowedValues, Variant};
 
 use super::list::{Case, base};
+use super::scenes::Lamp;
 
 /// Passes that are no part of a frame.
 const MEASURES: [&str; 1] = ["function"];
@@ -78,7 +79,7 @@ fn values(variant: &Variant) -> Vec<Item> {
 }
 
 /// What a frame may stumble over, whatever it runs.
-const SITUATIONS: [(&str, fn(&Case) -> bool); 9] = [
+const SITUATIONS: [(&str, fn(&Case) -> bool); 11] = [
     ("one light", |case| case.settings.count == 1),
     ("seven lights", |case| case.settings.count == 7),
     ("more lights than a block of the sort has keys", |case| case.settings.count > 1024),
@@ -87,6 +88,8 @@ const SITUATIONS: [(&str, fn(&Case) -> bool); 9] = [
     ("a map of one texel", |case| case.settings.rsm_size == 1),
     ("a picture of one pixel", |case| case.settings.size == [1, 1]),
     ("three frames in a row", |case| case.frames == 3 && case.chains.is_none()),
+    ("chains that begin again", |case| case.restarts && case.frames > 1),
+    ("a light that lights nothing", |case| case.lamp == Lamp::Away),
     ("an eye that moves", |case| case.eye_moves && case.frames > 1),
 ];
 

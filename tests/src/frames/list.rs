@@ -22,8 +22,12 @@ pub(super) struct Case {
     pub(super) eye_moves: bool,
     /// Chains of their own by the density of each frame, which begin so. (Those of a frame begin warped.)
     pub(super) chains: Option<Start>,
+    /// Whether chains begin again in the last frame.
+    pub(super) restarts: bool,
     /// Whether lights and surfaces are checked against the contract of the shading pass.
     pub(super) checks: bool,
+    /// Whether the light is nudged: none of the list is.
+    pub(super) nudged: bool,
 }
 
 /// Every field of the settings. The picture, the map and the numbers of lights are small; the map is a power of two, the
@@ -82,7 +86,9 @@ impl List {
             frames: 1,
             eye_moves: false,
             chains: None,
+            restarts: false,
             checks: false,
+            nudged: false,
         });
         self.0.last_mut().expect("it was pushed")
     }
@@ -105,6 +111,7 @@ pub(super) fn list() -> Vec<Case> {
     clusters(&mut list);
     visibility(&mut list);
     lights(&mut list);
+    darkness(&mut list);
     sizes(&mut list);
     scenes(&mut list);
     named(&mut list);
@@ -205,6 +212,7 @@ fn chains(list: &mut List) {
     let density = Density::Bidirectional;
     let settings = Settings { draw, density, ..base() };
     list.three("draw=metropolis density=bidirectional eye", settings).eye_moves = true;
+    list.three("draw=metropolis restart", Settings { draw, ..base() }).restarts = true;
     for start in Start::ALL {
         list.three(format!("start={start}"), base()).chains = Some(start);
     }
@@ -285,6 +293,23 @@ fn lights(list: &mut List) {
             case.lamp = lamp;
             case.frames = if what == "kernels" { 3 } else { 1 };
         }
+    }
+}
+
+/// A light that lights nothing: no density to draw by, lights without power.
+fn darkness(list: &mut List) {
+    let visibility = Visibility::ShadowMap;
+    for (what, settings) in [
+        ("kernels", base()),
+        ("previous", Settings { kernel: Kernel::Previous, ..base() }),
+        ("f16", Settings { precision: Precision::F16, ..base() }),
+        ("bidirectional", Settings { density: Density::Bidirectional, ..base() }),
+        ("chains", Settings { draw: Draw::Metropolis, ..base() }),
+        ("image", Settings { space: Space::Image, ..base() }),
+        ("world", Settings { space: Space::World, visibility, ..base() }),
+        ("imperfect", Settings { visibility: Visibility::Imperfect, ..base() }),
+    ] {
+        list.one(format!("dark {what}"), settings).lamp = Lamp::Away;
     }
 }
 

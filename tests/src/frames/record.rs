@@ -123,10 +123,11 @@ pub(super) struct Recording {
 
 /// How far a readable number may be off on another machine, over the largest number of its output.
 ///
-/// Rounding alone moves a mean by some 1e-6. More comes from what it decides: which surface a pixel at an edge shows, of
-/// 561 pixels in most pictures, of which the glossy box fills half; which level a kernel has, to one part in 2^12; whether
-/// a texel of a light's map is nearer than a receiver. Five pixels of a mean value are 2 %. What changes means by less,
-/// bits alone show.
+/// Rounding moves most of them by 1e-6. More comes from what it decides: which cluster a texel goes to, what a pixel at an
+/// edge shows, whether a texel of a light's map is nearer than a receiver. With the light nudged by some ten units in the
+/// last place, of all outputs half move by less than 1.1e-6, 99 % by less than 1.5e-4 and one by 4.8e-3 (the configurations
+/// that move most are run so by `rounding_otherwise_stays_within_the_tolerance`); this is four times that. What changes
+/// numbers by less, bits alone show.
 pub(super) const TOLERANCE: f64 = 0.02;
 
 /// What two recordings differ in.
@@ -138,7 +139,7 @@ pub(super) struct Differences {
     pub(super) same_machine: bool,
     /// What only one of them has.
     pub(super) unmatched: Vec<String>,
-    /// Outputs with other bits, with the largest difference of a number over the largest number of the output.
+    /// Outputs with other bits, each with the largest difference of a number over the largest number of the output.
     pub(super) other_bits: Vec<(String, f64)>,
 }
 
@@ -201,7 +202,8 @@ impl Recording {
         Self { machine, ..self }
     }
 
-    /// That numbers are finite, that there is light in every picture, and that frames in a row differ.
+    /// That numbers are finite, that there is light in every picture but where it is dark, and that frames in a row
+    /// differ.
     pub(super) fn assert_says_something(&self) {
         let lit = |(name, frame, _): &(String, u32, String), output: &str| {
             let entry = self.entries.get(&(name.clone(), *frame, output.to_owned()));
@@ -210,12 +212,17 @@ impl Recording {
         for (key, entry) in &self.entries {
             assert!(entry.numbers.iter().all(|(_, number)| number.is_finite()), "{entry}");
             let (name, frame, output) = key;
+            if name.starts_with("dark") {
+                assert!(!lit(key, "radiance") && !lit(key, "lights"), "{entry}");
+                continue;
+            }
             match output.as_str() {
                 // One of the two: metal reflects nothing diffusely.
                 "diffuse" | "specular" => {
                     assert!(lit(key, "diffuse") || lit(key, "specular"), "{entry}")
                 }
                 "violations" | "emission" | "direct" => {}
+                "light map" if name.contains("light away") => assert!(!lit(key, output), "{entry}"),
                 _ => assert!(lit(key, output), "{entry}"),
             }
             let next = self.entries.get(&(name.clone(), frame + 1, output.clone()));

@@ -9,7 +9,7 @@ use sglow_runtime::indirect::{Indirect, Inputs};
 use sglow_runtime::metropolis::{Metropolis, MetropolisSettings};
 use sglow_runtime::package::Package;
 use sglow_runtime::plan::{self, Plan};
-use sglow_runtime::scene::Scene;
+use sglow_runtime::scene::{Light, Scene};
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
 
@@ -24,9 +24,13 @@ impl Case {
         self.lamp.lit(self.place.scene())
     }
 
+    fn light(&self, frame: u32) -> Light {
+        self.lamp.light(self.place.scene(), frame, self.nudged)
+    }
+
     /// The settings with the kind of the light.
     pub(super) fn settled(&self) -> Settings {
-        let light = frame::kind(&self.lamp.light(self.place.scene(), 0));
+        let light = frame::kind(&self.light(0));
         Settings { light, ..self.settings.clone() }
     }
 
@@ -68,7 +72,10 @@ impl Case {
         let moving = self.eye_moves.then(|| indirect(&self.settled(), &package));
         let chains = self.own_chains().map(|settings| chains(&settings, &package));
         for number in 0..self.frames {
-            renderer.move_light(&self.lamp.light(self.place.scene(), number)).unwrap();
+            renderer.move_light(&self.light(number)).unwrap();
+            if self.restarts && number + 1 == self.frames {
+                renderer.indirect().metropolis().unwrap().restart();
+            }
             renderer.render().unwrap();
             let mut recorded = Recorder { case: self, number, entries: &mut entries };
             if let Some(chains) = &chains {
@@ -210,7 +217,8 @@ impl Recorder<'_> {
         // By power: lights without any are at no place.
         let mean = |of: &dyn Fn(&Vsgl) -> f64| {
             let sum = lights.iter().filter(|light| power(light) > 0.0);
-            sum.map(|light| power(light) * of(light)).sum::<f64>() / total
+            sum.fold(0.0, |sum, light| sum + power(light) * of(light))
+                / total.max(f64::MIN_POSITIVE)
         };
         let numbers = vec![
             ("power", total),

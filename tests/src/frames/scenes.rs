@@ -104,6 +104,8 @@ pub(super) enum Lamp {
     Spot,
     Directional,
     Point,
+    /// The scene's own, high above it and turned away: nothing is lit.
+    Away,
 }
 
 impl Lamp {
@@ -113,29 +115,39 @@ impl Lamp {
             Self::Spot => "spot",
             Self::Directional => "directional",
             Self::Point => "point",
+            Self::Away => "away",
         }
     }
 
-    /// The light of a frame: it moves, turns and brightens.
-    pub(super) fn light(self, scene: &Scene, frame: u32) -> Light {
+    /// The light of a frame: moved, turned and brighter than the scene's, from frame to frame more so. With a nudge it is
+    /// moved and turned by about ten units in the last place, as if everything were rounded otherwise.
+    pub(super) fn light(self, scene: &Scene, frame: u32, nudge: bool) -> Light {
         let own = &scene.lights[0];
         let kind = match self {
-            Self::Own => own.kind,
+            Self::Own | Self::Away => own.kind,
             Self::Spot => LightKind::Spot { inner: 0.4, outer: 1.1 },
             Self::Directional => LightKind::Directional,
             Self::Point => LightKind::Point,
         };
-        let frame = frame as f32;
+        // Not as the scene has it in the first frame either: a light that looks straight down on a plane has texels on a
+        // grid, many of them equally close to two clusters, and the last bit decides whose they are.
+        let frame = frame as f32 + 0.37;
         // Down from the middle of the ceiling, for a point light a good way down, so that no face of its map is empty.
-        let down = if self == Self::Point { 0.4 * scene.bounds().radius() } else { 0.0 };
+        let down = match self {
+            Self::Point => 0.4 * scene.bounds().radius(),
+            Self::Away => -2.0 * scene.bounds().radius(),
+            _ => 0.0,
+        };
+        let side = if self == Self::Away { -1.0 } else { 1.0 };
         let step = 0.02 * scene.bounds().radius() * frame;
         let position = Vec3::from(own.position) + step * Vec3::new(1.0, -1.0, 0.5) - down * Vec3::Y;
+        let nudge = if nudge { 1e-6 } else { 0.0 };
         let turn = Quat::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 0.05 * frame);
         Light {
             name: own.name.clone(),
             kind,
-            position: position.into(),
-            direction: (turn * Vec3::from(own.direction)).normalize().into(),
+            position: (position * (1.0 + nudge)).into(),
+            direction: (side * (turn * Vec3::from(own.direction)) + 0.2 * nudge).normalize().into(),
             intensity: own.intensity.map(|channel| channel * (1.0 + 0.125 * frame)),
             range: own.range,
         }
@@ -144,7 +156,7 @@ impl Lamp {
     /// The scene as the first frame has it.
     pub(super) fn lit(self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
-        scene.lights = vec![self.light(&scene, 0)];
+        scene.lights = vec![self.light(&scene, 0, false)];
         scene
     }
 }
