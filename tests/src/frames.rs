@@ -84,12 +84,12 @@ fn every_value_and_every_rule_is_run() {
 
     // Negative controls. Without one configuration that alone runs something, that is missing.
     let mut alone = 0;
-    for index in 0..cases.len() {
+    for (index, case) in cases.iter().enumerate() {
         let mut fewer = of_each.clone();
         fewer.remove(index);
         let missing = missing(&all, &fewer);
         alone += usize::from(!missing.is_empty());
-        let unique = match cases[index].name.as_str() {
+        let unique = match case.name.as_str() {
             "space=world sharpness=banerjee" => "pass cluster_sum, sharpness banerjee",
             "start=uniform" => "pass metropolis_start, start uniform",
             "tokuyoshi2016" => "preset tokuyoshi2016",

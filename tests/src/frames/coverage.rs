@@ -78,8 +78,11 @@ fn values(variant: &Variant) -> Vec<Item> {
     std::iter::once(format!("pass {pass}")).chain(values).collect()
 }
 
+/// Something that a frame may stumble over, and whether a configuration has it.
+type Situation = (&'static str, fn(&Case) -> bool);
+
 /// What a frame may stumble over, whatever it runs.
-const SITUATIONS: [(&str, fn(&Case) -> bool); 11] = [
+const SITUATIONS: [Situation; 11] = [
     ("one light", |case| case.settings.count == 1),
     ("seven lights", |case| case.settings.count == 7),
     ("more lights than a block of the sort has keys", |case| case.settings.count > 1024),
