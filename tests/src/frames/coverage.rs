@@ -82,12 +82,16 @@ fn values(variant: &Variant) -> Vec<Item> {
 type Situation = (&'static str, fn(&Case) -> bool);
 
 /// What a frame may stumble over, whatever it runs.
-const SITUATIONS: [Situation; 11] = [
+const SITUATIONS: [Situation; 12] = [
     ("one light", |case| case.settings.count == 1),
     ("seven lights", |case| case.settings.count == 7),
     ("more lights than a block of the sort has keys", |case| case.settings.count > 1024),
     ("a map that is no power of two", |case| !case.settings.rsm_size.is_power_of_two()),
     ("a map of an odd size", |case| case.settings.rsm_size % 2 == 1 && case.settings.rsm_size > 1),
+    ("a map whose chain ends in part of a workgroup", |case| {
+        let side = case.settings.rsm_size;
+        side.div_ceil(8).div_ceil(8) > (side / 8).div_ceil(8)
+    }),
     ("a map of one texel", |case| case.settings.rsm_size == 1),
     ("a picture of one pixel", |case| case.settings.size == [1, 1]),
     ("three frames in a row", |case| case.frames == 3 && case.chains.is_none()),

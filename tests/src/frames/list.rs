@@ -313,9 +313,10 @@ fn darkness(list: &mut List) {
     }
 }
 
-/// Maps and pictures of odd sizes, down to one texel. (A point light's map is a multiple of 4.)
+/// Maps and pictures of odd sizes, down to one texel. (A point light's map is a multiple of 4.) An eighth of 71 is rounded
+/// up to 9, which is more than a workgroup makes of the third level of a chain.
 fn sizes(list: &mut List) {
-    for map in [1, 2, 4, 16, 32, 48, 63] {
+    for map in [1, 2, 4, 16, 32, 48, 63, 71] {
         list.one(format!("map={map}"), Settings { rsm_size: map, ..base() });
         let precision = Precision::F16;
         list.one(
@@ -323,7 +324,7 @@ fn sizes(list: &mut List) {
             Settings { rsm_size: map, precision, ..base() },
         );
     }
-    for map in [1, 48, 63] {
+    for map in [1, 48, 63, 71] {
         let space = Space::World;
         list.three(format!("map={map} space=world"), Settings { rsm_size: map, space, ..base() });
     }
@@ -336,7 +337,7 @@ fn sizes(list: &mut List) {
     for count in [1, 7, 65, 1100] {
         list.one(format!("lights={count}"), Settings { count, ..base() });
     }
-    for size in [[1, 1], [9, 1], [17, 33], [64, 48]] {
+    for size in [[1, 1], [9, 1], [17, 33], [64, 48], [71, 13]] {
         let [width, height] = size;
         let density = Density::Bidirectional;
         list.one(format!("picture={width}x{height}"), Settings { size, density, ..base() });
