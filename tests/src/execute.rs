@@ -1,14 +1,14 @@
-//! The frame as data against today's runtime: the same bits in every output.
+//! Frames that are data, on a device: what a host gives, what it leaves out, and what is made when.
+//!
+//! That they show what frames of today show is held in `frames/executed.rs`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
-use std::time::Duration;
 
 use sglow_graph::description::{Axis, Number};
-use sglow_graph::formula::evaluated;
 use sglow_graph::{Configuration, Description, Frame};
 use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists};
-use sglow_runtime::frame::{Pixels, Renderer};
+use sglow_runtime::frame::Renderer;
 use sglow_runtime::host;
 use sglow_runtime::interface::Interface;
 use sglow_runtime::package::Package;
@@ -16,12 +16,9 @@ use sglow_runtime::points::Geometry;
 use sglow_runtime::readback;
 use sglow_runtime::scene::{Light, Scene};
 use sglow_runtime::settings::{AXES, PARAMETERS, Settings};
-use sglow_runtime::timing::{Clock, Timer};
 use sglow_runtime::visibility::SUBSETS;
 use sglow_shader_gen::manifest;
-use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Lobes, Precision, Sharpness, Solver, Space, Visibility,
-};
+use sglow_shaders::Draw;
 use wgpu::util::DeviceExt;
 
 use crate::common::{gpu, library};
@@ -47,7 +44,7 @@ fn description() -> &'static Description {
 }
 
 /// Variants with what is known of their bindings.
-fn package(wanted: &BTreeSet<String>) -> Package {
+pub(crate) fn package(wanted: &BTreeSet<String>) -> Package {
     let library = library();
     let mut variants = library.variants();
     variants.retain(|variant| wanted.contains(&variant.id()));
@@ -88,7 +85,8 @@ fn configuration(settings: &Settings, renderer: &Renderer<'_>, scene: &Scene) ->
         parameters.insert(name.to_owned(), Number::Whole(number as u64));
     }
     let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
-    let emission = if emitters.axes().is_empty() { "none" } else { "seen" };
+    let seen = settings.complete || !emitters.axes().is_empty();
+    let emission = if seen { "seen" } else { "none" };
     axes.insert("emission".to_owned(), emission.to_owned());
     let draws = [("surfaces", surfaces.axes()), ("emitters", emitters.axes())];
     let draws = draws.into_iter().map(|(name, axes)| (name.to_owned(), axes)).collect();
@@ -136,52 +134,8 @@ fn frame(configuration: &Configuration) -> Frame {
     description().evaluate(configuration).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// Settings that are run, with the name of the scene and the number of frames.
-struct Case {
-    name: &'static str,
-    scene: &'static str,
-    settings: Settings,
-    frames: usize,
-}
-
 fn base() -> Settings {
     Settings { size: [40, 24], rsm_size: 48, count: 60, camera_count: 70, ..Settings::default() }
-}
-
-fn cases() -> Vec<Case> {
-    let case = |name, settings| Case { name, scene: "cornell", settings, frames: 1 };
-    let on = |scene, case: Case| Case { scene, ..case };
-    let frames = |frames, case: Case| Case { frames, ..case };
-    let (draw, density, precision) = (Draw::Metropolis, Density::Bidirectional, Precision::F16);
-    let (shadow_map, imperfect) = (Visibility::ShadowMap, Visibility::Imperfect);
-    let (world, image, solver) = (Space::World, Space::Image, Solver::Bisection);
-    let odd = Settings { size: [37, 19], rsm_size: 33, ..base() };
-    let maps = Settings { visibility: shadow_map, light_tile: 16, ..base() };
-    let points = Settings { visibility: imperfect, shadow_points: 500, ..maps.clone() };
-    let disc = Settings { emitter: Emitter::Disc, ..base() };
-    vec![
-        case("base", base()),
-        case("f16", Settings { precision, ..base() }),
-        case("f16 bidirectional", Settings { precision, density, ..base() }),
-        case("diffuse", Settings { lobes: Lobes::Diffuse, precision, ..base() }),
-        case("bidirectional", Settings { density, emitter: Emitter::Lobe, ..base() }),
-        case("reflectance", Settings { density: Density::Reflectance, ..base() }),
-        case("bisection", Settings { solver, iterations: 5, filter: Filter::Hardware, ..base() }),
-        case("world", Settings { space: world, count: 37, ..disc.clone() }),
-        case("f16 disc", Settings { precision, density, ..disc }),
-        case("one cluster", Settings { space: image, count: 1, ..base() }),
-        case("one light", Settings { count: 1, sharpness: Sharpness::Toksvig, ..base() }),
-        frames(3, case("metropolis", Settings { draw, density, ..base() })),
-        frames(3, case("metropolis world", Settings { draw, space: world, ..base() })),
-        case("shadow map", maps.clone()),
-        case("shadow map f16", Settings { precision, count: 33, ..maps.clone() }),
-        case("imperfect", points.clone()),
-        on("columns", case("columns", Settings { precision, ..maps.clone() })),
-        frames(2, on("foliage", case("foliage", points))),
-        frames(2, on("atrium", case("atrium", maps))),
-        on("cornell-glossy", case("odd sizes", odd)),
-        case("no diffuse", Settings { diffuse: Diffuse::None, ..base() }),
-    ]
 }
 
 /// A light that moves and changes from frame to frame.
@@ -192,88 +146,42 @@ fn moved(light: &Light, frame: usize) -> Light {
     light
 }
 
-/// What one frame came to: bytes by name.
-type Outputs = BTreeMap<&'static str, Vec<u8>>;
-
-fn texture(texture: &wgpu::Texture) -> Vec<u8> {
-    bytemuck::cast_slice(&readback::texture(gpu(), texture, 0).unwrap()).to_vec()
-}
-
-fn buffer(buffer: &wgpu::Buffer) -> Vec<u8> {
+pub(crate) fn buffer(buffer: &wgpu::Buffer) -> Vec<u8> {
     readback::buffer(gpu(), buffer).unwrap()
 }
 
-fn expected(renderer: &Renderer<'_>) -> Outputs {
-    let indirect = renderer.indirect();
-    let pixels = |pixels: &Pixels| bytemuck::cast_slice(pixels).to_vec();
-    let frame = renderer.read().unwrap();
-    let rsm = renderer.read_rsm().unwrap();
-    let mut outputs = Outputs::from([
-        ("vsgls", buffer(indirect.vsgls())),
-        ("density", texture(indirect.density())),
-        ("rsm_position", pixels(&rsm.position)),
-        ("rsm_normal", pixels(&rsm.normal)),
-        ("rsm_base_color", pixels(&rsm.base_color)),
-        ("gbuffer_position", pixels(&frame.gbuffer.position)),
-        ("gbuffer_normal", pixels(&frame.gbuffer.normal)),
-        ("gbuffer_base_color", pixels(&frame.gbuffer.base_color)),
-        ("shadow_map", pixels(&renderer.read_shadow_map().unwrap())),
-        ("direct", pixels(&frame.direct)),
-        ("radiance", pixels(&frame.radiance)),
-    ]);
-    outputs.extend(indirect.metropolis().map(|chains| ("chains", buffer(chains.chains()))));
-    outputs.extend(indirect.kernels().map(|kernels| ("kernels", buffer(kernels))));
-    outputs.extend(indirect.camera_vsgls().map(|lights| ("camera_vsgls", buffer(lights))));
-    outputs.extend(renderer.visibility().map(|maps| ("light_maps", texture(maps.atlas()))));
-    let pictures = [
-        ("diffuse", &frame.indirect_diffuse),
-        ("specular", &frame.indirect_specular),
-        ("emission", &frame.emission),
-    ];
-    for (name, picture) in pictures {
-        outputs.extend(picture.as_ref().map(|picture| (name, pixels(picture))));
-    }
-    outputs
-}
-
-fn found(executor: &Executor, names: &Outputs) -> Outputs {
-    let read = |name: &&'static str| {
-        let bytes = executor.buffer(name).map(buffer);
-        (*name, bytes.or_else(|| executor.texture(name).map(texture)).unwrap_or_default())
-    };
-    names.keys().map(read).collect()
-}
-
 /// What today's renderer and the executor are made of.
-struct Subject {
-    scene: Scene,
-    settings: Settings,
+pub(crate) struct Subject {
+    pub(crate) scene: Scene,
+    pub(crate) settings: Settings,
     package: Package,
     occluders: Vec<(&'static str, wgpu::Buffer)>,
 }
 
 impl Subject {
-    fn new(case: &Case) -> Self {
-        let mut scene = Scene::builtin(case.scene).unwrap();
-        scene.lights.truncate(1);
-        let light = sglow_runtime::frame::kind(&scene.lights[0]);
-        let settings = Settings { light, ..case.settings.clone() };
-        let surfaces = sglow_runtime::plan::Surfaces::of(&scene, false);
-        let wanted = sglow_runtime::plan::Plan::new(&settings, &surfaces).variants;
+    /// A scene of one light, whose kind the settings have, with what it runs.
+    pub(crate) fn new(scene: Scene, settings: Settings, package: Package) -> Self {
         let occluders = Occluders::of(&scene).upload(&settings);
-        Self { package: package(&wanted), scene, settings, occluders }
+        Self { package, scene, settings, occluders }
     }
 
-    fn renderer(&self) -> Renderer<'static> {
+    pub(crate) fn renderer(&self) -> Renderer<'static> {
         Renderer::new(gpu(), &self.package, &self.scene, &self.settings, 0).unwrap()
     }
 
-    fn frame(&self, renderer: &Renderer<'_>) -> Frame {
+    pub(crate) fn frame(&self, renderer: &Renderer<'_>) -> Frame {
         frame(&configuration(&self.settings, renderer, &self.scene))
     }
 
-    /// What the host gives for a frame of the renderer's.
-    fn inputs(&self, renderer: &Renderer<'_>) -> Inputs<'_> {
+    pub(crate) fn executor(&self, renderer: &Renderer<'_>, frame: &Frame) -> Executor {
+        let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
+        let lists: [(_, &dyn DrawList); 2] = [("surfaces", &surfaces), ("emitters", &emitters)];
+        let (gpu, lists) = (gpu(), Lists::from(lists));
+        Executor::new(&gpu.device, &gpu.queue, &self.package, frame, &lists).unwrap()
+    }
+
+    /// What the host gives for a frame of the renderer's, but for draws.
+    pub(crate) fn inputs(&self, renderer: &Renderer<'_>) -> Inputs<'_> {
         let (bias, mut inputs) = (renderer.shadow_bias(), Inputs::new());
         host::light(&mut inputs, renderer.light());
         host::camera(&mut inputs, renderer.view());
@@ -290,69 +198,11 @@ impl Subject {
 }
 
 /// Submits what is encoded and waits for it.
-fn submit(encode: impl FnOnce(&mut wgpu::CommandEncoder)) {
+pub(crate) fn submit(encode: impl FnOnce(&mut wgpu::CommandEncoder)) {
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
     encode(&mut encoder);
     gpu().queue.submit([encoder.finish()]);
     gpu().finish().unwrap();
-}
-
-#[test]
-fn frames_from_data_are_those_of_today() {
-    let mut compared = BTreeMap::new();
-    for case in cases() {
-        let subject = Subject::new(&case);
-        let mut renderer = subject.renderer();
-        let frame = subject.frame(&renderer);
-        let variants: BTreeSet<_> = frame.variants().into_iter().map(ToString::to_string).collect();
-        let gpu = gpu();
-        let mut executor = {
-            let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
-            let lists: [(_, &dyn DrawList); 2] = [("surfaces", &surfaces), ("emitters", &emitters)];
-            let lists = Lists::from(lists);
-            Executor::new(&gpu.device, &gpu.queue, &subject.package, &frame, &lists).unwrap()
-        };
-        let mut made = None;
-        for number in 0..case.frames {
-            renderer.move_light(&moved(&subject.scene.lights[0], number)).unwrap();
-            let times = renderer.render().unwrap();
-            let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
-            let mut inputs = subject.inputs(&renderer);
-            inputs.draws("surfaces", &surfaces).draws("emitters", &emitters);
-            let mut timer = Timer::with(gpu, Clock::Wall);
-            let formulas = evaluated();
-            submit(|encoder| executor.encode(encoder, &inputs, Some(&mut timer)).unwrap());
-            // What depends on the host's resources is bound in the first frame; then nothing is made any more.
-            let now = executor.made();
-            assert!(made.is_none_or(|made| made == now), "{}: {made:?}, {now:?}", case.name);
-            assert_eq!(evaluated(), formulas, "{}", case.name);
-            made = Some(now);
-
-            // Neighbours of one name count as one.
-            let labels = |passes: Vec<(String, _)>| -> Vec<String> {
-                let passes = passes.into_iter();
-                let mut names: Vec<_> = passes.map(|pass: (String, Duration)| pass.0).collect();
-                names.dedup();
-                names
-            };
-            assert_eq!(labels(timer.finish().unwrap()), labels(times.passes), "{}", case.name);
-            let expected = expected(&renderer);
-            let found = found(&executor, &expected);
-            for (name, expected) in &expected {
-                let dark = expected.iter().all(|byte| *byte == 0);
-                assert!(!dark || *name == "emission", "{}: {name} is empty", case.name);
-                let same = found[name] == *expected;
-                assert!(same, "{}: {name} of frame {number} differs", case.name);
-                *compared.entry(*name).or_insert(0) += 1;
-            }
-        }
-        // The frame runs what the renderer does.
-        let planned = subject.package.asked();
-        let levels = |id: &String| id.starts_with("mip-");
-        assert!(variants.is_subset(&planned), "{}", case.name);
-        assert!(planned.difference(&variants).all(levels), "{}", case.name);
-    }
-    println!("{compared:#?}");
 }
 
 /// A small case with an executor that has its maps from the renderer: what an engine runs.
@@ -383,8 +233,12 @@ impl Embedded {
     }
 
     fn new(settings: Settings) -> Self {
-        let case = Case { name: "", scene: "cornell", settings, frames: 1 };
-        let subject = Subject::new(&case);
+        let scene = Scene::builtin("cornell").unwrap();
+        let light = sglow_runtime::frame::kind(&scene.lights[0]);
+        let settings = Settings { light, ..settings };
+        let surfaces = sglow_runtime::plan::Surfaces::of(&scene, false);
+        let wanted = sglow_runtime::plan::Plan::new(&settings, &surfaces).variants;
+        let subject = Subject::new(scene, settings, package(&wanted));
         let renderer = subject.renderer();
         renderer.render().unwrap();
         let frame = Self::frame(&subject, &renderer, &subject.settings);
