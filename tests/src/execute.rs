@@ -2,6 +2,8 @@
 //!
 //! That they show what frames of today show is held in `frames/executed.rs`.
 
+mod foreign;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
@@ -17,43 +19,48 @@ use sglow_runtime::readback;
 use sglow_runtime::scene::{Light, Scene};
 use sglow_runtime::settings::{AXES, PARAMETERS, Settings};
 use sglow_runtime::visibility::SUBSETS;
+use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest;
 use sglow_shaders::Draw;
 use wgpu::util::DeviceExt;
 
 use crate::common::{gpu, library};
 
-/// The frame with the axes, passes and facts of the library.
+/// A frame with the axes, passes and facts of a library.
+fn described(library: &Library, path: &str) -> Description {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut description: Description = toml::from_str(&text).unwrap();
+    for (name, axis) in &library.axis {
+        let values = axis.value.iter().map(|value| value.name.clone()).collect();
+        let axis = Axis { default: axis.default.clone(), values };
+        description.axes.insert(name.clone(), axis);
+    }
+    let passes = library.pass.iter().map(|pass| (pass.name.clone(), pass.axes.clone()));
+    description.passes.extend(passes);
+    description.facts.extend(library.fact.iter().map(|fact| fact.name.clone()));
+    description
+}
+
 fn description() -> &'static Description {
     static DESCRIPTION: OnceLock<Description> = OnceLock::new();
-    DESCRIPTION.get_or_init(|| {
-        let library = library();
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders/frame.toml");
-        let text = std::fs::read_to_string(path).unwrap();
-        let mut description: Description = toml::from_str(&text).unwrap();
-        for (name, axis) in &library.axis {
-            let values = axis.value.iter().map(|value| value.name.clone()).collect();
-            let axis = Axis { default: axis.default.clone(), values };
-            description.axes.insert(name.clone(), axis);
-        }
-        let passes = library.pass.iter().map(|pass| (pass.name.clone(), pass.axes.clone()));
-        description.passes.extend(passes);
-        description.facts.extend(library.fact.iter().map(|fact| fact.name.clone()));
-        description
-    })
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders/frame.toml");
+    DESCRIPTION.get_or_init(|| described(&library(), path))
 }
 
 /// Variants with what is known of their bindings.
 pub(crate) fn package(wanted: &BTreeSet<String>) -> Package {
-    let library = library();
+    packaged(&library(), wanted)
+}
+
+fn packaged(library: &Library, wanted: &BTreeSet<String>) -> Package {
     let mut variants = library.variants();
     variants.retain(|variant| wanted.contains(&variant.id()));
-    let made = sglow_shader_gen::generate::variants(&library, &variants).unwrap();
+    let made = sglow_shader_gen::generate::variants(library, &variants).unwrap();
     let interfaces: Vec<_> = made
         .iter()
         .map(|one| {
             let reflection = manifest::reflect(&one.text, &one.module, &one.info).unwrap();
-            let described = manifest::variant(&library, one, &reflection, Vec::new());
+            let described = manifest::variant(library, one, &reflection, Vec::new());
             let value = serde_json::to_value(described).unwrap();
             (one.variant.id(), serde_json::from_value::<Interface>(value).unwrap())
         })
