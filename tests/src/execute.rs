@@ -7,7 +7,7 @@ mod foreign;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
-use sglow_graph::description::{Axis, Number};
+use sglow_graph::description::Number;
 use sglow_graph::{Configuration, Description, Frame};
 use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists};
 use sglow_runtime::frame::Renderer;
@@ -26,25 +26,13 @@ use wgpu::util::DeviceExt;
 
 use crate::common::{gpu, library};
 
-/// A frame with the axes, passes and facts of a library.
-fn described(library: &Library, path: &str) -> Description {
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut description: Description = toml::from_str(&text).unwrap();
-    for (name, axis) in &library.axis {
-        let values = axis.value.iter().map(|value| value.name.clone()).collect();
-        let axis = Axis { default: axis.default.clone(), values };
-        description.axes.insert(name.clone(), axis);
-    }
-    let passes = library.pass.iter().map(|pass| (pass.name.clone(), pass.axes.clone()));
-    description.passes.extend(passes);
-    description.facts.extend(library.fact.iter().map(|fact| fact.name.clone()));
-    description
-}
-
 fn description() -> &'static Description {
     static DESCRIPTION: OnceLock<Description> = OnceLock::new();
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders/frame.toml");
-    DESCRIPTION.get_or_init(|| described(&library(), path))
+    DESCRIPTION.get_or_init(|| described(&library()))
+}
+
+fn described(library: &Library) -> Description {
+    library.frame().expect("a frame").description.clone()
 }
 
 /// Variants with what is known of their bindings.
@@ -86,8 +74,8 @@ fn configuration(settings: &Settings, renderer: &Renderer<'_>, scene: &Scene) ->
     for (name, number) in [
         ("width", settings.size[0] as usize),
         ("height", settings.size[1] as usize),
-        ("occluder_positions", occluders.positions.len()),
-        ("occluder_indices", occluders.indices.len()),
+        ("occluder_vertex_count", occluders.positions.len()),
+        ("occluder_index_count", occluders.indices.len()),
     ] {
         parameters.insert(name.to_owned(), Number::Whole(number as u64));
     }

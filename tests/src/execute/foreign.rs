@@ -42,13 +42,7 @@ impl Foreign {
         let texel = |index: u32| (index * 37 % 255 + 1) as u8;
         let texels: Vec<_> = (0..SIZE[0] * SIZE[1]).map(texel).collect();
         write(&image, &texels, SIZE, 1, 1);
-        let path = format!("{root}/frame.toml");
-        Self {
-            description: described(&library, &path),
-            package: packaged(&library, &all),
-            image,
-            texels,
-        }
+        Self { description: described(&library), package: packaged(&library, &all), image, texels }
     }
 
     fn configuration(again: u64, order: &str) -> Configuration {
