@@ -56,6 +56,8 @@ struct Ready {
     uniforms: Uniforms,
     groups: Groups,
     steps: Vec<Step>,
+    /// What all steps use.
+    all: Uses,
 }
 
 impl Ready {
@@ -87,7 +89,9 @@ impl Ready {
             faults
         });
         Faults::none_of(made.unwrap_or_else(|error| vec![error.into()]))?;
-        Ok(Self { resources, uniforms, groups, steps })
+        let mut all = Uses::default();
+        steps.iter().for_each(|step| all.add(&step.uses));
+        Ok(Self { resources, uniforms, groups, steps, all })
     }
 }
 
@@ -144,7 +148,7 @@ impl Executor {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) -> Result<(), Faults> {
-        self.encode_where(|_| true, encoder, inputs, timer)
+        self.run(None, encoder, inputs, timer)
     }
 
     /// Encodes the steps of some labels alone: a stage by itself. What is kept from frame to frame grows older by it if it
@@ -160,12 +164,29 @@ impl Executor {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) -> Result<(), Faults> {
-        let Ready { resources, uniforms, groups, steps } = &mut self.ready;
-        let runs =
-            |step: &&Step| wanted(&step.label) && step.new.is_none_or(|new| resources.is_new(new));
+        self.run(Some(&wanted), encoder, inputs, timer)
+    }
+
+    fn run(
+        &mut self,
+        wanted: Option<&dyn Fn(&str) -> bool>,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
+        timer: Option<&mut Timer<'_>>,
+    ) -> Result<(), Faults> {
+        let Ready { resources, uniforms, groups, steps, all } = &mut self.ready;
+        let runs = |step: &&Step| {
+            wanted.is_none_or(|wanted| wanted(&step.label))
+                && step.new.is_none_or(|new| resources.is_new(new))
+        };
         let steps: Vec<_> = steps.iter().filter(runs).collect();
-        let mut uses = Uses::default();
-        steps.iter().for_each(|step| uses.add(&step.uses));
+        let mut some = Uses::default();
+        let uses = if wanted.is_some() {
+            steps.iter().for_each(|step| some.add(&step.uses));
+            &some
+        } else {
+            all
+        };
         let mut faults = Vec::new();
         resources.take(&uses.resources, inputs, &mut faults);
         uniforms.take(&uses.uniforms, inputs, &resources.ages(), &mut faults);

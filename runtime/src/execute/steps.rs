@@ -206,16 +206,20 @@ impl Draw {
             if let (None, Some(pipeline)) = (&self.list, self.pipelines.first()) {
                 pass.set_pipeline(pipeline);
             }
+            let mut bound: &[_] = &[];
             for call in &self.calls {
+                if call.groups != bound {
+                    for (number, group) in &call.groups {
+                        pass.set_bind_group(*number, scene.groups.get(*group), &[]);
+                    }
+                    bound = &call.groups;
+                }
                 self.call(call, indices.is_some(), scene, &mut pass);
             }
         });
     }
 
     fn call(&self, call: &Call, indexed: bool, scene: Scene<'_>, pass: &mut wgpu::RenderPass<'_>) {
-        for (number, group) in &call.groups {
-            pass.set_bind_group(*number, scene.groups.get(*group), &[]);
-        }
         if let Some([x, y, width, height]) = call.viewport {
             pass.set_viewport(x, y, width, height, 0.0, 1.0);
         }
