@@ -1,6 +1,7 @@
 //! Formulas of whole numbers: what they are, and what they come to.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -137,6 +138,15 @@ impl Node {
     }
 }
 
+thread_local! {
+    static EVALUATED: Cell<u64> = const { Cell::new(0) };
+}
+
+/// How many formulas this thread has evaluated so far: what executes a frame evaluates none.
+pub fn evaluated() -> u64 {
+    EVALUATED.get()
+}
+
 impl Formula {
     /// The formula of a text.
     pub fn new(text: impl Into<String>) -> Self {
@@ -145,6 +155,7 @@ impl Formula {
     }
 
     pub(crate) fn evaluate(&self, names: &dyn Names, at: &At<'_>) -> Result<u64, Error> {
+        EVALUATED.set(EVALUATED.get() + 1);
         match &self.tree {
             Ok(tree) => tree.evaluate(names, at),
             Err(message) => Err(at.error(Problem::Syntax(message.clone()))),

@@ -26,7 +26,7 @@ pub struct HalvesReport {
     /// The largest angle between the axes of a lobe whose sharpness is at least 1, in radians.
     pub axis: f64,
     /// Milliseconds of each pass, median; nothing of a pass that is left out.
-    pub passes: Vec<(&'static str, [Option<f64>; 2])>,
+    pub passes: Vec<(String, [Option<f64>; 2])>,
     /// Each error against its bound.
     pub checks: Vec<HalfCheck>,
 }
@@ -75,7 +75,7 @@ pub fn in_scene(
         bytes: halved.bytes,
         axis: halved.direction,
         passes: passes
-            .map(|(pass, times)| (*pass, times.map(|time| time.map(milliseconds))))
+            .map(|(pass, times)| (pass.clone(), times.map(|time| time.map(milliseconds))))
             .collect(),
         checks: vec![
             check(HALF_PICTURE, halved.picture),
@@ -102,7 +102,7 @@ pub struct Halved {
     /// Numbers of the f16 picture that are not finite.
     pub not_finite: usize,
     /// The median time of each pass; none of a pass that is left out.
-    pub passes: Vec<(&'static str, [Option<Duration>; 2])>,
+    pub passes: Vec<(String, [Option<Duration>; 2])>,
 }
 
 /// Renders a scene with both precisions, `repeats` times after a warm-up, lit by its first light.
@@ -129,7 +129,7 @@ pub fn measure(
             }
         }
     }
-    let mut passes: Vec<(&'static str, [Option<Duration>; 2])> = Vec::new();
+    let mut passes: Vec<(String, [Option<Duration>; 2])> = Vec::new();
     for (index, times) in times.iter().enumerate() {
         for (label, time) in medians(times) {
             let at = passes.iter().position(|pass| pass.0 == label).unwrap_or_else(|| {
@@ -157,14 +157,14 @@ pub fn measure(
     Ok(Halved { bytes, power, direction, mean_length, picture, not_finite, passes })
 }
 
-fn medians(times: &[Times]) -> Vec<(&'static str, Duration)> {
+fn medians(times: &[Times]) -> Vec<(String, Duration)> {
     let labels = times.first().map(|times| times.passes.as_slice()).unwrap_or_default();
     let median = |index: usize| {
         let mut all: Vec<_> = times.iter().map(|times| times.passes[index].1).collect();
         all.sort();
         all[all.len() / 2]
     };
-    labels.iter().enumerate().map(|(index, pass)| (pass.0, median(index))).collect()
+    labels.iter().enumerate().map(|(index, pass)| (pass.0.clone(), median(index))).collect()
 }
 
 /// Diffusely and specularly reflected indirect light.

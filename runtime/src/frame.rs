@@ -12,6 +12,7 @@ use thiserror::Error;
 
 use crate::device::{DeviceError, Gpu};
 use crate::direct::{Compose, Direct, DirectInputs, ShadowBias, Terms};
+use crate::host;
 use crate::indirect::{Indirect, IndirectError, Inputs, picture};
 use crate::light::{LightView, perspective};
 use crate::needs::{self, MissingNeed};
@@ -104,8 +105,10 @@ pub fn light_maps(
         positions.extend_from_slice(&mesh.positions);
         indices.extend(mesh.indices.iter().map(|index| first + index));
     }
-    let config =
-        Config { least_near: 1e-4 * scene.bounds().radius(), ..light_map_config(settings) };
+    let config = Config {
+        least_near: host::least_near(scene.bounds().radius()),
+        ..light_map_config(settings)
+    };
     let geometry = Geometry { positions: &positions, indices: &indices };
     Visibility::new(&gpu.device, &gpu.queue, package, &config, geometry).map(Some)
 }
@@ -133,9 +136,8 @@ pub(crate) fn terms(settings: &Settings) -> IndirectAxis {
 
 /// The biases of a shadow map that is drawn by the light's view.
 fn shadow_bias(view: &LightView, rsm_size: u32) -> ShadowBias {
-    // A texel of the shadow map at the distance of the scene's radius, in world units.
-    let footprint = (6.0 * view.minimum_variance).sqrt() * rsm_size as f32 / SHADOW_SIZE as f32;
-    ShadowBias { depth: 1e-5, normal: 2.0 * footprint }
+    let normal = host::normal_offset(view.minimum_variance, rsm_size, SHADOW_SIZE);
+    ShadowBias { depth: host::DEPTH_BIAS, normal }
 }
 
 /// Whether a package and settings leave in what a scene needs.
@@ -199,7 +201,7 @@ pub struct Surfaces {
 #[derive(Clone, Debug)]
 pub struct Times {
     /// Each pass in the order of the pipeline.
-    pub passes: Vec<(&'static str, Duration)>,
+    pub passes: Vec<(String, Duration)>,
     /// How the times were taken.
     pub clock: Clock,
 }
@@ -443,6 +445,16 @@ impl<'a> Renderer<'a> {
     /// The biases of the shadow map.
     pub fn shadow_bias(&self) -> ShadowBias {
         self.shadow_bias
+    }
+
+    /// The scene on the device.
+    pub fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
+    /// The maps of the virtual lights, where they have some.
+    pub fn visibility(&self) -> Option<&Visibility> {
+        self.visibility.as_ref()
     }
 
     /// The camera's view.

@@ -5,6 +5,7 @@ use glam::camera::rh::view::look_to_mat4;
 use glam::{Mat4, Vec3, Vec4};
 use sglow_shaders::SglowLight;
 
+use crate::host;
 use crate::scene::{Bounds, Light, LightKind};
 
 /// One face of a light's map.
@@ -136,9 +137,8 @@ impl LightView {
         };
         let brightest = light.intensity.into_iter().map(f64::from).fold(0.0, f64::max) * image
             / f64::from(size).powi(2);
-        // The trace of the variance of a uniform square of side s is s^2 / 6.
-        let minimum_variance = (texel * texel / 6.0).max(1e-12);
-        Self { uniform, faces, origin, minimum_variance, power_unit: power_unit(brightest) }
+        let minimum_variance = host::minimum_variance(texel);
+        Self { uniform, faces, origin, minimum_variance, power_unit: host::power_unit(brightest) }
     }
 }
 
@@ -146,22 +146,13 @@ impl LightView {
     /// The camera as a light that sends importance: what stands in a light's place for its G-buffer. Positions are
     /// relative to the same origin, and variances kept above the same floor.
     pub fn of_camera(&self, eye: Vec3) -> Self {
-        let uniform = SglowLight { position: eye.into(), ..bytemuck::Zeroable::zeroed() };
-        Self { uniform, faces: Vec::new(), power_unit: 1.0, ..self.clone() }
+        Self { uniform: host::of_camera(eye), faces: Vec::new(), power_unit: 1.0, ..self.clone() }
     }
 
     /// The light's position with w = 1, or the direction towards it with w = 0.
     pub fn eye(&self) -> Vec4 {
         self.faces.first().map_or(Vec4::ZERO, |face| face.eye)
     }
-}
-
-/// The power of two that is 2^15 times less than a power, rounded up; its inverse is as exact.
-fn power_unit(brightest: f64) -> f32 {
-    if !(brightest > 0.0 && brightest.is_finite()) {
-        return 1.0;
-    }
-    (brightest.log2().ceil() - 15.0).clamp(-126.0, 126.0).exp2() as f32
 }
 
 /// A right-handed perspective projection with depth 0 at the near plane and 1 at the far one.
@@ -174,25 +165,4 @@ pub fn perspective(tangent: f32, aspect: f32, near: f32, far: f32) -> Mat4 {
         Vec4::new(0.0, 0.0, far / (near - far), -1.0),
         Vec4::new(0.0, 0.0, near * far / (near - far), 0.0),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_are_powers_of_two_whose_inverses_are_finite() {
-        for brightest in [1e-300, 1e-38, 1e-20, 0.3, 1.0, 5e3, 1e20, 3e38, 1e300] {
-            let unit = power_unit(brightest);
-            assert!(unit.is_normal() && (1.0 / unit).is_normal(), "{brightest}: {unit}");
-            assert_eq!(unit.to_bits() & 0x7f_ffff, 0, "{brightest}: {unit}");
-            let stored = brightest / f64::from(unit);
-            let bounded = !(1e-33..1e38).contains(&brightest);
-            assert!(bounded || (16384.0..=32768.0).contains(&stored), "{brightest}: {stored}");
-        }
-        assert_eq!(
-            (power_unit(0.0), power_unit(f64::INFINITY), power_unit(f64::NAN)),
-            (1.0, 1.0, 1.0)
-        );
-    }
 }

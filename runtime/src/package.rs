@@ -2,11 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
+use sglow_graph::Description;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
+use crate::interface::Interface;
 use crate::needs::Assumption;
 
 /// Why a package or one of its variants cannot be used.
@@ -64,6 +66,9 @@ pub enum PackageError {
 pub struct Package {
     origin: String,
     texts: BTreeMap<String, String>,
+    /// What is known of variants beside their texts, and the frame; parts of the manifest.
+    interfaces: Arc<BTreeMap<String, Interface>>,
+    description: Option<Arc<Description>>,
     asked: Asked,
     assumed: Vec<Assumption>,
     left_out: Vec<LeftOut>,
@@ -98,6 +103,8 @@ struct Manifest {
     #[serde(default)]
     left_out: Vec<LeftOut>,
     passes: Vec<Pass>,
+    #[serde(default)]
+    graph: Option<Description>,
     variants: Vec<Variant>,
 }
 
@@ -149,6 +156,8 @@ const SCHEMA_VERSION: u32 = 3;
 struct Variant {
     id: String,
     files: Vec<File>,
+    #[serde(flatten)]
+    interface: Interface,
 }
 
 #[derive(serde::Deserialize)]
@@ -156,6 +165,20 @@ struct File {
     target: String,
     path: String,
     sha256: String,
+}
+
+type Described = (Arc<BTreeMap<String, Interface>>, Option<Arc<Description>>);
+
+/// What the committed manifest says, read once. A test reads it as well, so that it is known to be one.
+fn embedded() -> &'static Described {
+    static EMBEDDED: OnceLock<Described> = OnceLock::new();
+    EMBEDDED.get_or_init(|| {
+        let manifest: Result<Manifest, _> = serde_json::from_str(sglow_shaders::MANIFEST);
+        let Ok(manifest) = manifest else { return Described::default() };
+        let variants = manifest.variants.into_iter();
+        let interfaces = variants.map(|variant| (variant.id, variant.interface)).collect();
+        (Arc::new(interfaces), manifest.graph.map(Arc::new))
+    })
 }
 
 fn sha256(bytes: &[u8]) -> String {
@@ -168,7 +191,8 @@ impl Package {
         let texts = sglow_shaders::EMBEDDED
             .iter()
             .map(|variant| (variant.id.to_owned(), variant.text.to_owned()));
-        Self::generated("embedded in sglow-shaders", texts)
+        let (interfaces, description) = embedded().clone();
+        Self { interfaces, description, ..Self::generated("embedded in sglow-shaders", texts) }
     }
 
     /// A package that was generated into a folder. Every text is compared with its hash in the manifest.
@@ -193,7 +217,7 @@ impl Package {
         let (assumed, chosen) = made_for.unwrap_or_default();
         let left_out = manifest.left_out;
         let axes = manifest.passes.into_iter().map(|pass| (pass.name, pass.axes)).collect();
-        let mut texts = BTreeMap::new();
+        let (mut texts, mut interfaces) = (BTreeMap::new(), BTreeMap::new());
         let mut errors = Vec::new();
         for variant in manifest.variants {
             let Some(file) = variant.files.into_iter().find(|file| file.target == "wgsl") else {
@@ -213,7 +237,8 @@ impl Package {
                 Ok(Ok(text)) => {
                     let found = sha256(text.as_bytes());
                     if found == file.sha256 {
-                        texts.insert(variant.id, text);
+                        texts.insert(variant.id.clone(), text);
+                        interfaces.insert(variant.id, variant.interface);
                     } else {
                         errors.push(PackageError::Changed {
                             path: shader,
@@ -226,6 +251,8 @@ impl Package {
         }
         if errors.is_empty() {
             Ok(Self {
+                interfaces: Arc::new(interfaces),
+                description: manifest.graph.map(Arc::new),
                 assumed,
                 left_out,
                 chosen,
@@ -245,12 +272,39 @@ impl Package {
         Self {
             origin: origin.into(),
             texts: texts.into_iter().collect(),
+            interfaces: Arc::default(),
+            description: None,
             asked: Asked::default(),
             assumed: Vec::new(),
             left_out: Vec::new(),
             chosen: BTreeMap::new(),
             axes: BTreeMap::new(),
         }
+    }
+
+    /// Adds what is known of variants beside their texts; a frame that is data is executed by it.
+    pub fn with_interfaces(
+        mut self,
+        interfaces: impl IntoIterator<Item = (String, Interface)>,
+    ) -> Self {
+        Arc::make_mut(&mut self.interfaces).extend(interfaces);
+        self
+    }
+
+    /// Adds the frame.
+    pub fn with_description(mut self, description: Description) -> Self {
+        self.description = Some(Arc::new(description));
+        self
+    }
+
+    /// The frame; nothing if the package describes none.
+    pub fn description(&self) -> Option<&Description> {
+        self.description.as_deref()
+    }
+
+    /// What is known of a variant beside its text.
+    pub fn interface(&self, id: &str) -> Option<&Interface> {
+        self.interfaces.get(id)
     }
 
     /// Replaces the text of one variant: how a test runs a shader that is broken on purpose.
@@ -314,5 +368,22 @@ impl Package {
     /// The variants it has, sorted.
     pub fn variants(&self) -> impl Iterator<Item = &str> {
         self.texts.keys().map(String::as_str)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_embedded_variant_says_what_it_binds() {
+        let package = Package::embedded();
+        for id in package.variants() {
+            let interface = package.interface(id).unwrap();
+            let known = sglow_shaders::bind_groups(id).unwrap();
+            let bindings: usize = known.iter().map(|group| group.len()).sum();
+            assert_eq!(interface.bindings.len(), bindings, "{id}");
+            assert!(!interface.entry_points.is_empty(), "{id}");
+        }
     }
 }

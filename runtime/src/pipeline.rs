@@ -217,7 +217,7 @@ impl ComputePass {
 pub(crate) fn timed(
     encoder: &mut wgpu::CommandEncoder,
     timer: Option<&mut Timer<'_>>,
-    label: &'static str,
+    label: &str,
     encode: impl FnOnce(&mut wgpu::CommandEncoder, Option<&crate::timing::Stamps<'_>>),
 ) {
     match timer {

@@ -1,5 +1,7 @@
 //! Draws a scene's surfaces: reflective shadow maps, G-buffers, shadow maps, emitters.
 
+mod list;
+
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,6 +15,7 @@ use crate::pipeline::{PipelineError, compile, guarded, timed, uniform};
 use crate::pyramid::texture_bytes;
 use crate::scene::{self, Filter, Scene, TextureUse, Traits, Wrap};
 use crate::timing::Timer;
+pub use list::SceneDraws;
 
 /// The format of depth maps.
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;

@@ -8,6 +8,7 @@ use sglow_shaders::{
 };
 use thiserror::Error;
 
+use crate::host;
 use crate::needs::Assumption;
 use crate::visibility;
 
@@ -455,11 +456,8 @@ impl Settings {
     pub fn diffuse_mean_length(&self) -> f32 {
         let sharpness = f64::from(self.emission_sharpness);
         let length = match (self.emitter, self.sharpness) {
-            // [Toksvig 2005]
-            (Emitter::Lobe, Sharpness::Toksvig) => sharpness / (sharpness + 1.0),
-            // The Langevin function [Banerjee 2005]; by its series where the difference cancels.
-            (Emitter::Lobe, _) if sharpness < 1e-2 => sharpness / 3.0,
-            (Emitter::Lobe, _) => 1.0 / sharpness.tanh() - 1.0 / sharpness,
+            (Emitter::Lobe, Sharpness::Toksvig) => host::mean_length_toksvig(sharpness),
+            (Emitter::Lobe, _) => host::mean_length(sharpness),
             _ => 1.0,
         };
         length as f32

@@ -35,7 +35,7 @@ enum Method {
 pub struct Timer<'a> {
     gpu: &'a Gpu,
     method: Method,
-    labels: Vec<&'static str>,
+    labels: Vec<String>,
     dispatches: Vec<usize>,
 }
 
@@ -95,12 +95,12 @@ impl<'a> Timer<'a> {
     }
 
     /// Announces the next pass; give what it returns to the pass's descriptor.
-    pub fn begin(&mut self, label: &'static str) -> Option<Stamps<'_>> {
+    pub fn begin(&mut self, label: &str) -> Option<Stamps<'_>> {
         let index = self.labels.len() as u32;
         if index >= CAPACITY {
             return None;
         }
-        self.labels.push(label);
+        self.labels.push(label.to_owned());
         self.dispatches.push(0);
         match &mut self.method {
             Method::Timestamps { queries, .. } => Some(Stamps { queries, begin: 2 * index }),
@@ -139,7 +139,7 @@ impl<'a> Timer<'a> {
     }
 
     /// The time of each pass in the order they were announced, once the work is submitted. Waits for the device.
-    pub fn finish(self) -> Result<Vec<(&'static str, Duration)>, DeviceError> {
+    pub fn finish(self) -> Result<Vec<(String, Duration)>, DeviceError> {
         let times = match &self.method {
             Method::Wall { times, .. } => times.clone(),
             Method::Timestamps { queries, period } => {

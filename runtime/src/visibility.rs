@@ -6,6 +6,7 @@ use sglow_shaders::{
 };
 use thiserror::Error;
 
+use crate::host;
 use crate::package::Package;
 use crate::pipeline::{ComputePass, Dispatch, PipelineError, compile, guarded, timed, uniform};
 use crate::points::{Geometry, GeometryError};
@@ -88,14 +89,8 @@ impl Config {
     }
 
     /// How far a receiver is moved along its normal, over its distance to the light along |x| + |y| + |z|.
-    ///
-    /// A texel's half diagonal is sqrt(2) h on the octahedron, h one over the tile's width; moving the receiver changes
-    /// its distance by sqrt(3) times as much at most, hence the denominator. Rasterisers may snap vertices to a sixteenth
-    /// of a texel (Vulkan's least subPixelPrecisionBits is 4), by a thirty-second either way, which counts as a texel that
-    /// is wider by a sixteenth.
     pub fn bias(&self) -> f32 {
-        let half = (1.0 + 1.0 / 16.0) / self.tile as f32;
-        self.bias_scale * std::f32::consts::SQRT_2 * half / (1.0 - 6f32.sqrt() * half)
+        host::bias(self.bias_scale, self.tile)
     }
 
     /// Columns and rows of the atlas, in tiles: as near to a square as powers of two allow.

@@ -171,7 +171,7 @@ fn the_times_of_the_passes_add_up_to_the_frame() {
     let whole = start.elapsed();
     let sum: std::time::Duration = times.passes.iter().map(|pass| pass.1).sum();
     println!("{sum:?} of {whole:?} by {}", times.clock);
-    let labels: Vec<_> = times.passes.iter().map(|pass| pass.0).collect();
+    let labels: Vec<_> = times.passes.iter().map(|pass| pass.0.as_str()).collect();
     assert_eq!(
         labels,
         [

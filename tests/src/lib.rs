@@ -16,6 +16,8 @@ mod density;
 #[cfg(test)]
 mod direct;
 #[cfg(test)]
+mod execute;
+#[cfg(test)]
 mod extreme;
 #[cfg(test)]
 mod footprint;

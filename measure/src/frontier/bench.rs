@@ -23,19 +23,19 @@ use crate::time::Time;
 pub const RUNS: usize = 5;
 
 /// The times of passes by name, in the order in which they ran.
-pub(super) type PassTimes = Vec<(&'static str, Duration)>;
+pub(super) type PassTimes = Vec<(String, Duration)>;
 
 /// Passes by name with the times of each run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Runs {
-    passes: Vec<(&'static str, Vec<Duration>)>,
+    passes: Vec<(String, Vec<Duration>)>,
     pub(super) clock: Option<Clock>,
 }
 
 impl Runs {
     /// Adds a run: passes of the same name count as one.
-    pub(super) fn add(&mut self, times: Vec<(&'static str, Duration)>) {
-        let mut sums: Vec<(&'static str, Duration)> = Vec::new();
+    pub(super) fn add(&mut self, times: PassTimes) {
+        let mut sums = PassTimes::new();
         for (name, time) in times {
             match sums.iter_mut().find(|sum| sum.0 == name) {
                 Some(sum) => sum.1 += time,
@@ -52,8 +52,8 @@ impl Runs {
 
     /// Each pass.
     pub(super) fn passes(&self) -> Vec<Pass> {
-        let pass = |(name, times): &(&str, Vec<Duration>)| Pass {
-            name: (*name).to_owned(),
+        let pass = |(name, times): &(String, Vec<Duration>)| Pass {
+            name: name.clone(),
             time: Time::of(times.clone()),
         };
         self.passes.iter().map(pass).collect()
@@ -219,7 +219,7 @@ impl Subject<'_> {
         lights: &Indirect,
         hiding: Option<&Visibility>,
         shading: &Shading,
-        maps: &[(&'static str, Duration)],
+        maps: &[(String, Duration)],
         runs: &mut Runs,
     ) -> Result<(), FrontierError> {
         let inputs = self.shading_inputs(lights, hiding)?;
@@ -349,10 +349,12 @@ mod tests {
 
     #[test]
     fn passes_of_one_name_are_one_and_runs_stay_apart() {
-        let ms = Duration::from_millis;
         let mut runs = Runs::default();
-        runs.add(vec![("mip", ms(1)), ("sample", ms(5)), ("mip", ms(2))]);
-        runs.add(vec![("mip", ms(1)), ("sample", ms(9)), ("mip", ms(1))]);
+        for passes in
+            [[("mip", 1), ("sample", 5), ("mip", 2)], [("mip", 1), ("sample", 9), ("mip", 1)]]
+        {
+            runs.add(passes.map(|(name, ms)| (name.to_owned(), Duration::from_millis(ms))).into());
+        }
         let passes = runs.passes();
         assert_eq!(passes.len(), 2);
         assert_eq!((passes[0].time.least, passes[0].time.most), (2.0, 3.0));

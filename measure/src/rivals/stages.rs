@@ -116,7 +116,7 @@ pub fn stages(
                 [true, false].into_iter().zip(passes).zip(dispatches)
             {
                 for ((label, time), dispatches) in passes.into_iter().zip(dispatches) {
-                    let Some(name) = stage(method, label) else { continue };
+                    let Some(name) = stage(method, &label) else { continue };
                     let key = (camera, name);
                     if run == 0 {
                         if !order[index].contains(&key) {

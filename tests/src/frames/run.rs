@@ -24,7 +24,7 @@ impl Case {
         self.lamp.lit(self.place.scene())
     }
 
-    fn light(&self, frame: u32) -> Light {
+    pub(super) fn light(&self, frame: u32) -> Light {
         self.lamp.light(self.place.scene(), frame, self.nudged)
     }
 

@@ -142,7 +142,10 @@ pub(crate) fn halves() -> Vec<HalvesReport> {
         scene: "cornell",
         bytes: [100, 70],
         axis: 1e-4,
-        passes: vec![("density", [Some(1.0), None]), ("shade", [Some(3.0), Some(2.0)])],
+        passes: vec![
+            ("density".to_owned(), [Some(1.0), None]),
+            ("shade".to_owned(), [Some(3.0), Some(2.0)]),
+        ],
         checks: vec![HalfCheck { value: 1e-4, ..sglow_measure::bound::HALF_PICTURE }],
     }]
 }

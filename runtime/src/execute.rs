@@ -1,0 +1,224 @@
+//! Executes a frame that is data: resources, pipelines, uniforms and steps of a [`sglow_graph::Frame`].
+//!
+//! Everything that follows from the frame is made once. What is left for each frame is to take what the host gives, to copy
+//! it into the uniforms, and to encode the steps: no formula is evaluated and no pipeline is made.
+
+mod build;
+mod error;
+mod groups;
+mod input;
+mod names;
+mod pipelines;
+mod resources;
+mod steps;
+mod uniforms;
+
+use std::collections::BTreeMap;
+
+use sglow_graph::Frame;
+
+pub use error::{Fault, Faults};
+pub use input::{DrawKind, DrawList, External, Input, Inputs};
+
+use crate::package::Package;
+use crate::pipeline::guarded;
+use crate::timing::Timer;
+use build::Builder;
+use groups::Groups;
+use pipelines::Pipelines;
+use resources::Resources;
+use steps::{Scene, Step, Uses};
+use uniforms::Uniforms;
+
+/// The host's lists of draws by name.
+pub type Lists<'a> = BTreeMap<&'a str, &'a dyn DrawList>;
+
+/// What was made so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Made {
+    /// Pipelines; none of them in a frame.
+    pub pipelines: u64,
+    /// Bind groups; in a frame those alone that bind what the host supplies, if that is not what it was.
+    pub groups: u64,
+}
+
+/// A frame on a device.
+pub struct Executor {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    pipelines: Pipelines,
+    ready: Ready,
+}
+
+/// What follows from a frame.
+struct Ready {
+    resources: Resources,
+    uniforms: Uniforms,
+    groups: Groups,
+    steps: Vec<Step>,
+    /// What all steps use.
+    all: Uses,
+}
+
+impl Ready {
+    fn new(
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        package: &Package,
+        frame: &Frame,
+        lists: &Lists<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<Self, Faults> {
+        let mut builder = Builder {
+            device,
+            package,
+            frame,
+            lists,
+            pipelines,
+            resources: Resources::new(frame),
+            uniforms: Uniforms::default(),
+            groups: Groups::default(),
+            faults: Vec::new(),
+        };
+        let steps = builder.steps();
+        let Builder { mut resources, mut uniforms, mut groups, faults, .. } = builder;
+        Faults::none_of(faults)?;
+        let made = guarded(device, "the frame's resources", || {
+            let faults = resources.make(device, queue);
+            uniforms.make(device);
+            groups.make(device, &resources, &uniforms);
+            faults
+        });
+        Faults::none_of(made.unwrap_or_else(|error| vec![error.into()]))?;
+        let mut all = Uses::default();
+        steps.iter().for_each(|step| all.add(&step.uses));
+        Ok(Self { resources, uniforms, groups, steps, all })
+    }
+}
+
+impl Executor {
+    /// Makes everything that a frame needs, but for what the host supplies.
+    ///
+    /// `lists`: the host's draws; they are asked here for the pipelines that they need.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is missing or does not fit, at once.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        package: &Package,
+        frame: &Frame,
+        lists: &Lists<'_>,
+    ) -> Result<Self, Faults> {
+        let mut pipelines = Pipelines::default();
+        let ready = Ready::new((device, queue), package, frame, lists, &mut pipelines)?;
+        Ok(Self { device: device.clone(), queue: queue.clone(), pipelines, ready })
+    }
+
+    /// Takes another frame, of another size or another configuration. Pipelines that serve it stay; what resources held is
+    /// lost.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`]; what there was before stays.
+    pub fn resize(
+        &mut self,
+        package: &Package,
+        frame: &Frame,
+        lists: &Lists<'_>,
+    ) -> Result<(), Faults> {
+        let on = (&self.device, &self.queue);
+        self.ready = Ready::new(on, package, frame, lists, &mut self.pipelines)?;
+        Ok(())
+    }
+
+    /// Lets what is kept from frame to frame begin again with the next one.
+    pub fn restart(&mut self) {
+        self.ready.resources.restart(&self.queue);
+    }
+
+    /// Encodes one frame.
+    ///
+    /// # Errors
+    ///
+    /// Everything that the host has left out or that does not fit, at once. Nothing is encoded then.
+    pub fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
+        timer: Option<&mut Timer<'_>>,
+    ) -> Result<(), Faults> {
+        self.run(None, encoder, inputs, timer)
+    }
+
+    /// Encodes the steps of some labels alone: a stage by itself. What is kept from frame to frame grows older by it if it
+    /// is used.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::encode`], of these steps.
+    pub fn encode_where(
+        &mut self,
+        wanted: impl Fn(&str) -> bool,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
+        timer: Option<&mut Timer<'_>>,
+    ) -> Result<(), Faults> {
+        self.run(Some(&wanted), encoder, inputs, timer)
+    }
+
+    fn run(
+        &mut self,
+        wanted: Option<&dyn Fn(&str) -> bool>,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &Inputs<'_>,
+        timer: Option<&mut Timer<'_>>,
+    ) -> Result<(), Faults> {
+        let Ready { resources, uniforms, groups, steps, all } = &mut self.ready;
+        let runs = |step: &&Step| {
+            wanted.is_none_or(|wanted| wanted(&step.label))
+                && step.new.is_none_or(|new| resources.is_new(new))
+        };
+        let steps: Vec<_> = steps.iter().filter(runs).collect();
+        let mut some = Uses::default();
+        let uses = if wanted.is_some() {
+            steps.iter().for_each(|step| some.add(&step.uses));
+            &some
+        } else {
+            all
+        };
+        let mut faults = Vec::new();
+        resources.take(&uses.resources, inputs, &mut faults);
+        uniforms.take(&uses.uniforms, inputs, &resources.ages(), &mut faults);
+        let lists = steps.iter().filter_map(|step| step.list());
+        for name in lists.filter(|name| !inputs.lists.contains_key(name)) {
+            faults.push(Fault::ListLeftOut { name: name.to_owned() });
+        }
+        groups.make(&self.device, resources, uniforms);
+        Faults::none_of(faults)?;
+        uniforms.encode(&self.device, encoder);
+        steps::encode(&steps, Scene { resources, groups, inputs }, encoder, timer);
+        resources.grow_older(&uses.resources);
+        Ok(())
+    }
+
+    /// A buffer of the frame; nothing if it has none of this name, or no step uses it.
+    pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
+        self.ready.resources.buffer(self.ready.resources.find(name)?)
+    }
+
+    /// A texture of the frame; nothing if it has none of this name, or no step uses it.
+    pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
+        self.ready.resources.texture(self.ready.resources.find(name)?)
+    }
+
+    /// The bytes of each resource that was made here, by name.
+    pub fn bytes(&self) -> impl Iterator<Item = (&str, u64)> {
+        self.ready.resources.bytes()
+    }
+
+    /// What was made so far.
+    pub fn made(&self) -> Made {
+        Made { pipelines: self.pipelines.made(), groups: self.ready.groups.made() }
+    }
+}

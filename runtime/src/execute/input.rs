@@ -1,0 +1,167 @@
+//! What a host gives for a frame: numbers, resources, draws.
+
+use std::collections::BTreeMap;
+
+use crate::interface::Scalar;
+
+/// Numbers of one input, one after the other: a number alone, a vector, the columns of a matrix, elements of an array. A
+/// structure goes by its members.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(missing_docs, reason = "said above")]
+pub enum Input {
+    F32(Vec<f32>),
+    U32(Vec<u32>),
+    I32(Vec<i32>),
+    Members(BTreeMap<String, Input>),
+}
+
+impl Input {
+    /// A structure of members.
+    pub fn members<'a>(members: impl IntoIterator<Item = (&'a str, Self)>) -> Self {
+        Self::Members(members.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
+    }
+
+    /// The bytes of its numbers, if these are of a type.
+    pub(super) fn bytes(&self, scalar: Scalar) -> Option<&[u8]> {
+        match (self, scalar) {
+            (Self::F32(numbers), Scalar::F32) => Some(bytemuck::cast_slice(numbers)),
+            (Self::U32(numbers), Scalar::U32) => Some(bytemuck::cast_slice(numbers)),
+            (Self::I32(numbers), Scalar::I32) => Some(bytemuck::cast_slice(numbers)),
+            _ => None,
+        }
+    }
+
+    /// What it is, in words.
+    pub(super) fn kind(&self) -> String {
+        match self {
+            Self::F32(numbers) => format!("{} numbers of type f32", numbers.len()),
+            Self::U32(numbers) => format!("{} numbers of type u32", numbers.len()),
+            Self::I32(numbers) => format!("{} numbers of type i32", numbers.len()),
+            Self::Members(members) => {
+                let names: Vec<_> = members.keys().map(String::as_str).collect();
+                format!("a structure of {}", names.join(", "))
+            }
+        }
+    }
+}
+
+impl From<f32> for Input {
+    fn from(number: f32) -> Self {
+        Self::F32(vec![number])
+    }
+}
+
+impl From<u32> for Input {
+    fn from(number: u32) -> Self {
+        Self::U32(vec![number])
+    }
+}
+
+impl From<i32> for Input {
+    fn from(number: i32) -> Self {
+        Self::I32(vec![number])
+    }
+}
+
+impl<const N: usize> From<[f32; N]> for Input {
+    fn from(vector: [f32; N]) -> Self {
+        Self::F32(vector.into())
+    }
+}
+
+impl<const N: usize> From<[u32; N]> for Input {
+    fn from(vector: [u32; N]) -> Self {
+        Self::U32(vector.into())
+    }
+}
+
+/// Columns of a matrix.
+impl<const N: usize, const M: usize> From<[[f32; N]; M]> for Input {
+    fn from(columns: [[f32; N]; M]) -> Self {
+        Self::F32(columns.concat())
+    }
+}
+
+/// Matrices by their columns.
+impl<const N: usize, const M: usize> From<Vec<[[f32; N]; M]>> for Input {
+    fn from(matrices: Vec<[[f32; N]; M]>) -> Self {
+        Self::F32(matrices.concat().concat())
+    }
+}
+
+/// A resource of the host's.
+#[derive(Clone, Debug, PartialEq)]
+pub enum External {
+    /// A texture, of which views are made by need.
+    Texture(wgpu::Texture),
+    /// A view of a whole texture, as passes bind it.
+    View(wgpu::TextureView),
+    /// A buffer.
+    Buffer(wgpu::Buffer),
+}
+
+/// Draws of the host's own.
+pub trait DrawList {
+    /// What it draws, each kind with pipelines of its own. It is asked once, when pipelines are made.
+    fn kinds(&self) -> Vec<DrawKind>;
+
+    /// Binds what the frame does not and issues the draws, each with the pipeline of its kind. Viewport and the frame's own
+    /// groups are set.
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &[wgpu::RenderPipeline]);
+}
+
+/// What draws of one kind have in common.
+#[derive(Clone, Debug)]
+pub struct DrawKind {
+    /// The values by which their variants are chosen: those of the configuration's draws.
+    pub axes: BTreeMap<String, String>,
+    /// How their triangles are put together, and which of them are culled.
+    pub primitive: wgpu::PrimitiveState,
+    /// The groups that the host binds, with their layouts.
+    pub groups: Vec<(u32, wgpu::BindGroupLayout)>,
+}
+
+/// What a host gives for one frame.
+#[derive(Clone, Default)]
+pub struct Inputs<'a> {
+    pub(super) values: BTreeMap<&'a str, Input>,
+    pub(super) resources: BTreeMap<&'a str, External>,
+    pub(super) lists: BTreeMap<&'a str, &'a dyn DrawList>,
+}
+
+impl<'a> Inputs<'a> {
+    /// Nothing yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Gives an input.
+    pub fn set(&mut self, name: &'a str, value: impl Into<Input>) -> &mut Self {
+        self.values.insert(name, value.into());
+        self
+    }
+
+    /// Gives a texture.
+    pub fn texture(&mut self, name: &'a str, texture: &wgpu::Texture) -> &mut Self {
+        self.resources.insert(name, External::Texture(texture.clone()));
+        self
+    }
+
+    /// Gives a view of a whole texture.
+    pub fn view(&mut self, name: &'a str, view: &wgpu::TextureView) -> &mut Self {
+        self.resources.insert(name, External::View(view.clone()));
+        self
+    }
+
+    /// Gives a buffer.
+    pub fn buffer(&mut self, name: &'a str, buffer: &wgpu::Buffer) -> &mut Self {
+        self.resources.insert(name, External::Buffer(buffer.clone()));
+        self
+    }
+
+    /// Gives draws.
+    pub fn draws(&mut self, name: &'a str, list: &'a dyn DrawList) -> &mut Self {
+        self.lists.insert(name, list);
+        self
+    }
+}

@@ -1,0 +1,245 @@
+//! Pipelines, each made once, with the layouts that the package has for them.
+
+use std::collections::BTreeMap;
+
+use sglow_graph::frame::Variant;
+
+use super::error::Fault;
+use super::names;
+use crate::interface::{Access, Binding, Interface, Kind, SampleType, SamplerType, Stage};
+use crate::package::Package;
+use crate::pipeline::{guarded, module};
+
+/// Layouts of groups by their numbers.
+pub(super) type Layouts = BTreeMap<u32, wgpu::BindGroupLayout>;
+
+/// What was compiled, for all frames of a host.
+#[derive(Debug, Default)]
+pub(super) struct Pipelines {
+    modules: BTreeMap<String, wgpu::ShaderModule>,
+    compute: BTreeMap<String, (wgpu::ComputePipeline, Layouts)>,
+    render: BTreeMap<String, (wgpu::RenderPipeline, Layouts)>,
+    made: u64,
+}
+
+/// What a render pipeline is made of beside its variant.
+pub(super) struct Drawing<'a> {
+    pub(super) vertex: &'a str,
+    pub(super) fragment: Option<&'a str>,
+    pub(super) buffers: &'a [(u64, Vec<wgpu::VertexAttribute>)],
+    pub(super) targets: &'a [wgpu::TextureFormat],
+    pub(super) depth: Option<wgpu::DepthStencilState>,
+    pub(super) primitive: wgpu::PrimitiveState,
+    /// Groups that the host binds.
+    pub(super) host: &'a [(u32, wgpu::BindGroupLayout)],
+    /// The interfaces of all variants that share the groups of the frame.
+    pub(super) shared: &'a [&'a Interface],
+}
+
+impl Pipelines {
+    /// How many pipelines were made.
+    pub(super) fn made(&self) -> u64 {
+        self.made
+    }
+
+    fn module(
+        &mut self,
+        device: &wgpu::Device,
+        package: &Package,
+        variant: &Variant,
+    ) -> Result<wgpu::ShaderModule, Fault> {
+        let id = variant.to_string();
+        if let Some(module) = self.modules.get(&id) {
+            return Ok(module.clone());
+        }
+        let module = module(device, package, &id)?;
+        self.modules.insert(id, module.clone());
+        Ok(module)
+    }
+
+    /// A compute pipeline, with the layouts of its groups.
+    pub(super) fn compute(
+        &mut self,
+        device: &wgpu::Device,
+        package: &Package,
+        variant: &Variant,
+        interface: &Interface,
+        entry: Option<&str>,
+        constants: &[(&str, f64)],
+    ) -> Result<(wgpu::ComputePipeline, Layouts), Fault> {
+        let id = variant.to_string();
+        let key = format!("{id} {entry:?} {constants:?}");
+        if let Some(known) = self.compute.get(&key) {
+            return Ok(known.clone());
+        }
+        let module = self.module(device, package, variant)?;
+        let made = guarded(device, &id, || {
+            let groups = layouts(device, &id, &[interface]);
+            let layout = pipeline_layout(device, &id, &groups);
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(&id),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: entry,
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants,
+                    ..Default::default()
+                },
+                cache: None,
+            });
+            (pipeline, groups)
+        })?;
+        self.made += 1;
+        self.compute.insert(key, made.clone());
+        Ok(made)
+    }
+
+    /// A render pipeline, with the layouts of its groups.
+    pub(super) fn render(
+        &mut self,
+        device: &wgpu::Device,
+        package: &Package,
+        variant: &Variant,
+        drawing: &Drawing<'_>,
+    ) -> Result<(wgpu::RenderPipeline, Layouts), Fault> {
+        let id = variant.to_string();
+        let Drawing { vertex, fragment, buffers, targets, depth, primitive, host, shared } =
+            drawing;
+        let key = format!(
+            "{id} {vertex} {fragment:?} {buffers:?} {targets:?} {depth:?} {primitive:?} {host:?} {:?}",
+            merged(shared)
+        );
+        if let Some(known) = self.render.get(&key) {
+            return Ok(known.clone());
+        }
+        let module = self.module(device, package, variant)?;
+        let targets: Vec<_> = targets.iter().map(|&format| Some(format.into())).collect();
+        let buffers: Vec<_> = buffers
+            .iter()
+            .map(|(array_stride, attributes)| {
+                Some(wgpu::VertexBufferLayout {
+                    array_stride: *array_stride,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes,
+                })
+            })
+            .collect();
+        let made = guarded(device, &id, || {
+            let mut groups = layouts(device, &id, shared);
+            groups.extend(host.iter().cloned());
+            let layout = pipeline_layout(device, &id, &groups);
+            let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(&id),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some(vertex),
+                    compilation_options: Default::default(),
+                    buffers: &buffers,
+                },
+                primitive: *primitive,
+                depth_stencil: depth.clone(),
+                multisample: Default::default(),
+                fragment: fragment.map(|entry| wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some(entry),
+                    compilation_options: Default::default(),
+                    targets: &targets,
+                }),
+                multiview_mask: None,
+                cache: None,
+            });
+            (pipeline, groups)
+        })?;
+        self.made += 1;
+        self.render.insert(key, made.clone());
+        Ok(made)
+    }
+}
+
+/// What variants bind, by group and number, for every stage that any of them binds it in.
+fn merged(interfaces: &[&Interface]) -> BTreeMap<u32, BTreeMap<u32, wgpu::BindGroupLayoutEntry>> {
+    let mut groups: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
+    for binding in interfaces.iter().flat_map(|interface| &interface.bindings) {
+        let Some(entry) = entry(binding) else { continue };
+        let group = groups.entry(binding.group).or_default();
+        let known: &mut wgpu::BindGroupLayoutEntry = group.entry(binding.binding).or_insert(entry);
+        known.visibility |= entry.visibility;
+    }
+    groups
+}
+
+fn layouts(device: &wgpu::Device, id: &str, interfaces: &[&Interface]) -> Layouts {
+    let of = |(group, entries): (u32, BTreeMap<u32, wgpu::BindGroupLayoutEntry>)| {
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(id),
+            entries: &entries.into_values().collect::<Vec<_>>(),
+        });
+        (group, layout)
+    };
+    merged(interfaces).into_iter().map(of).collect()
+}
+
+fn pipeline_layout(device: &wgpu::Device, id: &str, groups: &Layouts) -> wgpu::PipelineLayout {
+    let count = groups.keys().next_back().map_or(0, |last| last + 1);
+    let groups: Vec<_> = (0..count).map(|group| groups.get(&group)).collect();
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(id),
+        bind_group_layouts: &groups,
+        immediate_size: 0,
+    })
+}
+
+/// The entry of a binding in a layout; nothing if its dimension or its format has no such name.
+fn entry(binding: &Binding) -> Option<wgpu::BindGroupLayoutEntry> {
+    let buffer = |ty, size: u64| wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: size.try_into().ok(),
+    };
+    let ty = match &binding.kind {
+        Kind::Uniform { min_size, .. } => buffer(wgpu::BufferBindingType::Uniform, *min_size),
+        Kind::Storage { access, min_size } => {
+            let read_only = *access == Access::Read;
+            buffer(wgpu::BufferBindingType::Storage { read_only }, *min_size)
+        }
+        Kind::Texture { dimension, sample_type, multisampled } => wgpu::BindingType::Texture {
+            sample_type: match sample_type {
+                SampleType::Float => wgpu::TextureSampleType::Float { filterable: true },
+                SampleType::UnfilterableFloat => {
+                    wgpu::TextureSampleType::Float { filterable: false }
+                }
+                SampleType::Depth => wgpu::TextureSampleType::Depth,
+                SampleType::Sint => wgpu::TextureSampleType::Sint,
+                SampleType::Uint => wgpu::TextureSampleType::Uint,
+            },
+            view_dimension: names::dimension(dimension)?,
+            multisampled: *multisampled,
+        },
+        Kind::StorageTexture { dimension, format, access } => wgpu::BindingType::StorageTexture {
+            access: match access {
+                Access::Read => wgpu::StorageTextureAccess::ReadOnly,
+                Access::Write => wgpu::StorageTextureAccess::WriteOnly,
+                Access::ReadWrite => wgpu::StorageTextureAccess::ReadWrite,
+            },
+            format: names::texture(format)?,
+            view_dimension: names::dimension(dimension)?,
+        },
+        Kind::Sampler { sampler_type } => wgpu::BindingType::Sampler(match sampler_type {
+            SamplerType::Filtering => wgpu::SamplerBindingType::Filtering,
+            SamplerType::Comparison => wgpu::SamplerBindingType::Comparison,
+        }),
+    };
+    let visibility = binding.visibility.iter().map(|stage| match stage {
+        Stage::Vertex => wgpu::ShaderStages::VERTEX,
+        Stage::Fragment => wgpu::ShaderStages::FRAGMENT,
+        Stage::Compute => wgpu::ShaderStages::COMPUTE,
+        Stage::Other => wgpu::ShaderStages::NONE,
+    });
+    Some(wgpu::BindGroupLayoutEntry {
+        binding: binding.binding,
+        visibility: visibility.collect(),
+        ty,
+        count: None,
+    })
+}
