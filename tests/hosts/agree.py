@@ -1,11 +1,13 @@
-"""Holds the frames that both hosts evaluate against those of the crate graph, for random configurations. No device needed.
+"""Holds the frames that both hosts evaluate against those that the crate graph evaluated. No device needed.
 
-    python3 agree.py --graph FILE [--number 200] [--seed 1]
+    python3 agree.py FILE                              {"graph", "cases": [{"configuration", "frame"}]}
+    python3 agree.py --graph FILE [--number 200]       random configurations, by the crate's example `evaluate`
 """
 
 import argparse
 import json
 import random
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,13 +17,13 @@ sys.path.insert(0, str(HERE / "python"))
 from check import SHORT, wrong  # noqa: E402
 from graph import Frame, Problem, Table  # noqa: E402
 
-PARTS = ["indirect", "visibility"]
+PARTS = ["surfaces", "indirect", "visibility", "picture"]
 NODE = """
 const { Frame, Problem, read } = await import(process.argv[1]);
 const [graph, list] = read((await import('node:fs')).readFileSync(0, 'utf8'));
-const frames = list.map(({ axes, parameters, parts }) => {
+const frames = list.map(({ axes, parameters, parts, facts }) => {
   try {
-    const { resources, steps } = new Frame(graph, axes, parameters, new Set(parts));
+    const { resources, steps } = new Frame(graph, axes, parameters, new Set(parts), new Set(facts));
     return { resources, steps };
   } catch (error) {
     if (error instanceof Problem) return null;
@@ -34,7 +36,7 @@ console.log(JSON.stringify(frames, (_, one) => (isView(one) ? [one.index, one.le
 
 
 def configurations(graph, number, seed):
-    """Random values on some axes and of some parameters."""
+    """Random values on some axes and of some parameters, and some parts of the frame."""
     chance = random.Random(seed)
     for _ in range(number):
         axes = {name: chance.choice(one["values"]) for name, one in graph["axes"].items() if chance.random() < 0.5}
@@ -43,13 +45,16 @@ def configurations(graph, number, seed):
         for name, most in {"width": 80, "height": 60, "map": 70, "lights": 90, "camera_lights": 50}.items():
             parameters[name] = chance.randrange(1, most)
         parameters |= {"tile": 2 ** chance.randrange(3, 7), "iterations": chance.randrange(1, 25)}
-        yield {"axes": axes, "parameters": parameters, "parts": PARTS}
+        parts = chance.choice([["indirect", "visibility"], PARTS, None])
+        facts = {name: chance.random() < 0.5 for name in graph["facts"]}
+        yield {"axes": axes, "parameters": parameters, "parts": parts, "facts": facts}
 
 
 def of_crate(frame):
     """The crate's frame in the form of the hosts', as far as both have it; None for errors."""
     if "errors" in frame:
         return None
+    view = lambda of: of and [of["resource"], of["level"]]
 
     def value(member):
         [(kind, of)] = member.items()
@@ -59,31 +64,35 @@ def of_crate(frame):
             return {"input": of[0], "element": of[1]}
         return {"age": of} if kind == "age" else of
 
-    def group(index):
-        bind, uniforms = {}, {}
-        for name, binding in frame["groups"][index].items():
-            if "view" in binding:
-                bind[name] = [binding["view"]["resource"], binding["view"]["level"]]
-            else:
-                uniforms[name] = {name: value(of) for name, of in frame["uniforms"][binding["uniform"]].items()}
-        return {"bind": bind, "uniforms": uniforms}
+    def call(index, size):
+        group = frame["groups"][index].items()
+        uniforms = {name: frame["uniforms"][of["uniform"]] for name, of in group if "uniform" in of}
+        return {
+            "bind": {name: view(of["view"]) for name, of in group if "view" in of},
+            "uniforms": {name: {key: value(of) for key, of in one.items()} for name, one in uniforms.items()},
+            "size": size,
+        }
+
+    def size(of):
+        """Workgroups; vertices, first instance and instances; a buffer's arguments; or nothing for a list of draws."""
+        return None if of == "list" else next(iter(of.values()))
 
     steps = []
     for step in frame["steps"]:
         [(kind, of)] = step["action"].items()
-        if kind == "clear":
-            steps.append([step["new"], of])
-        elif kind == "dispatch":
-            variant = "-".join([of["variant"]["pass"], *(value for _, value in of["variant"]["axes"])])
-            calls = [dict(group(of["group"]), size=of["size"]["groups"])]
-            steps.append([step["new"], variant, of["constants"], calls, None])
-        else:
-            [[variant, fragment]] = of["variants"]
-            variant = "-".join([variant["pass"], *(value for _, value in variant["axes"])])
-            size = lambda call: [*call["geometry"]["direct"], call["viewport"]]
-            calls = [dict(group(call["group"]), size=size(call)) for call in of["calls"]]
-            targets = [of["depth"]["resource"], of["indices"]["resource"], [one["resource"] for one in of["vertices"]]]
-            steps.append([step["new"], variant, {}, calls, [fragment, *targets]])
+        found = {"new": step["new"], "clear": of if kind == "clear" else None}
+        variant = of["variant"] if kind == "dispatch" else None
+        if kind == "draw" and not of["description"]["list"]:
+            [[variant, _]] = of["variants"]
+        if variant:
+            found["variant"] = "-".join([variant["pass"], *(value for _, value in variant["axes"])])
+        if kind == "dispatch":
+            found |= {"constants": of["constants"], "calls": [call(of["group"], size(of["size"]))]}
+        if kind == "draw":
+            found["calls"] = [call(one["group"], [size(one["geometry"]), one["viewport"]]) for one in of["calls"]]
+            targets = [view(one) for one in [*of["color"], of["depth"], of["indices"]]]
+            found["draw"] = [of["description"]["vertex"], targets, [view(one) for one in of["vertices"]]]
+        steps.append(found)
     resources = []
     for one in frame["resources"]:
         [(kind, of)] = one["kind"].items()
@@ -91,34 +100,37 @@ def of_crate(frame):
     return [resources, steps]
 
 
-def is_age(member):
-    return isinstance(member, dict) and "age" in member
-
-
 def of_host(frame):
     """The same of a host's frame."""
     if frame is None:
         return None
+
+    def member(of):
+        return {"age": of["age"][0]} if isinstance(of, dict) and "age" in of else of
+
+    def call(one, draw):
+        bind = {name: view for name, view in one["bind"].items() if view}
+        uniforms = {name: {key: member(of) for key, of in of.items()} for name, of in one["uniforms"].items()}
+        indirect = one["indirect"] and [one["indirect"]["buffer"][0], one["indirect"]["offset"]]
+        size = one["dispatch"] or indirect
+        if draw:
+            direct = indirect or [one["count"], one["instances"] or [0, 1]]
+            size = [None if draw["list"] else direct, one["viewport"]]
+        return {"bind": bind, "uniforms": uniforms, "size": size}
+
     steps = []
     for step in frame["steps"]:
-        new = step["new"]
-        if step["clear"]:
-            steps.append([new, [step["clear"][0], step["bytes"]]])
-            continue
-        calls, draw = [], step["draw"]
-        for call in step["calls"]:
-            bind = {name: view for name, view in call["bind"].items() if view}
-            uniforms = {
-                binding: {name: {"age": of["age"][0]} if is_age(of) else of for name, of in members.items()}
-                for binding, members in call["uniforms"].items()
-            }
-            size = [call["count"], call["instances"] or [0, 1], call["viewport"]] if draw else call["dispatch"]
-            calls.append({"bind": bind, "uniforms": uniforms, "size": size})
-        shown = None
+        draw = step["draw"]
+        found = {"new": step["new"], "clear": step["clear"] and [step["clear"][0], step["bytes"]]}
+        if not step["clear"]:
+            found |= {"variant": step["variant"]} if not (draw and draw["list"]) else {}
+            found["calls"] = [call(one, draw) for one in step["calls"]]
         if draw:
-            vertices = [one["buffer"][0] for one in draw["vertices"]]
-            shown = [draw["fragment"], draw["depth"]["target"][0], draw["indices"][0], vertices]
-        steps.append([new, step["variant"], step["constants"], calls, shown])
+            targets = [one and one["target"] for one in [*draw["color"], draw["depth"]]] + [draw["indices"]]
+            found["draw"] = [draw["vertex"], targets, [one["buffer"] for one in draw["vertices"]]]
+        elif not step["clear"]:
+            found["constants"] = step["constants"]
+        steps.append(found)
     resources = []
     for one in frame["resources"]:
         [kind] = [kind for kind in ("buffer", "texture", "sampler") if one[kind]]
@@ -132,7 +144,7 @@ def of_host(frame):
 def evaluated(graph, case):
     """The Python host's frame, or None for what it refuses."""
     try:
-        frame = Frame(graph, case["axes"], case["parameters"], set(case["parts"]))
+        frame = Frame(graph, *(case[key] for key in ("axes", "parameters", "parts", "facts")))
     except Problem:
         return None
     return json.loads(json.dumps({"resources": frame.resources, "steps": frame.steps}), object_hook=Table)
@@ -140,38 +152,45 @@ def evaluated(graph, case):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--graph", type=Path, required=True)
+    parser.add_argument("file", type=Path, nargs="?")
+    parser.add_argument("--graph", type=Path)
     parser.add_argument("--number", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    graph = json.loads(given.graph.read_text(), object_hook=Table)
-    cases = list(configurations(graph, given.number, given.seed))
-    cargo = ["cargo", "run", "-q", "-p", "sglow-graph", "--example", "evaluate", given.graph.resolve()]
-    lines = "\n".join(map(json.dumps, cases))
-    crate = subprocess.run(cargo, cwd=HERE, input=lines, capture_output=True, text=True, check=True).stdout.splitlines()
-    node = ["node", "--input-type=module", "-e", NODE, (HERE / "javascript/graph.mjs").as_uri()]
-    script = subprocess.run(node, input=json.dumps([graph, cases]), capture_output=True, text=True, check=True).stdout
-    python = [evaluated(graph, case) for case in cases]
+    if given.file:
+        document = json.loads(given.file.read_text(), object_hook=Table)
+        graph, cases = document["graph"], [case["configuration"] for case in document["cases"]]
+        crate = [case["frame"] for case in document["cases"]]
+    else:
+        graph = json.loads(given.graph.read_text(), object_hook=Table)
+        cases = list(configurations(graph, given.number, given.seed))
+        cargo = ["cargo", "run", "-q", "-p", "sglow-graph", "--example", "evaluate", given.graph.resolve()]
+        ran = subprocess.run(cargo, cwd=HERE, input="\n".join(map(json.dumps, cases)), stdout=-1, text=True, check=True)
+        crate = [json.loads(line, object_hook=Table) for line in ran.stdout.splitlines()]
+    cases = [Table(case, facts=[name for name, holds in case["facts"].items() if holds], parts=case["parts"] or PARTS)
+             for case in cases]  # fmt: skip
+    hosts = {"python": [evaluated(graph, case) for case in cases]}
+    if shutil.which("node"):
+        node = ["node", "--input-type=module", "-e", NODE, (HERE / "javascript/graph.mjs").as_uri()]
+        script = subprocess.run(node, input=json.dumps([graph, cases]), stdout=-1, text=True, check=True).stdout
+        hosts["javascript"] = json.loads(script, object_hook=Table)
     errors = steps = apart = 0
-    for case, line, *hosts in zip(cases, crate, python, json.loads(script, object_hook=Table)):
-        expected = of_crate(json.loads(line))
+    for case, frame, *of in zip(cases, crate, *hosts.values()):
+        expected = of_crate(frame)
         errors += expected is None
         steps += len(expected[1]) if expected else 0
-        for name, host in zip(("python", "javascript"), hosts):
-            if of_host(host) != expected:
+        for name, host in zip(hosts, of):
+            found = of_host(host)
+            if found != expected:
                 apart += 1
                 print(f"{name}: another frame for {json.dumps(case)}")
-                found = of_host(host)
-                if found is None or expected is None:
-                    print(f"  crate: {line[:300]}\n  host: {json.dumps(host)[:300]}")
-                    continue
-                for one, other in zip(expected[0] + expected[1], found[0] + found[1]):
-                    if one != other:
-                        print(f"  crate {json.dumps(one)}\n  host  {json.dumps(other)}")
-                        break
-    print(f"{len(cases)} configurations, {errors} refused by all, {steps} steps; {apart} frames apart")
+                pairs = zip(sum(expected or [[json.dumps(frame)]], []), sum(found or [["no frame"]], []))
+                one, other = next((pair for pair in pairs if pair[0] != pair[1]), ("fewer or more", "than the other"))
+                print(f"  crate {one}\n  host  {other}")
+    names = " and ".join(hosts)
+    print(f"{names}: {len(cases)} configurations, {errors} refused by all, {steps} steps; {apart} frames apart")
     control = wrong(graph, "mips.step.0.repeat", SHORT)
-    seen = sum(of_host(evaluated(control, case)) != of_host(host) for case, host in zip(cases, python))
+    seen = sum(of_host(evaluated(control, case)) != of_host(host) for case, host in zip(cases, hosts["python"]))
     print(f"control, mips one round short: {seen} frames apart")
     sys.exit(apart > 0 or seen == 0)
 

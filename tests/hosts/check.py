@@ -2,9 +2,9 @@
 
     python3 check.py [--graph FILE] [--xtask COMMAND] [--case NAME] [--work target/hosts]
 
---graph: the description as JSON, if the package's manifest has none. --xtask: what generates variants that the committed
-package lacks [default: cargo xtask]. Both hosts run on the same driver: SwiftShader where a browser brought it, for Dawn
-takes few others, else the system's. The libraries are fetched once, at fixed versions.
+--graph: the description as JSON, if the package's manifest has none. --xtask: what generates variants that the package
+lacks [default: cargo xtask]. Both hosts run on the same driver: SwiftShader where a browser brought it, for Dawn takes few
+others; else the system's. The libraries are fetched once, at fixed versions.
 """
 
 import argparse
@@ -24,7 +24,7 @@ TOLERANCE = 1e-5
 SIZES = (("33x17", "48"), ("57x31", "37"))
 VARIANTS = "light=spot,lobes=both,precision=f32,variance=trace,sharpness=exact,specular_power=f0,function=none"
 CLUSTERS, CHAINS = "space=world,emitter=disc", "draw=metropolis"
-# Axes; parameters; frames; whether the package lacks a variant; and a number of the description that is made wrong in the
+# Axes; parameters; frames; whether the package lacks a variant; and a number of the description that is wrong in the
 # control, with the tree that takes its place ("it" is the tree that was there).
 SHORT = {"-": ["it", 1]}
 CASES = {
@@ -37,7 +37,8 @@ CASES = {
     "bidirectional": (
         "density=bidirectional", "lights=64,camera_lights=40", 1, False, ("chain.uniform.density.count", SHORT)),
     "visibility": (
-        "visibility=shadow_map", "lights=64,tile=32", 1, False, ("frame.step.pass=light_shadow.draw.instances.1", SHORT)),
+        "visibility=shadow_map", "lights=64,tile=32", 1, False,
+        ("frame.step.pass=light_shadow.draw.instances.1", SHORT)),
     "points": (
         "visibility=imperfect", "lights=64,tile=16,shadow_points=50,fill_levels=2", 1, False,
         ("frame.uniform.light_maps.levels", SHORT)),
@@ -50,10 +51,9 @@ CASES = {
 def install(folder):
     """The two libraries; the Python that has the first, and the folder that has the second."""
     python, node = folder / "python", folder / "node"
-    for made, stamp, commands in (
-        (python, WGPU, [[sys.executable, "-m", "venv", python], [python / "bin/pip", "install", "-q", f"wgpu=={WGPU}"]]),
-        (node, WEBGPU, [["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", f"webgpu@{WEBGPU}"]]),
-    ):
+    venv = [[sys.executable, "-m", "venv", python], [python / "bin/pip", "install", "-q", f"wgpu=={WGPU}"]]
+    npm = [["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", f"webgpu@{WEBGPU}"]]
+    for made, stamp, commands in ((python, WGPU, venv), (node, WEBGPU, npm)):
         made.mkdir(parents=True, exist_ok=True)
         if not (made / stamp).exists():
             if made == node:
@@ -107,8 +107,8 @@ def layout(package, step, name):
 def difference(one, other, members, stride):
     """The largest difference of two results, relative to the largest component of the vector that a number stands in.
 
-    Vectors below 1e-6 of the largest of their member are held against that. Whole numbers have to be the same, and so has
-    what is not finite.
+    Vectors below 1e-6 of the largest of their member are held against that. Whole numbers have to be the same, and so
+    has what is not finite.
     """
     results = []
     for path in (one, other):

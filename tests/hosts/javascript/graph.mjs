@@ -12,9 +12,11 @@ const OPERATIONS = {
 };
 const bits = (a) => (a === 0 ? 0 : a.toString(2).length);
 // What is not written in a table of the description.
-const ABSENT = { let: {}, alias: {}, uniform: {}, resource: {}, axes: {}, bind: {}, uniforms: {}, constants: {}, names: {},
+const ABSENT = {
+  let: {}, alias: {}, uniform: {}, resource: {}, axes: {}, bind: {}, uniforms: {}, constants: {}, names: {},
   step: [], steps: [], color: [], vertices: [], initial: [], require: [], prefix: '',
-  when: null, repeat: null, element: null, level: null, clear: null, bytes: null };
+  when: null, repeat: null, element: null, level: null, clear: null, bytes: null,
+};
 const isTable = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);
 const table = (value) => Object.setPrototypeOf(value, ABSENT);
 const mapped = (of, each) => table(Object.fromEntries(Object.entries(of).map(([name, value]) => [name, each(value)])));
@@ -31,15 +33,15 @@ export function entry(table, kind, name) {
   throw new Problem(`no ${kind} \`${name}\`; there are: ${Object.keys(table).sort().join(', ')}`);
 }
 
-/// The frame for values of axes and parameters by name, as far as it belongs to these parts.
+/// The frame for values of axes and parameters by name and facts that hold, as far as it belongs to these parts.
 export class Frame {
   resources = []; // { name, external, kept, and one of buffer, texture, sampler }
   steps = []; // { new, clear, bytes, and variant, entry, constants, calls, draw }
   known = {}; // by name: an index, a pair { first, front }, an alias { scope, choice }, or null
 
-  constructor(graph, axes, parameters, parts) {
+  constructor(graph, axes, parameters, parts, facts = new Set()) {
     const defaults = mapped(graph.parameter, (one) => one.default);
-    Object.assign(this, { graph, axes, parts, parameters: { ...defaults, ...parameters } });
+    Object.assign(this, { graph, axes, parts, facts, parameters: { ...defaults, ...parameters } });
     for (const [name, value] of Object.entries(axes)) {
       const { values } = entry(graph.axes, 'axis', name);
       if (!values.includes(value)) throw new Problem(`axis ${name} is ${value}: one of ${values.join(', ')}`);
@@ -79,7 +81,7 @@ class Scope {
     if (caller && Object.hasOwn(use.let, name)) return caller.resolve(use.let[name]);
     if (Object.hasOwn(template.let, name)) return this.within([]).resolve(template.let[name]);
     if (caller) return frame.root.number(name);
-    return frame.graph.facts.includes(name) ? 0 : entry(frame.parameters, 'number', name);
+    return frame.graph.facts.includes(name) ? Number(frame.facts.has(name)) : entry(frame.parameters, 'number', name);
   }
 
   /// A whole number, or the real parameter that is the whole formula. Numbers above 2^53 would want BigInt.

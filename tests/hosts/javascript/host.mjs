@@ -4,7 +4,7 @@
 //     [--modules DIR]
 //
 // Of the frame it runs what reflects light and what makes virtual lights visible; the surfaces are those of scene.mjs.
-// --modules: the folder with node_modules/webgpu; a browser has all of it without.
+// --modules: the folder with node_modules/webgpu, which stands for what a browser has.
 
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
@@ -174,7 +174,8 @@ class Host {
   /// A render pass with its target and vertices.
   begin(encoder, { depth, vertices, indices }) {
     const depthStencilAttachment = { view: this.view(depth.target, '2d'), depthStoreOp: 'store', depthLoadOp: 'load' };
-    if (depth.clear !== null) Object.assign(depthStencilAttachment, { depthLoadOp: 'clear', depthClearValue: depth.clear });
+    const clear = { depthLoadOp: 'clear', depthClearValue: depth.clear };
+    if (depth.clear !== null) Object.assign(depthStencilAttachment, clear);
     const work = encoder.beginRenderPass({ colorAttachments: [], depthStencilAttachment });
     vertices.forEach(({ buffer }, slot) => work.setVertexBuffer(slot, this.resources[buffer.index]));
     work.setIndexBuffer(this.resources[indices.index], 'uint32');
@@ -222,7 +223,8 @@ function pack(data, offset, type, member, given) {
 
 /// The command that generates variants.
 function generate({ passes }, ids) {
-  const values = ids.map((id) => id.split('-')).flatMap(([pass, ...of]) => passes[pass].map((axis, i) => `${axis}=${of[i]}`));
+  const axes = ([pass, ...values]) => passes[pass].map((axis, i) => `${axis}=${values[i]}`);
+  const values = ids.flatMap((id) => axes(id.split('-')));
   return `cargo xtask gen-shaders --set ${[...new Set(values)].sort()} --out DIR`;
 }
 

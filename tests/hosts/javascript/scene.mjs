@@ -105,7 +105,8 @@ export function supplied({ parameters: { map, width, height, shadow_points: coun
   const made = { ...image('rsm_', LIGHT, map, map), ...image('gbuffer_', CAMERA, width, height) };
   made.occluder_positions = new Float32Array(positions.flat());
   made.occluder_indices = new Uint32Array(indices);
-  if (root.axis('visibility') === 'imperfect') made.points = new Float32Array(points(count, root.number('point_subsets')));
+  if (root.axis('visibility') !== 'imperfect') return made;
+  made.points = new Float32Array(points(count, root.number('point_subsets')));
   return made;
 }
 

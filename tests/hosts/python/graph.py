@@ -38,10 +38,10 @@ def entry(table, kind, name):
 
 
 class Frame:
-    """The frame for values of axes and parameters by name, as far as it belongs to these parts."""
+    """The frame for values of axes and parameters by name and facts that hold, as far as it belongs to these parts."""
 
-    def __init__(self, graph, axes, parameters, parts):
-        self.graph, self.axes, self.parts = graph, axes, parts
+    def __init__(self, graph, axes, parameters, parts, facts=()):
+        self.graph, self.axes, self.parts, self.facts = graph, axes, parts, facts
         self.parameters = {name: one["default"] for name, one in graph["parameter"].items()} | parameters
         self.resources = []  # {name, external, kept, and one of buffer, texture, sampler}
         self.steps = []  # {new, clear, bytes, and variant, entry, constants, calls, draw}
@@ -85,7 +85,9 @@ class Scope:
             return replace(self, rounds=()).resolve(self.template["let"][name])
         if self.caller:
             return self.frame.root.number(name)
-        return 0 if name in self.frame.graph["facts"] else entry(self.frame.parameters, "number", name)
+        if name in self.frame.graph["facts"]:
+            return int(name in self.frame.facts)
+        return entry(self.frame.parameters, "number", name)
 
     def formula(self, tree, text):
         """A whole number of 64 bits, or the real parameter that is the whole formula."""
@@ -139,7 +141,7 @@ class Scope:
         return next((one["value"] for one in value if one["when"] is None or self.resolve(one["when"])), None)
 
     def resolve(self, value):
-        """A part of the description with numbers for formulas, (index, level) for references, None for what is absent."""
+        """A part of the description with numbers for formulas, (index, level) for references, None if it is absent."""
         value = self.case(value)
         if isinstance(value, list):
             return [self.resolve(one) for one in value]
