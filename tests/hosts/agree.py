@@ -1,7 +1,9 @@
 """Holds the frames that both hosts evaluate against those that the crate graph evaluated. No device needed.
 
     python3 agree.py FILE                              {"graph", "cases": [{"configuration", "frame"}]}
-    python3 agree.py --graph FILE [--number 200]       random configurations, by the crate's example `evaluate`
+    python3 agree.py [--graph FILE] [--number 200]     random configurations, by the crate's example `evaluate`
+
+--graph: the description as JSON, if not that of the committed package.
 """
 
 import argparse
@@ -14,7 +16,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE / "python"))
-from check import SHORT, wrong  # noqa: E402
+from check import COMMITTED, SHORT, wrong  # noqa: E402
 from graph import Frame, Problem, Table  # noqa: E402
 
 PARTS = ["surfaces", "indirect", "visibility", "picture"]
@@ -162,10 +164,12 @@ def main():
         graph, cases = document["graph"], [case["configuration"] for case in document["cases"]]
         crate = [case["frame"] for case in document["cases"]]
     else:
-        graph = json.loads(given.graph.read_text(), object_hook=Table)
+        graph = json.loads((given.graph or COMMITTED / "manifest.json").read_text(), object_hook=Table)
+        graph = graph if given.graph else graph["graph"]
         cases = list(configurations(graph, given.number, given.seed))
-        cargo = ["cargo", "run", "-q", "-p", "sglow-graph", "--example", "evaluate", given.graph.resolve()]
-        ran = subprocess.run(cargo, cwd=HERE, input="\n".join(map(json.dumps, cases)), stdout=-1, text=True, check=True)
+        cargo = ["cargo", "run", "-q", "-p", "sglow-graph", "--example", "evaluate"]
+        lines = "\n".join(map(json.dumps, [graph, *cases]))
+        ran = subprocess.run(cargo, cwd=HERE, input=lines, stdout=-1, text=True, check=True)
         crate = [json.loads(line, object_hook=Table) for line in ran.stdout.splitlines()]
     cases = [Table(case, facts=[name for name, holds in case["facts"].items() if holds], parts=case["parts"] or PARTS)
              for case in cases]  # fmt: skip

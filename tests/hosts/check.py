@@ -2,7 +2,7 @@
 
     python3 check.py [--graph FILE] [--xtask COMMAND] [--case NAME] [--work target/hosts]
 
---graph: the description as JSON, if the package's manifest has none. --xtask: what generates variants that the package
+--graph: the description as JSON, if not that of the committed package. --xtask: what generates variants that the package
 lacks [default: cargo xtask]. Both hosts run on the same driver: SwiftShader where a browser brought it, for Dawn takes few
 others; else the system's. The libraries are fetched once, at fixed versions.
 """
@@ -17,6 +17,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
+COMMITTED = ROOT / "shaders/packages/sglow"
 WGPU, WEBGPU = "0.32.0", "0.6.2"
 SWIFTSHADER = "/usr/lib/chromium/vk_swiftshader_icd.json"
 OUTPUTS = ("diffuse", "specular", "vsgls")
@@ -148,8 +149,8 @@ def main():
         "python": [python, HERE / "python/host.py"],
         "javascript": ["node", HERE / "javascript/host.mjs", "--modules", node],
     }
-    committed, failures = ROOT / "shaders/packages/sglow", 0
-    graph = json.loads((given.graph or committed / "manifest.json").read_text())
+    failures = 0
+    graph = json.loads((given.graph or COMMITTED / "manifest.json").read_text())
     graph = graph if given.graph else graph["graph"]
 
     def run(host, package, out, description, arguments):
@@ -166,7 +167,7 @@ def main():
     print(f"{'frame':32}{'size':>8}{'map':>5}  {'output':10}{'apart':>10}{'control':>10}")
     for case in given.case or CASES:
         axes, parameters, frames, generate, control = CASES[case]
-        package = work / "packages" / case if generate else committed
+        package = work / "packages" / case if generate else COMMITTED
         if generate:
             command = [*given.xtask.split(), "gen-shaders", "--set", ",".join((VARIANTS, axes)), "--out", package]
             subprocess.run(command, check=True, capture_output=True)
