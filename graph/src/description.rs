@@ -382,6 +382,7 @@ pub struct Depth {
     /// The comparison, as WebGPU names it.
     pub compare: String,
     /// Whether what is drawn changes it.
+    #[serde(default)]
     pub write: bool,
 }
 

@@ -1,0 +1,203 @@
+"""Holds the frames that both hosts evaluate against those that the crate graph evaluated. No device needed.
+
+    python3 agree.py FILE                              {"graph", "cases": [{"configuration", "frame"}]}
+    python3 agree.py [--graph FILE] [--number 200]     random configurations, by the crate's example `evaluate`
+
+--graph: the description as JSON, if not that of the committed package.
+"""
+
+import argparse
+import json
+import random
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE / "python"))
+from check import COMMITTED, SHORT, wrong  # noqa: E402
+from graph import Frame, Problem, Table  # noqa: E402
+
+PARTS = ["surfaces", "indirect", "visibility", "picture"]
+NODE = """
+const { Frame, Problem, read } = await import(process.argv[1]);
+const [graph, list] = read((await import('node:fs')).readFileSync(0, 'utf8'));
+const frames = list.map(({ axes, parameters, parts, facts }) => {
+  try {
+    const { resources, steps } = new Frame(graph, axes, parameters, new Set(parts), new Set(facts));
+    return { resources, steps };
+  } catch (error) {
+    if (error instanceof Problem) return null;
+    throw error;
+  }
+});
+const isView = (one) => one && typeof one === 'object' && Object.hasOwn(one, 'level');
+console.log(JSON.stringify(frames, (_, one) => (isView(one) ? [one.index, one.level] : one)));
+"""
+
+
+def configurations(graph, number, seed):
+    """Random values on some axes and of some parameters, and some parts of the frame."""
+    chance = random.Random(seed)
+    for _ in range(number):
+        axes = {name: chance.choice(one["values"]) for name, one in graph["axes"].items() if chance.random() < 0.5}
+        axes |= {"light": "spot"} if axes.get("light") == "camera" else {}
+        parameters = {"occluder_index_count": 3 * chance.randrange(3)}
+        for name, most in {"width": 80, "height": 60, "map": 70, "lights": 90, "camera_lights": 50}.items():
+            parameters[name] = chance.randrange(1, most)
+        parameters |= {"tile": 2 ** chance.randrange(3, 7), "iterations": chance.randrange(1, 25)}
+        parts = chance.choice([["indirect", "visibility"], PARTS, None])
+        facts = {name: chance.random() < 0.5 for name in graph["facts"]}
+        yield {"axes": axes, "parameters": parameters, "parts": parts, "facts": facts}
+
+
+def of_crate(frame):
+    """The crate's frame in the form of the hosts', as far as both have it; None for errors."""
+    if "errors" in frame:
+        return None
+    view = lambda of: of and [of["resource"], of["level"]]
+
+    def value(member):
+        [(kind, of)] = member.items()
+        if kind == "list":
+            return [value(one) for one in of]
+        if kind == "input":
+            return {"input": of[0], "element": of[1]}
+        return {"age": of} if kind == "age" else of
+
+    def call(index, size):
+        group = frame["groups"][index].items()
+        uniforms = {name: frame["uniforms"][of["uniform"]] for name, of in group if "uniform" in of}
+        return {
+            "bind": {name: view(of["view"]) for name, of in group if "view" in of},
+            "uniforms": {name: {key: value(of) for key, of in one.items()} for name, one in uniforms.items()},
+            "size": size,
+        }
+
+    def size(of):
+        """Workgroups; vertices, first instance and instances; a buffer's arguments; or nothing for a list of draws."""
+        return None if of == "list" else next(iter(of.values()))
+
+    steps = []
+    for step in frame["steps"]:
+        [(kind, of)] = step["action"].items()
+        found = {"new": step["new"], "clear": of if kind == "clear" else None}
+        variant = of["variant"] if kind == "dispatch" else None
+        if kind == "draw" and not of["description"]["list"]:
+            [[variant, _]] = of["variants"]
+        if variant:
+            found["variant"] = "-".join([variant["pass"], *(value for _, value in variant["axes"])])
+        if kind == "dispatch":
+            found |= {"constants": of["constants"], "calls": [call(of["group"], size(of["size"]))]}
+        if kind == "draw":
+            found["calls"] = [call(one["group"], [size(one["geometry"]), one["viewport"]]) for one in of["calls"]]
+            targets = [view(one) for one in [*of["color"], of["depth"], of["indices"]]]
+            found["draw"] = [of["description"]["vertex"], targets, [view(one) for one in of["vertices"]]]
+        steps.append(found)
+    resources = []
+    for one in frame["resources"]:
+        [(kind, of)] = one["kind"].items()
+        resources.append([one["name"].removesuffix(".0").removesuffix(".1"), one["external"], one["kept"], kind, of])
+    return [resources, steps]
+
+
+def of_host(frame):
+    """The same of a host's frame."""
+    if frame is None:
+        return None
+
+    def member(of):
+        return {"age": of["age"][0]} if isinstance(of, dict) and "age" in of else of
+
+    def call(one, draw):
+        bind = {name: view for name, view in one["bind"].items() if view}
+        uniforms = {name: {key: member(of) for key, of in of.items()} for name, of in one["uniforms"].items()}
+        indirect = one["indirect"] and [one["indirect"]["buffer"][0], one["indirect"]["offset"]]
+        size = one["dispatch"] or indirect
+        if draw:
+            direct = indirect or [one["count"], one["instances"] or [0, 1]]
+            size = [None if draw["list"] else direct, one["viewport"]]
+        return {"bind": bind, "uniforms": uniforms, "size": size}
+
+    steps = []
+    for step in frame["steps"]:
+        draw = step["draw"]
+        found = {"new": step["new"], "clear": step["clear"] and [step["clear"][0], step["bytes"]]}
+        if not step["clear"]:
+            found |= {"variant": step["variant"]} if not (draw and draw["list"]) else {}
+            found["calls"] = [call(one, draw) for one in step["calls"]]
+        if draw:
+            targets = [one and one["target"] for one in [*draw["color"], draw["depth"]]] + [draw["indices"]]
+            found["draw"] = [draw["vertex"], targets, [one["buffer"] for one in draw["vertices"]]]
+        elif not step["clear"]:
+            found["constants"] = step["constants"]
+        steps.append(found)
+    resources = []
+    for one in frame["resources"]:
+        [kind] = [kind for kind in ("buffer", "texture", "sampler") if one[kind]]
+        of = {"filter": one[kind]} if kind == "sampler" else dict(one[kind])
+        if kind == "buffer":
+            of["initial"] = one[kind]["initial"]
+        resources.append([one["name"], one["external"], bool(one["kept"]), kind, of])
+    return [resources, steps]
+
+
+def evaluated(graph, case):
+    """The Python host's frame, or None for what it refuses."""
+    try:
+        frame = Frame(graph, *(case[key] for key in ("axes", "parameters", "parts", "facts")))
+    except Problem:
+        return None
+    return json.loads(json.dumps({"resources": frame.resources, "steps": frame.steps}), object_hook=Table)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", type=Path, nargs="?")
+    parser.add_argument("--graph", type=Path)
+    parser.add_argument("--number", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    if given.file:
+        document = json.loads(given.file.read_text(), object_hook=Table)
+        graph, cases = document["graph"], [case["configuration"] for case in document["cases"]]
+        crate = [case["frame"] for case in document["cases"]]
+    else:
+        graph = json.loads((given.graph or COMMITTED / "manifest.json").read_text(), object_hook=Table)
+        graph = graph if given.graph else graph["graph"]
+        cases = list(configurations(graph, given.number, given.seed))
+        cargo = ["cargo", "run", "-q", "-p", "sglow-graph", "--example", "evaluate"]
+        lines = "\n".join(map(json.dumps, [graph, *cases]))
+        ran = subprocess.run(cargo, cwd=HERE, input=lines, stdout=-1, text=True, check=True)
+        crate = [json.loads(line, object_hook=Table) for line in ran.stdout.splitlines()]
+    cases = [Table(case, facts=[name for name, holds in case["facts"].items() if holds], parts=case["parts"] or PARTS)
+             for case in cases]  # fmt: skip
+    hosts = {"python": [evaluated(graph, case) for case in cases]}
+    if shutil.which("node"):
+        node = ["node", "--input-type=module", "-e", NODE, (HERE / "javascript/graph.mjs").as_uri()]
+        script = subprocess.run(node, input=json.dumps([graph, cases]), stdout=-1, text=True, check=True).stdout
+        hosts["javascript"] = json.loads(script, object_hook=Table)
+    errors = steps = apart = 0
+    for case, frame, *of in zip(cases, crate, *hosts.values()):
+        expected = of_crate(frame)
+        errors += expected is None
+        steps += len(expected[1]) if expected else 0
+        for name, host in zip(hosts, of):
+            found = of_host(host)
+            if found != expected:
+                apart += 1
+                print(f"{name}: another frame for {json.dumps(case)}")
+                pairs = zip(sum(expected or [[json.dumps(frame)]], []), sum(found or [["no frame"]], []))
+                one, other = next((pair for pair in pairs if pair[0] != pair[1]), ("fewer or more", "than the other"))
+                print(f"  crate {one}\n  host  {other}")
+    names = " and ".join(hosts)
+    print(f"{names}: {len(cases)} configurations, {errors} refused by all, {steps} steps; {apart} frames apart")
+    control = wrong(graph, "mips.step.0.repeat", SHORT)
+    seen = sum(of_host(evaluated(control, case)) != of_host(host) for case, host in zip(cases, hosts["python"]))
+    print(f"control, mips one round short: {seen} frames apart")
+    sys.exit(apart > 0 or seen == 0)
+
+
+if __name__ == "__main__":
+    main()

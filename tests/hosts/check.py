@@ -1,0 +1,193 @@
+"""Runs both hosts on the same frames, holds what comes out against each other, and each against a frame that is wrong.
+
+    python3 check.py [--graph FILE] [--xtask COMMAND] [--case NAME] [--work target/hosts]
+
+--graph: the description as JSON, if not that of the committed package. --xtask: what generates variants that the package
+lacks [default: cargo xtask]. Both hosts run on the same driver: SwiftShader where a browser brought it, for Dawn takes few
+others; else the system's. The libraries are fetched once, at fixed versions.
+"""
+
+import argparse
+import array
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+COMMITTED = ROOT / "shaders/packages/sglow"
+WGPU, WEBGPU = "0.32.0", "0.6.2"
+SWIFTSHADER = "/usr/lib/chromium/vk_swiftshader_icd.json"
+OUTPUTS = ("diffuse", "specular", "vsgls")
+TOLERANCE = 1e-5
+SIZES = (("33x17", "48"), ("57x31", "37"))
+VARIANTS = "light=spot,lobes=both,precision=f32,variance=trace,sharpness=exact,specular_power=f0,function=none"
+CLUSTERS, CHAINS = "space=world,emitter=disc", "draw=metropolis"
+# Axes; parameters; frames; whether the package lacks a variant; and a number of the description that is wrong in the
+# control, with the tree that takes its place ("it" is the tree that was there).
+SHORT = {"-": ["it", 1]}
+CASES = {
+    "default": ("", "lights=256", 1, False, ("mips.step.0.repeat", SHORT)),
+    "one-light": ("", "lights=1", 1, False, ("frame.step.pass=shade.dispatch.0", SHORT)),
+    "f16": ("precision=f16", "lights=256", 1, False, ("chain.step.pass=moments.dispatch.1", SHORT)),
+    "hardware-filter": (
+        "filter=hardware,kernel=previous,lobes=diffuse,specular=none,ndf=none", "lights=256,size_factor=0.25", 1, False,
+        ("chain.uniform.sample.count", SHORT)),
+    "bidirectional": (
+        "density=bidirectional", "lights=64,camera_lights=40", 1, False, ("chain.uniform.density.count", SHORT)),
+    "visibility": (
+        "visibility=shadow_map", "lights=64,tile=32", 1, False,
+        ("frame.step.pass=light_shadow.draw.instances.1", SHORT)),
+    "points": (
+        "visibility=imperfect", "lights=64,tile=16,shadow_points=50,fill_levels=2", 1, False,
+        ("frame.uniform.light_maps.levels", SHORT)),
+    "clusters": (CLUSTERS, "lights=64", 1, True, ("sort.step.0.repeat", SHORT)),
+    "chains": (CHAINS, "lights=64,mutations=4", 3, True, ("chain.uniform.metropolis.frame", 0)),
+    "clusters-of-chains": (f"{CLUSTERS},{CHAINS}", "lights=64", 3, True, ("clusters.uniform.count.count", SHORT)),
+}  # fmt: skip
+
+
+def install(folder):
+    """The two libraries; the Python that has the first, and the folder that has the second."""
+    python, node = folder / "python", folder / "node"
+    venv = [[sys.executable, "-m", "venv", python], [python / "bin/pip", "install", "-q", f"wgpu=={WGPU}"]]
+    npm = [["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", f"webgpu@{WEBGPU}"]]
+    for made, stamp, commands in ((python, WGPU, venv), (node, WEBGPU, npm)):
+        made.mkdir(parents=True, exist_ok=True)
+        if not (made / stamp).exists():
+            if made == node:
+                (node / "package.json").write_text('{"private": true}')
+            for command in commands:
+                subprocess.run(command, cwd=made, check=True, stdout=subprocess.DEVNULL)
+            (made / stamp).touch()
+    return python / "bin/python", node
+
+
+def wrong(graph, path, tree):
+    """The description with one number made wrong."""
+    graph = json.loads(json.dumps(graph), object_hook=type(graph))
+    place = graph["template"]
+    *way, last = [int(key) if key.isdigit() else key for key in path.split(".")]
+    for key in way:
+        if isinstance(key, str) and "=" in key:
+            name, value = key.split("=")
+            [place] = [one for one in place if one.get(name) == value]
+        else:
+            place = place[key]
+    put = lambda part: place[last]["tree"] if part == "it" else part
+    tree = {key: [put(part) for part in parts] for key, parts in tree.items()} if isinstance(tree, dict) else tree
+    place[last] = {"text": f"the control's {path}", "tree": tree}
+    return graph
+
+
+def layout(package, step, name):
+    """The members of an element of a result: (first word, words, scalar type), and the words of an element."""
+    manifest = json.loads((package / "manifest.json").read_text())
+    variant = next(one for one in manifest["variants"] if one["id"] == step)
+    structs = {one["name"]: one for one in variant["structs"]}
+    kind = next((one.get("type") for one in variant["bindings"] if one["name"] == name), None)
+    if kind is None or "<" not in kind:
+        return [(0, 3, "f32"), (3, 1, "f32")], 4
+    members = []
+
+    def walk(struct, offset):
+        for field in structs[struct]["fields"]:
+            if field["type"] in structs:
+                walk(field["type"], offset + field["offset"])
+            else:
+                scalar = field["type"].rstrip(">").split("<")[-1]
+                members.append(((offset + field["offset"]) // 4, field["size"] // 4, scalar))
+
+    element = kind.removeprefix("array<").removesuffix(">")
+    walk(element, 0)
+    return members, structs[element]["size"] // 4
+
+
+def difference(one, other, members, stride):
+    """The largest difference of two results, relative to the largest component of the vector that a number stands in.
+
+    Vectors below 1e-6 of the largest of their member are held against that. Whole numbers have to be the same, and so
+    has what is not finite.
+    """
+    results = []
+    for path in (one, other):
+        results.append((array.array("f"), array.array("I")))
+        for words in results[-1]:
+            words.frombytes(path.read_bytes())
+    ((a, a_words), (b, b_words)), largest = results, 0.0
+    if len(a) != len(b) or not any(a_words):
+        return float("inf")
+    for first, count, scalar in members:
+        places = range(first, len(a), stride)
+        sizes = [max(map(abs, a[i : i + count])) for i in places]
+        least = 1e-6 * max(sizes)
+        for i, size in zip(places, sizes):
+            if a_words[i : i + count] == b_words[i : i + count]:
+                continue
+            if scalar != "f32":
+                return float("inf")
+            parts = [abs(x - y) / max(size, least, 1e-38) for x, y in zip(a[i : i + count], b[i : i + count])]
+            largest = max([largest, *(part if part == part else float("inf") for part in parts)])
+    return largest
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--graph", type=Path)
+    parser.add_argument("--xtask", default="cargo xtask")
+    parser.add_argument("--case", choices=CASES, action="append")
+    parser.add_argument("--work", type=Path, default=ROOT / "target/hosts")
+    given = parser.parse_args()
+    work = given.work.resolve()
+    python, node = install(work)
+    environment = dict(os.environ)
+    if Path(SWIFTSHADER).exists():
+        environment["VK_ICD_FILENAMES"] = SWIFTSHADER
+    hosts = {
+        "python": [python, HERE / "python/host.py"],
+        "javascript": ["node", HERE / "javascript/host.mjs", "--modules", node],
+    }
+    failures = 0
+    graph = json.loads((given.graph or COMMITTED / "manifest.json").read_text())
+    graph = graph if given.graph else graph["graph"]
+
+    def run(host, package, out, description, arguments):
+        """The results of a host, in a folder."""
+        file = out.with_suffix(".graph.json")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(description))
+        command = [*hosts[host], package, out, "--graph", file, *arguments]
+        ran = subprocess.run(command, env=environment, capture_output=True, text=True)
+        if ran.returncode != 0:
+            sys.exit(f"{host}, {out.name}: {ran.stderr[-2000:]}")
+        return out
+
+    print(f"{'frame':32}{'size':>8}{'map':>5}  {'output':10}{'apart':>10}{'control':>10}")
+    for case in given.case or CASES:
+        axes, parameters, frames, generate, control = CASES[case]
+        package = work / "packages" / case if generate else COMMITTED
+        if generate:
+            command = [*given.xtask.split(), "gen-shaders", "--set", ",".join((VARIANTS, axes)), "--out", package]
+            subprocess.run(command, check=True, capture_output=True)
+        for size, side in SIZES:
+            arguments = ["--set", ",".join(filter(None, (axes, parameters))), "--size", size, "--map", side]
+            arguments += ["--frames", str(frames)]
+            out = work / "frames" / f"{case}-{size}"
+            results = [run(host, package, out / host, graph, arguments) for host in hosts]
+            results.append(run("python", package, out / "control", wrong(graph, *control), arguments))
+            shade = json.loads((results[0] / "configuration.json").read_text())["steps"][-1]
+            apart, off = [], []
+            for name in (name for name in OUTPUTS if (results[0] / name).exists()):
+                form = layout(package, shade, f"sglow_{name}")
+                apart.append(difference(results[0] / name, results[1] / name, *form))
+                off.append(difference(results[0] / name, results[2] / name, *form))
+                print(f"{case:32}{size:>8}{side:>5}  {name:10}{apart[-1]:>10.1e}{off[-1]:>10.1e}")
+            failures += max(apart) > TOLERANCE or max(off) <= TOLERANCE
+    if failures:
+        sys.exit(f"{failures} frames are more than {TOLERANCE} apart, or their control is not")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,285 @@
+// Runs frames of indirect light from a package's folder alone, manifest.json and WGSL files.
+//
+//   node host.mjs PACKAGE OUT [--set NAME=VALUE,…] [--size 33x17] [--map 48] [--frames 1] [--graph FILE]
+//     [--modules DIR]
+//
+// Of the frame it runs what reflects light and what makes virtual lights visible; the surfaces are those of scene.mjs.
+// --modules: the folder with node_modules/webgpu, which stands for what a browser has.
+
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { join, resolve } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { parseArgs } from 'node:util';
+import { Frame, Problem, entry, read } from './graph.mjs';
+import * as scene from './scene.mjs';
+
+const PARTS = new Set(['indirect', 'visibility']);
+const OUTPUTS = ['diffuse', 'specular', 'vsgls'];
+const READ_AND_WRITE = { buffer: 0x4 | 0x8, texture: 0x1 | 0x2 }; // COPY_SRC, COPY_DST
+
+/// What of 32 bits 16 bits hold, exactly.
+function half(number) {
+  const [word] = new Uint32Array(new Float32Array([number]).buffer);
+  const exponent = (word >>> 23) & 0xff;
+  if (number === 0) return 0;
+  if (word & 0x1fff || exponent < 113 || exponent > 142) throw new Problem(`${number} is no number of 16 bits`);
+  return ((word >>> 16) & 0x8000) | ((exponent - 112) << 10) | ((word >>> 13) & 0x3ff);
+}
+
+/// The resources of a frame on a device, and its steps with pipelines and bind groups.
+class Host {
+  pipelines = new Map();
+  groups = new Map();
+  uniforms = [];
+
+  constructor(device, folder, variants, frame, supplied) {
+    Object.assign(this, { device, folder, variants, frame, supplied });
+    const usages = this.usages();
+    this.resources = frame.resources.map((resource, index) => this.make(resource, usages[index]));
+    this.steps = frame.steps.map((step) => ({ step, ...this.prepare(step) }));
+  }
+
+  /// How steps use each resource.
+  usages() {
+    const kinds = {
+      storage: GPUBufferUsage.STORAGE, uniform: GPUBufferUsage.UNIFORM, sampler: 0,
+      texture: GPUTextureUsage.TEXTURE_BINDING, storage_texture: GPUTextureUsage.STORAGE_BINDING,
+    };
+    const uses = [];
+    for (const { clear, variant, calls = [], draw } of this.frame.steps) {
+      uses.push([clear, GPUBufferUsage.COPY_DST]);
+      for (const { bind } of calls) {
+        for (const { name, kind } of this.variants.get(variant).bindings) uses.push([bind[name], kinds[kind]]);
+      }
+      if (!draw) continue;
+      uses.push([draw.depth.target, GPUTextureUsage.RENDER_ATTACHMENT], [draw.indices, GPUBufferUsage.INDEX]);
+      for (const { buffer } of draw.vertices) uses.push([buffer, GPUBufferUsage.VERTEX]);
+    }
+    const usages = this.frame.resources.map(() => 0);
+    for (const [view, usage] of uses) if (view) usages[view.index] |= usage;
+    return usages;
+  }
+
+  /// A resource, if it is used; with its contents, if the host supplies them.
+  make({ name, external, buffer, texture, sampler }, usage) {
+    const { device } = this;
+    if (sampler) return device.createSampler({ magFilter: sampler, minFilter: sampler, mipmapFilter: sampler });
+    if (usage === 0) return null;
+    const contents = external ? entry(this.supplied, 'supplied resource', name) : null;
+    if (buffer) {
+      const made = device.createBuffer({ size: buffer.length * buffer.stride, usage: usage | READ_AND_WRITE.buffer });
+      device.queue.writeBuffer(made, 0, contents ?? new Uint32Array(buffer.initial));
+      return made;
+    }
+    const { format, size: [width, height], layers, levels: mipLevelCount } = texture;
+    const size = [width, height, layers];
+    const made = device.createTexture({ size, format, mipLevelCount, usage: usage | READ_AND_WRITE.texture });
+    if (contents) {
+      const data = format.includes('16float') ? Uint16Array.from(contents, half) : contents;
+      const layout = { bytesPerRow: data.byteLength / height, rowsPerImage: height };
+      device.queue.writeTexture({ texture: made }, data, layout, size);
+    }
+    return made;
+  }
+
+  /// The pipeline of a step and the bind groups of its calls; the same ones for the same.
+  prepare(step) {
+    if (step.clear) return {};
+    const { device, folder, pipelines } = this;
+    const { id, files, entry_points: points, overrides } = this.variants.get(step.variant);
+    const named = overrides.filter(({ name }) => Object.hasOwn(step.constants, name));
+    const constants = Object.fromEntries(named.map(({ name }) => [name, step.constants[name]]));
+    const key = JSON.stringify([id, step.entry, constants, step.draw]);
+    if (!pipelines.has(key)) {
+      const { path } = files.find(({ target }) => target === 'wgsl');
+      const module = device.createShaderModule({ code: readFileSync(join(folder, path), 'utf8') });
+      const compute = { module, constants, entryPoint: step.entry ?? points[0].name };
+      pipelines.set(key, step.draw
+        ? device.createRenderPipeline({ layout: 'auto', ...this.raster(step.draw, { module, constants }) })
+        : device.createComputePipeline({ layout: 'auto', compute }));
+    }
+    return { pipeline: pipelines.get(key), groups: step.calls.map((call) => this.group(key, id, call)) };
+  }
+
+  /// The state of a render pipeline. What is drawn has indices and goes into a depth texture.
+  raster({ vertex, fragment, vertices, depth, indices, color, list }, stage) {
+    if (color.length > 0 || list || !depth || !indices) {
+      throw new Problem(`this host draws indexed triangles into depth textures alone, not \`${vertex}\``);
+    }
+    const attribute = ({ location, format, offset }) => ({ shaderLocation: location, format, offset });
+    const buffer = ({ stride, attributes }) => ({ arrayStride: stride, attributes: attributes.map(attribute) });
+    const { format } = this.frame.resources[depth.target.index].texture;
+    const depthStencil = { format, depthCompare: depth.compare, depthWriteEnabled: depth.write === true };
+    const state = { vertex: { ...stage, entryPoint: vertex, buffers: vertices.map(buffer) }, depthStencil };
+    return fragment ? { ...state, fragment: { ...stage, entryPoint: fragment, targets: [] } } : state;
+  }
+
+  group(pipeline, id, { bind, uniforms }) {
+    const { device, groups, resources } = this;
+    const key = JSON.stringify([pipeline, bind, uniforms]);
+    if (groups.has(key)) return groups.get(key);
+    const { bindings, structs } = this.variants.get(id);
+    const layouts = Object.fromEntries(structs.map((one) => [one.name, one]));
+    const entries = bindings.map(({ binding, name, kind, type, dimension }) => {
+      if (Object.hasOwn(uniforms, name)) {
+        const usage = GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST;
+        const buffer = device.createBuffer({ size: layouts[type].size, usage });
+        this.uniforms.push({ buffer, type, members: uniforms[name], layouts });
+        return { binding, resource: { buffer } };
+      }
+      if (!bind[name]) throw new Problem(`nothing is bound to \`${name}\` of ${id}`);
+      const made = resources[bind[name].index];
+      if (kind === 'storage') return { binding, resource: { buffer: made } };
+      return { binding, resource: kind === 'sampler' ? made : this.view(bind[name], dimension) };
+    });
+    const layout = this.pipelines.get(pipeline).getBindGroupLayout(0);
+    groups.set(key, device.createBindGroup({ layout, entries }));
+    return groups.get(key);
+  }
+
+  view({ index, level }, dimension) {
+    const levels = level === null ? {} : { baseMipLevel: level, mipLevelCount: 1 };
+    return this.resources[index].createView({ dimension, ...levels });
+  }
+
+  /// One frame. `age`: how many were before it.
+  run(inputs, age) {
+    const { device, resources } = this;
+    for (const { buffer, type, members, layouts } of this.uniforms) {
+      const data = new DataView(new ArrayBuffer(buffer.size));
+      pack(data, 0, type, members, { layouts, inputs, age });
+      device.queue.writeBuffer(buffer, 0, data.buffer);
+    }
+    const encoder = device.createCommandEncoder();
+    for (const { step, pipeline, groups } of this.steps) {
+      if (step.new !== null && age > 0) continue;
+      if (step.clear) {
+        encoder.clearBuffer(resources[step.clear.index], 0, step.bytes ?? undefined);
+        continue;
+      }
+      const work = step.draw ? this.begin(encoder, step.draw) : encoder.beginComputePass();
+      work.setPipeline(pipeline);
+      step.calls.forEach(({ viewport, count, instances, dispatch }, index) => {
+        work.setBindGroup(0, groups[index]);
+        if (viewport) work.setViewport(...viewport, 0, 1);
+        const [first, number] = instances ?? [0, 1];
+        if (step.draw) work.drawIndexed(count, number, 0, 0, first);
+        else work.dispatchWorkgroups(...dispatch);
+      });
+      work.end();
+    }
+    device.queue.submit([encoder.finish()]);
+  }
+
+  /// A render pass with its target and vertices.
+  begin(encoder, { depth, vertices, indices }) {
+    const depthStencilAttachment = { view: this.view(depth.target, '2d'), depthStoreOp: 'store', depthLoadOp: 'load' };
+    const clear = { depthLoadOp: 'clear', depthClearValue: depth.clear };
+    if (depth.clear !== null) Object.assign(depthStencilAttachment, clear);
+    const work = encoder.beginRenderPass({ colorAttachments: [], depthStencilAttachment });
+    vertices.forEach(({ buffer }, slot) => work.setVertexBuffer(slot, this.resources[buffer.index]));
+    work.setIndexBuffer(this.resources[indices.index], 'uint32');
+    return work;
+  }
+
+  /// The bytes of a buffer, or of a texture of four floats.
+  async read(index) {
+    const { device, resources } = this;
+    const { texture, buffer } = this.frame.resources[index];
+    const [width, height] = texture?.size ?? [buffer.length * buffer.stride, 1];
+    const row = texture ? width * 16 : width;
+    const padded = Math.ceil(row / 256) * 256;
+    const usage = GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ;
+    const copy = device.createBuffer({ size: padded * height, usage });
+    const encoder = device.createCommandEncoder();
+    const target = { buffer: copy, bytesPerRow: padded };
+    if (texture) encoder.copyTextureToBuffer({ texture: resources[index] }, target, [width, height]);
+    else encoder.copyBufferToBuffer(resources[index], 0, copy, 0, row);
+    device.queue.submit([encoder.finish()]);
+    await copy.mapAsync(GPUMapMode.READ);
+    const bytes = Buffer.from(copy.getMappedRange());
+    return Buffer.concat(Array.from({ length: height }, (_, y) => bytes.subarray(y * padded, y * padded + row)));
+  }
+}
+
+/// Writes a value of a type of WGSL where the manifest's layout has it.
+function pack(data, offset, type, member, given) {
+  const { layouts, inputs, age } = given;
+  let value = member?.age ? age : member;
+  if (member?.input) {
+    value = entry(inputs, 'input', member.input);
+    if (member.element !== null) value = value[member.element];
+  }
+  if (Object.hasOwn(layouts, type)) {
+    for (const field of layouts[type].fields) {
+      pack(data, offset + field.offset, field.type, entry(value, `member of ${type}`, field.name), given);
+    }
+    return;
+  }
+  const write = { f32: data.setFloat32, u32: data.setUint32, i32: data.setInt32 };
+  const scalar = entry(write, 'scalar type', type.replace('>', '').split('<').at(-1));
+  [value].flat().forEach((number, index) => scalar.call(data, offset + 4 * index, number, true));
+}
+
+/// The command that generates variants.
+function generate({ passes }, ids) {
+  const axes = ([pass, ...values]) => passes[pass].map((axis, i) => `${axis}=${values[i]}`);
+  const values = ids.flatMap((id) => axes(id.split('-')));
+  return `cargo xtask gen-shaders --set ${[...new Set(values)].sort()} --out DIR`;
+}
+
+/// A device with what the variants of a frame require.
+async function request(modules, variants, { graph, steps }) {
+  const used = [...new Set(steps.filter(({ clear }) => !clear).map(({ variant }) => variant))];
+  const missing = used.filter((id) => !variants.has(id)).sort();
+  if (missing.length > 0) throw new Problem(`the package lacks ${missing.join(', ')}; type: ${generate(graph, used)}`);
+  if (modules) {
+    const { create, globals } = await import(pathToFileURL(resolve(modules, 'node_modules/webgpu/index.js')).href);
+    Object.assign(globalThis, globals);
+    // Dawn's instance has to outlive what is made of it.
+    globalThis.gpu = create(['backend=vulkan']);
+  }
+  const requiredFeatures = [...new Set(used.flatMap((id) => variants.get(id).requires.features))];
+  const adapter = await (globalThis.gpu ?? navigator.gpu).requestAdapter();
+  if (!adapter) throw new Problem('no adapter; VK_ICD_FILENAMES may name a driver that Dawn accepts');
+  const device = await adapter.requestDevice({ requiredFeatures });
+  device.onuncapturederror = ({ error }) => fail(error);
+  return device;
+}
+
+async function main() {
+  const flags = ['set', 'size', 'map', 'frames', 'graph', 'modules'];
+  const options = Object.fromEntries(flags.map((name) => [name, { type: 'string' }]));
+  const { values, positionals: [folder, out] } = parseArgs({ options, allowPositionals: true });
+  const { set = '', size = '33x17', map = '48', frames = '1', modules } = values;
+  const manifest = read(readFileSync(join(folder, 'manifest.json'), 'utf8'));
+  const graph = values.graph ? read(readFileSync(values.graph, 'utf8')) : entry(manifest, 'key', 'graph');
+  const [width, height] = size.split('x');
+  const given = set.split(',').filter(Boolean).map((one) => one.split('='));
+  const names = { ...Object.fromEntries(given), width, height, map };
+  const [axes, parameters] = [{}, scene.counts()];
+  for (const [name, value] of Object.entries(names)) {
+    if (Object.hasOwn(graph.parameter, name)) parameters[name] = Number(value);
+    else axes[name] = value;
+  }
+  const frame = new Frame(graph, axes, parameters, PARTS);
+  const variants = new Map(manifest.variants.map((variant) => [variant.id, variant]));
+  const [inputs, supplied] = [scene.inputs(frame), scene.supplied(frame)];
+  const host = new Host(await request(modules, variants, frame), folder, variants, frame, supplied);
+  for (let age = 0; age < Number(frames); age++) host.run(inputs, age);
+  mkdirSync(out, { recursive: true });
+  for (const [index, { name }] of frame.resources.entries()) {
+    if (OUTPUTS.includes(name)) writeFileSync(join(out, name), await host.read(index));
+  }
+  for (const [name, data] of Object.entries(supplied)) writeFileSync(join(out, name), data);
+  const steps = frame.steps.map(({ variant = 'clear' }) => variant);
+  const configuration = { axes, parameters, inputs, frames: Number(frames), steps };
+  writeFileSync(join(out, 'configuration.json'), JSON.stringify(configuration, null, 1));
+}
+
+function fail(error) {
+  console.error(`error: ${error instanceof Problem ? error.message : error.stack ?? error.message}`);
+  process.exit(1);
+}
+
+main().then(() => process.exit(0), fail);

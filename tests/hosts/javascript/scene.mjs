@@ -1,0 +1,138 @@
+// A floor, a wall and a ball as a light and a camera see them, and what a host computes for them.
+//
+// Surfaces take + - * / and square roots of 64 bits alone, in this order, so that every language has the same numbers.
+
+import { Problem } from './graph.mjs';
+
+// Position; unit axes to the right, up and into the scene; half the image's height at unit distance.
+const LIGHT = [[0.5, 3.5, 1.0], [1.0, 0.0, 0.0], [0.0, 0.6, -0.8], [0.0, -0.8, -0.6], 0.75];
+const CAMERA = [[-0.25, 1.5, 4.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0], 0.625];
+// W/sr; cosines of the cone.
+const [INTENSITY, INNER, OUTER] = [[20.0, 18.0, 15.0], 0.875, 0.6875];
+const [LOW, HIGH, CENTRE, BALL] = [[-2.0, 0.0, -2.0], [2.0, 3.0, 2.0], [0.25, 0.625, -0.5], 0.625];
+// Axis of the normal; base colour and metallic; roughness alpha.
+const FLOOR = [1, [0.75, 0.5, 0.25, 0.0], 0.25];
+const WALL = [2, [0.25, 0.625, 0.75, 0.0], 0.5];
+const [BALL_COLOR, BALL_ALPHA, DIELECTRIC, NOTHING] = [[0.875, 0.75, 0.5, 0.75], 0.125, 0.04, [0.0, 0.0, 0.0, 0.0]];
+const XYZ = [0, 1, 2];
+
+/// Position, normal and base colour of what a ray meets first, with what stands in their fourth components.
+function surface(eye, ray) {
+  const along = (t) => XYZ.map((i) => eye[i] + t * ray[i]);
+  const dot = (p, q) => p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+  let [nearest, found] = [Infinity, [[0.0, 0.0, 0.0, -1.0], NOTHING, NOTHING]];
+  for (const [axis, color, alpha] of [FLOOR, WALL]) {
+    const t = ray[axis] < 0.0 ? (LOW[axis] - eye[axis]) / ray[axis] : nearest;
+    if (t < nearest && along(t).every((p, i) => i === axis || (LOW[i] <= p && p <= HIGH[i]))) {
+      nearest = t;
+      found = [[...along(t), DIELECTRIC], [...XYZ.map((i) => Number(i === axis)), alpha], color];
+    }
+  }
+  const offset = XYZ.map((i) => eye[i] - CENTRE[i]);
+  const [a, b, c] = [dot(ray, ray), dot(ray, offset), dot(offset, offset) - BALL * BALL];
+  const t = b * b > a * c ? (-b - Math.sqrt(b * b - a * c)) / a : nearest;
+  if (t < nearest) {
+    // Rounded so that 16 bits hold it.
+    const normal = along(t).map((p, i) => Math.floor(((p - CENTRE[i]) / BALL) * 1024.0 + 0.5) / 1024.0);
+    found = [[...along(t), DIELECTRIC], [...normal, BALL_ALPHA], BALL_COLOR];
+  }
+  return found;
+}
+
+/// The three surface textures of a view, row by row from the top.
+function image(prefix, [eye, right, up, forward, tangent], width, height) {
+  const texels = [];
+  for (let row = 0; row < height; row++) {
+    for (let column = 0; column < width; column++) {
+      const u = ((2.0 * (column + 0.5)) / width - 1.0) * tangent * (width / height);
+      const v = (1.0 - (2.0 * (row + 0.5)) / height) * tangent;
+      texels.push(surface(eye, XYZ.map((i) => forward[i] + u * right[i] + v * up[i])));
+    }
+  }
+  const names = ['position', 'normal', 'base_color'];
+  const parts = (i) => new Float32Array(texels.flatMap((texel) => texel[i]));
+  return Object.fromEntries(names.map((name, i) => [prefix + name, parts(i)]));
+}
+
+/// Positions and indices of the floor, the wall, and an octahedron in the ball.
+function triangles() {
+  const [[x, y, z], [right, top, front]] = [LOW, HIGH];
+  const positions = [[x, y, front], [right, y, front], [right, y, z], [x, y, z], [right, top, z], [x, top, z]];
+  for (const axis of XYZ) {
+    for (const side of [-1, 1]) positions.push(CENTRE.map((c, i) => c + (i === axis ? BALL * side : 0.0)));
+  }
+  const indices = [0, 1, 2, 0, 2, 3, 3, 2, 4, 3, 4, 5];
+  for (const i of [0, 1]) for (const j of [2, 3]) for (const k of [4, 5]) indices.push(6 + i, 6 + j, 6 + k);
+  return { positions, indices };
+}
+
+/// What the description calls the numbers of the triangles.
+export function counts() {
+  const { positions, indices } = triangles();
+  return { occluder_vertex_count: positions.length, occluder_index_count: indices.length };
+}
+
+/// Points on the triangles, evenly over their area, as discs that cover it; each subset is such by itself.
+function points(count, subsets) {
+  const { positions, indices } = triangles();
+  const ends = [0.0];
+  const all = [];
+  for (let at = 0; at < indices.length; at += 3) {
+    const [a, b, c] = indices.slice(at, at + 3).map((index) => positions[index]);
+    const [p, q] = [b, c].map((corner) => XYZ.map((i) => corner[i] - a[i]));
+    const n = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+    const length = Math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    ends.push(ends.at(-1) + length);
+    all.push({ a, p, q, length, end: ends.at(-1), normal: n.map((part) => part / length) });
+  }
+  const total = ends.at(-1);
+  const found = [];
+  for (let place = 0; place < count * subsets; place++) {
+    const [subset, turn] = [Math.floor(place / count), place % count];
+    const along = ((turn * subsets + subset + 0.5) / (count * subsets)) * total;
+    const { a, p, q, length, end, normal } = all.find((one) => along < one.end);
+    // [Turk 1990, Graphics Gems, Generating random points in triangles]
+    const [root, across] = [Math.sqrt((along - end + length) / length), (0.618 * turn + 0.755 * subset) % 1.0];
+    found.push(...XYZ.map((i) => a[i] + root * (1.0 - across) * p[i] + root * across * q[i]));
+    found.push(Math.sqrt(total / count / 4.0), ...normal, 0.0);
+  }
+  return found;
+}
+
+/// Textures and buffers by name.
+export function supplied({ parameters: { map, width, height, shadow_points: count }, root }) {
+  const { positions, indices } = triangles();
+  const made = { ...image('rsm_', LIGHT, map, map), ...image('gbuffer_', CAMERA, width, height) };
+  made.occluder_positions = new Float32Array(positions.flat());
+  made.occluder_indices = new Uint32Array(indices);
+  if (root.axis('visibility') !== 'imperfect') return made;
+  made.points = new Float32Array(points(count, root.number('point_subsets')));
+  return made;
+}
+
+/// Host inputs by name, as the description says of each.
+export function inputs({ parameters, root }) {
+  const kind = root.axis('light');
+  if (kind !== 'spot') throw new Problem(`these surfaces are seen by a spot light, not by light ${kind}`);
+  const [position, right, up, forward, tangent] = LIGHT;
+  const origin = XYZ.map((i) => (LOW[i] + HIGH[i]) / 2.0);
+  const radius = Math.sqrt(XYZ.reduce((sum, i) => sum + (HIGH[i] - LOW[i]) ** 2, 0.0)) / 2.0;
+  const { map, tile, bias_scale: biasScale, emission_sharpness: s } = parameters;
+  const meanLength = root.axis('sharpness') === 'toksvig' ? s / (s + 1.0) : 1.0 / Math.tanh(s) - 1.0 / s;
+  const unit = 2.0 ** (Math.ceil(Math.log2(Math.max(...INTENSITY) * ((2.0 * tangent) / map) ** 2)) - 15);
+  const half = (1.0 + 1.0 / 16.0) / tile;
+  const scale = 1.0 / Math.max(INNER - OUTER, 1e-3);
+  const cone = { cone_scale: scale, cone_offset: -scale * OUTER };
+  const view = { position, right, up, forward, tan_half_angle: tangent, half_extent: 0.0 };
+  const light = { ...view, ...cone, intensity: INTENSITY };
+  const zeros = Object.entries(light).map(([name, value]) => [name, Array.isArray(value) ? [0.0, 0.0, 0.0] : 0.0]);
+  return {
+    eye: CAMERA[0], light, light_eye: [...position, 1.0], origin,
+    camera_light: { ...Object.fromEntries(zeros), position: CAMERA[0] },
+    minimum_variance: Math.max(((2.0 * tangent * radius) / map) ** 2 / 6.0, 1e-12),
+    power_unit: unit, power_scale: 1.0 / unit,
+    diffuse_mean_length: root.axis('emitter') === 'lobe' ? meanLength : 1.0,
+    least_near: 1e-4 * radius,
+    bias: (biasScale * Math.sqrt(2.0) * half) / (1.0 - Math.sqrt(6.0) * half),
+  };
+}
