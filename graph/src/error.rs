@@ -54,10 +54,6 @@ impl Problem {
     ) -> Self {
         Self::Unknown { kind, name: name.to_owned(), known: known.into_iter().cloned().collect() }
     }
-
-    pub(crate) fn form(text: impl Into<String>) -> Self {
-        Self::Form(text.into())
-    }
 }
 
 /// One thing that is wrong, and where.
@@ -112,5 +108,18 @@ impl<'a> At<'a> {
     pub(crate) fn error(&self, problem: Problem) -> Error {
         let used = self.used.map(|path| Place(path.to_vec()));
         Error { place: Place(self.path()), problem, used }
+    }
+
+    pub(crate) fn form<T>(&self, text: impl Into<String>) -> Result<T, Error> {
+        Err(self.error(Problem::Form(text.into())))
+    }
+
+    pub(crate) fn unknown<'b, T>(
+        &self,
+        kind: &'static str,
+        name: &str,
+        known: impl IntoIterator<Item = &'b String>,
+    ) -> Result<T, Error> {
+        Err(self.error(Problem::unknown(kind, name, known)))
     }
 }

@@ -80,9 +80,8 @@ impl Resolve for Formula {
 impl Resolve for Reference {
     type To = View;
     fn resolve(&self, env: &Env<'_, '_>, at: &At<'_>) -> Result<View, Error> {
-        env.view(self, at)?.ok_or_else(|| {
-            at.error(Problem::Form(format!("`{self}` does not exist in this configuration")))
-        })
+        let missing = || at.form(format!("`{self}` does not exist in this configuration"));
+        env.view(self, at)?.map_or_else(missing, Ok)
     }
 }
 
@@ -179,8 +178,7 @@ impl<'d> Env<'_, 'd> {
             let at = at.key(table);
             let known = self.note(known).unwrap_or(Known::Absent);
             if self.of.known.borrow_mut().insert(full.clone(), known).is_some() {
-                let problem = Problem::form(format!("`{full}` is declared twice"));
-                self.note::<()>(Err(at.key(name).error(problem)));
+                self.note(at.key(name).form::<()>(format!("`{full}` is declared twice")));
             }
         };
         for (name, choice) in &scope.template.alias {
@@ -217,8 +215,7 @@ impl<'d> Env<'_, 'd> {
         let part = resource.part.as_deref().unwrap_or(part).to_owned();
         let supplied = self.of.configuration.supplied.contains(&name) || !self.runs(&part);
         if resource.kept && (supplied || resource.flip) {
-            let form = "what is kept is neither supplied by the host nor a pair";
-            return Err(at.error(Problem::form(form)));
+            return at.form("what is kept is neither supplied by the host nor a pair");
         }
         let (external, kept) = (resource.external || supplied, resource.kept);
         let resources = &mut self.of.frame.borrow_mut().resources;
@@ -250,7 +247,7 @@ impl<'d> Env<'_, 'd> {
                 let at = at.key("texture");
                 let format = texture.format.resolve(self, &at.key("format"))?.unwrap_or_default();
                 let Some(texel) = texel_bytes(&format) else {
-                    return Err(at.key("format").error(Problem::unknown("format", &format, [])));
+                    return at.key("format").unknown("format", &format, []);
                 };
                 let sides = texture.size.resolve(self, &at.key("size"))?;
                 let layers = texture.layers.resolve(self, &at.key("layers"))?;
@@ -269,8 +266,7 @@ impl<'d> Env<'_, 'd> {
             }
             (None, None, Some(sampler)) => (Kind::Sampler { filter: *sampler }, 0),
             _ => {
-                let form = "a resource is one of a buffer, a texture and a sampler";
-                return Err(at.error(Problem::form(form)));
+                return at.form("a resource is one of a buffer, a texture and a sampler");
             }
         })
     }
@@ -299,7 +295,7 @@ impl<'d> Env<'_, 'd> {
             let at = at.key("new");
             let index = new.resolve(self, &at)?.resource;
             if self.of.frame.borrow().resources.get(index).is_none_or(|new| !new.kept) {
-                return Err(at.error(Problem::form("what may be new is a resource that is kept")));
+                return at.form("what may be new is a resource that is kept");
             }
             context.new = Some(index);
         }
@@ -315,8 +311,7 @@ impl<'d> Env<'_, 'd> {
             }
             (None, None, None, false) => return self.group(step, at, &context),
             _ => {
-                let form = "a step is one of `pass`, `clear`, `use` and `steps`";
-                return Err(at.error(Problem::form(form)));
+                return at.form("a step is one of `pass`, `clear`, `use` and `steps`");
             }
         };
         let Context { label, part, new, .. } = context;
@@ -334,16 +329,14 @@ impl<'d> Env<'_, 'd> {
     ) -> Result<(), Error> {
         let known = &self.of.description.template;
         let Some(template) = known.get(name) else {
-            let problem = Problem::unknown("template", name, known.keys());
-            return Err(at.key("use").error(problem));
+            return at.key("use").unknown("template", name, known.keys());
         };
         let mut outer = Some(self.scope);
         for _ in 0..16 {
             outer = outer.and_then(|scope| scope.caller.as_ref()).map(|caller| &caller.scope);
         }
         if outer.is_some() || self.round.is_some() {
-            let form = "a template is used in no repetition, and not by itself";
-            return Err(at.key("use").error(Problem::form(form)));
+            return at.key("use").form("a template is used in no repetition, and not by itself");
         }
         let scope = Rc::new(Scope {
             prefix: format!("{}{}", self.scope.prefix, step.prefix),
@@ -369,7 +362,7 @@ impl<'d> Env<'_, 'd> {
             let at = at.item("flip", index);
             let (name, _, known) = self.target(&Reference::new(pair), &at)?;
             if !matches!(known, Known::Pair(..)) {
-                return Err(at.error(Problem::unknown("pair", pair, [])));
+                return at.unknown("pair", pair, []);
             }
             pairs.push(name);
         }
@@ -403,8 +396,7 @@ impl<'d> Env<'_, 'd> {
             (Some(groups), None, None) => Size::Groups(groups),
             (None, Some((buffer, offset)), None) => Size::Indirect(buffer, offset),
             _ => {
-                let form = "a pass has one of `dispatch`, `indirect` and `draw`";
-                return Err(at.error(Problem::form(form)));
+                return at.form("a pass has one of `dispatch`, `indirect` and `draw`");
             }
         };
         let group = self.bindings(step, at)?;
@@ -416,11 +408,11 @@ impl<'d> Env<'_, 'd> {
     fn variant(&self, step: &description::Step, pass: &str, at: &At<'_>) -> Result<Variant, Error> {
         let Description { passes, axes, .. } = self.of.description;
         let Some(of_pass) = passes.get(pass) else {
-            return Err(at.key("pass").error(Problem::unknown("pass", pass, passes.keys())));
+            return at.key("pass").unknown("pass", pass, passes.keys());
         };
         let at = at.key("axes");
         if let Some(axis) = step.axes.keys().find(|axis| !of_pass.contains(axis)) {
-            return Err(at.key(axis).error(Problem::unknown("axis", axis, of_pass)));
+            return at.key(axis).unknown("axis", axis, of_pass);
         }
         let mut variant = Variant { pass: pass.to_owned(), axes: Vec::new() };
         for axis in of_pass {
@@ -429,7 +421,7 @@ impl<'d> Env<'_, 'd> {
             let value = own.flatten().map_or_else(|| self.axis(axis, &at), Ok)?;
             let known = axes.get(axis).map_or(&[][..], |axis| &axis.values);
             if !known.contains(&value) {
-                return Err(at.error(Problem::unknown("value", &value, known)));
+                return at.unknown("value", &value, known);
             }
             variant.axes.push((axis.clone(), value));
         }
@@ -449,8 +441,7 @@ impl<'d> Env<'_, 'd> {
             Some(list) => {
                 let known = &self.of.description.draws;
                 if !known.contains_key(list) {
-                    let problem = Problem::unknown("list of draws", list, known.keys());
-                    return Err(at.key("list").error(problem));
+                    return at.key("list").unknown("list of draws", list, known.keys());
                 }
                 self.of.configuration.draws.get(list).cloned().unwrap_or_default()
             }
@@ -480,8 +471,7 @@ impl<'d> Env<'_, 'd> {
                     Geometry::Direct(count, instances.unwrap_or([0, 1]))
                 }
                 _ => {
-                    let form = "a draw has one of `list`, `count` and the step's `indirect`";
-                    return Err(at.error(Problem::form(form)));
+                    return at.form("a draw has one of `list`, `count` and the step's `indirect`");
                 }
             };
             let viewport = draw.viewport.resolve(&env, &at.key("viewport"))?;
@@ -521,7 +511,7 @@ impl<'d> Env<'_, 'd> {
             let Some((of, fields)) = found.into_iter().next() else {
                 let at = at.key("uniforms");
                 let known = self.scope.template.uniform.keys();
-                return Err(at.key(binding).error(Problem::unknown("uniform", name, known)));
+                return at.key(binding).unknown("uniform", name, known);
             };
             let at = of.at();
             let at = at.key("uniform");

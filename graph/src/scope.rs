@@ -233,7 +233,7 @@ impl<'a, 'd> Env<'a, 'd> {
                 let at = top.key("alias");
                 let at = at.key(name);
                 let Some(chosen) = env.choose(choice, &at)? else {
-                    return Err(at.error(Problem::form("no case of the alias applies")));
+                    return at.form("no case of the alias applies");
                 };
                 self.deeper(name, &at, || env.target(chosen, &at)).map(side)
             }
@@ -241,7 +241,7 @@ impl<'a, 'd> Env<'a, 'd> {
             None if self.scope.caller.is_some() => {
                 Self::new(self.of, &self.of.root).target(reference, at)
             }
-            None => Err(at.error(Problem::unknown("resource", name, []))),
+            None => at.unknown("resource", name, []),
         }
     }
 
@@ -253,10 +253,10 @@ impl<'a, 'd> Env<'a, 'd> {
             (Known::Pair(first, front), Some(Side::Front)) => first + front,
             (Known::Pair(first, front), Some(Side::Back)) => first + 1 - front,
             (Known::One(_), Some(_)) => {
-                return Err(at.error(Problem::form("`.front` and `.back` are of a pair")));
+                return at.form("`.front` and `.back` are of a pair");
             }
             (Known::Pair(..), None) => {
-                return Err(at.error(Problem::form("of a pair, say `.front` or `.back`")));
+                return at.form("of a pair, say `.front` or `.back`");
             }
             (Known::Absent | Known::Alias(..), _) => return Ok(None),
         };
@@ -267,9 +267,7 @@ impl<'a, 'd> Env<'a, 'd> {
             _ => 0,
         };
         if let Some(level) = level.filter(|level| *level >= levels) {
-            return Err(
-                at.error(Problem::Form(format!("level {level} of `{name}`, which has {levels}")))
-            );
+            return at.form(format!("level {level} of `{name}`, which has {levels}"));
         }
         Ok(Some(View { resource, level }))
     }
@@ -287,7 +285,7 @@ impl<'a, 'd> Env<'a, 'd> {
                 }
             },
             None if known.contains_key(name) => Ok(name.to_owned()),
-            None => Err(at.error(Problem::unknown("input", name, known.keys()))),
+            None => at.unknown("input", name, known.keys()),
         }
     }
 }
