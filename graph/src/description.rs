@@ -161,6 +161,7 @@ pub struct DrawList {
     /// What is drawn, and what the host binds for it.
     pub description: String,
     /// The axes by which the host chooses variants.
+    #[serde(default)]
     pub axes: Vec<String>,
 }
 
@@ -395,6 +396,7 @@ pub struct Vertices {
     /// Bytes of a vertex.
     pub stride: u64,
     /// Its attributes.
+    #[serde(default)]
     pub attributes: Vec<Attribute>,
 }
 

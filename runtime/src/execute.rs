@@ -42,6 +42,8 @@ pub struct Made {
     pub groups: u64,
 }
 
+const WHAT: &str = "what the frame binds";
+
 /// A frame on a device.
 pub struct Executor {
     device: wgpu::Device,
@@ -82,13 +84,13 @@ impl Ready {
         let steps = builder.steps();
         let Builder { mut resources, mut uniforms, mut groups, faults, .. } = builder;
         Faults::none_of(faults)?;
-        let made = guarded(device, "the frame's resources", || {
+        let made = guarded(device, WHAT, || {
             let faults = resources.make(device, queue);
             uniforms.make(device);
             groups.make(device, &resources, &uniforms);
             faults
         });
-        Faults::none_of(made.unwrap_or_else(|error| vec![error.into()]))?;
+        Faults::none_of(made.unwrap_or_else(|error| vec![Fault::of_device(WHAT, error)]))?;
         let mut all = Uses::default();
         steps.iter().for_each(|step| all.add(&step.uses));
         Ok(Self { resources, uniforms, groups, steps, all })

@@ -80,9 +80,7 @@ pub fn light(inputs: &mut Inputs<'_>, view: &LightView) {
 pub fn camera(inputs: &mut Inputs<'_>, view: &SglowView) {
     let eye = Vec4::from(view.eye);
     eye_at(inputs, eye.truncate());
-    inputs
-        .set("camera_view_eye", eye.to_array())
-        .set("camera_clip_from_view", view.clip_from_view);
+    inputs.set("camera_view_eye", eye.to_array()).set("camera_clip_from_view", view.clip_from_view);
 }
 
 /// Gives the camera's position alone: what passes need that draw nothing.

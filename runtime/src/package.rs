@@ -167,17 +167,36 @@ struct File {
     sha256: String,
 }
 
+/// What of a manifest says how variants are run.
+#[derive(serde::Deserialize)]
+struct Runs {
+    variants: Vec<Run>,
+    #[serde(default)]
+    graph: Option<Description>,
+}
+
+#[derive(serde::Deserialize)]
+struct Run {
+    id: String,
+    #[serde(flatten)]
+    interface: Interface,
+}
+
 type Described = (Arc<BTreeMap<String, Interface>>, Option<Arc<Description>>);
 
-/// What the committed manifest says, read once. A test reads it as well, so that it is known to be one.
+impl From<Runs> for Described {
+    fn from(runs: Runs) -> Self {
+        let interfaces = runs.variants.into_iter().map(|run| (run.id, run.interface)).collect();
+        (Arc::new(interfaces), runs.graph.map(Arc::new))
+    }
+}
+
+/// What the committed manifest says, read once; a test holds that it can be read.
 fn embedded() -> &'static Described {
     static EMBEDDED: OnceLock<Described> = OnceLock::new();
     EMBEDDED.get_or_init(|| {
-        let manifest: Result<Manifest, _> = serde_json::from_str(sglow_shaders::MANIFEST);
-        let Ok(manifest) = manifest else { return Described::default() };
-        let variants = manifest.variants.into_iter();
-        let interfaces = variants.map(|variant| (variant.id, variant.interface)).collect();
-        (Arc::new(interfaces), manifest.graph.map(Arc::new))
+        let runs: Result<Runs, _> = serde_json::from_str(sglow_shaders::MANIFEST);
+        runs.map(Described::from).unwrap_or_default()
     })
 }
 
@@ -282,19 +301,18 @@ impl Package {
         }
     }
 
-    /// Adds what is known of variants beside their texts; a frame that is data is executed by it.
-    pub fn with_interfaces(
-        mut self,
-        interfaces: impl IntoIterator<Item = (String, Interface)>,
-    ) -> Self {
-        Arc::make_mut(&mut self.interfaces).extend(interfaces);
-        self
-    }
-
-    /// Adds the frame.
-    pub fn with_description(mut self, description: Description) -> Self {
-        self.description = Some(Arc::new(description));
-        self
+    /// Adds what a manifest, as JSON, says of how variants are run: their bindings, and the frame.
+    ///
+    /// # Errors
+    ///
+    /// When it is no manifest.
+    pub fn with_manifest(self, text: &str) -> Result<Self, PackageError> {
+        let runs: Runs = serde_json::from_str(text).map_err(|error| PackageError::Manifest {
+            path: PathBuf::from(&self.origin),
+            reason: error.to_string(),
+        })?;
+        let (interfaces, description) = runs.into();
+        Ok(Self { interfaces, description, ..self })
     }
 
     /// The frame; nothing if the package describes none.
@@ -305,6 +323,12 @@ impl Package {
     /// What is known of a variant beside its text.
     pub fn interface(&self, id: &str) -> Option<&Interface> {
         self.interfaces.get(id)
+    }
+
+    /// Leaves some variants alone in it.
+    pub fn only(mut self, ids: &BTreeSet<String>) -> Self {
+        self.texts.retain(|id, _| ids.contains(id));
+        self
     }
 
     /// Replaces the text of one variant: how a test runs a shader that is broken on purpose.
@@ -385,5 +409,9 @@ mod tests {
             assert_eq!(interface.bindings.len(), bindings, "{id}");
             assert!(!interface.entry_points.is_empty(), "{id}");
         }
+        // The frame is that of the manifest, and comes to something.
+        let description = package.description().unwrap();
+        let frame = description.evaluate(&sglow_graph::Configuration::default()).unwrap();
+        assert!(!frame.steps.is_empty());
     }
 }

@@ -9,10 +9,12 @@ use crate::library::Library;
 use crate::validate::Validated;
 
 mod cost;
+mod memory;
 mod purpose;
 pub mod reflect;
 
 pub use cost::Cost;
+pub use memory::in_memory;
 pub use purpose::{Assumed, LeftOut, MadeFor, Saved, Weight};
 pub use reflect::{Error, Reflection, reflect};
 

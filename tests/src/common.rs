@@ -1,5 +1,6 @@
 //! What the tests share: a device, comparisons that count, and inputs made by a fixed generator.
 
+use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use glam::Vec3;
@@ -14,6 +15,7 @@ use sglow_runtime::package::Package;
 use sglow_runtime::scene::{Bounds, Light, LightKind};
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::library::Library;
+use sglow_shader_gen::matrix::Variant;
 
 /// The device that all tests use.
 pub(crate) fn gpu() -> &'static Gpu {
@@ -34,10 +36,24 @@ pub(crate) fn whole_space() -> &'static Package {
     static PACKAGE: OnceLock<Package> = OnceLock::new();
     PACKAGE.get_or_init(|| {
         let library = library();
-        let variants = sglow_shader_gen::generate::variants(&library, &library.variants()).unwrap();
-        let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
-        Package::generated("every variant of the library", texts)
+        packaged("every variant of the library", &library, &library.variants())
     })
+}
+
+/// Variants of a library, generated in memory, with what a manifest would say of them and of the frame.
+pub(crate) fn packaged(origin: &str, library: &Library, variants: &[Variant]) -> Package {
+    let made = sglow_shader_gen::generate::variants(library, variants).unwrap();
+    let manifest = sglow_shader_gen::manifest::in_memory(library, &made).unwrap();
+    let texts = made.into_iter().map(|one| (one.variant.id(), one.text));
+    Package::generated(origin, texts).with_manifest(&manifest).unwrap()
+}
+
+/// The variants of these identifiers.
+pub(crate) fn package_of(wanted: &BTreeSet<String>) -> Package {
+    let library = library();
+    let mut variants = library.variants();
+    variants.retain(|variant| wanted.contains(&variant.id()));
+    packaged("some variants of the library", &library, &variants)
 }
 
 /// Comparisons of measured numbers with values and their tolerances.

@@ -5,57 +5,22 @@
 mod foreign;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::OnceLock;
 
 use sglow_graph::description::Number;
-use sglow_graph::{Configuration, Description, Frame};
+use sglow_graph::{Configuration, Frame};
 use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists};
 use sglow_runtime::frame::Renderer;
 use sglow_runtime::host;
-use sglow_runtime::interface::Interface;
 use sglow_runtime::package::Package;
 use sglow_runtime::points::Geometry;
 use sglow_runtime::readback;
 use sglow_runtime::scene::{Light, Scene};
 use sglow_runtime::settings::{AXES, PARAMETERS, Settings};
 use sglow_runtime::visibility::SUBSETS;
-use sglow_shader_gen::library::Library;
-use sglow_shader_gen::manifest;
 use sglow_shaders::Draw;
 use wgpu::util::DeviceExt;
 
-use crate::common::{gpu, library};
-
-fn description() -> &'static Description {
-    static DESCRIPTION: OnceLock<Description> = OnceLock::new();
-    DESCRIPTION.get_or_init(|| described(&library()))
-}
-
-fn described(library: &Library) -> Description {
-    library.frame().expect("a frame").description.clone()
-}
-
-/// Variants with what is known of their bindings.
-pub(crate) fn package(wanted: &BTreeSet<String>) -> Package {
-    packaged(&library(), wanted)
-}
-
-fn packaged(library: &Library, wanted: &BTreeSet<String>) -> Package {
-    let mut variants = library.variants();
-    variants.retain(|variant| wanted.contains(&variant.id()));
-    let made = sglow_shader_gen::generate::variants(library, &variants).unwrap();
-    let interfaces: Vec<_> = made
-        .iter()
-        .map(|one| {
-            let reflection = manifest::reflect(&one.text, &one.module, &one.info).unwrap();
-            let described = manifest::variant(library, one, &reflection, Vec::new());
-            let value = serde_json::to_value(described).unwrap();
-            (one.variant.id(), serde_json::from_value::<Interface>(value).unwrap())
-        })
-        .collect();
-    let texts = made.into_iter().map(|one| (one.variant.id(), one.text));
-    Package::generated("the variants of the frames", texts).with_interfaces(interfaces)
-}
+use crate::common::{gpu, library, package_of, packaged};
 
 /// What settings and a scene are in the words of the description.
 fn configuration(settings: &Settings, renderer: &Renderer<'_>, scene: &Scene) -> Configuration {
@@ -125,8 +90,9 @@ impl Occluders {
     }
 }
 
-fn frame(configuration: &Configuration) -> Frame {
-    description().evaluate(configuration).unwrap_or_else(|errors| panic!("{errors}"))
+fn frame(package: &Package, configuration: &Configuration) -> Frame {
+    let description = package.description().unwrap();
+    description.evaluate(configuration).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 fn base() -> Settings {
@@ -165,7 +131,7 @@ impl Subject {
     }
 
     pub(crate) fn frame(&self, renderer: &Renderer<'_>) -> Frame {
-        frame(&configuration(&self.settings, renderer, &self.scene))
+        frame(&self.package, &configuration(&self.settings, renderer, &self.scene))
     }
 
     pub(crate) fn executor(&self, renderer: &Renderer<'_>, frame: &Frame) -> Executor {
@@ -224,7 +190,7 @@ impl Embedded {
     fn frame(subject: &Subject, renderer: &Renderer<'_>, settings: &Settings) -> Frame {
         let parts = Some(BTreeSet::from(["indirect".to_owned()]));
         let configuration = configuration(settings, renderer, &subject.scene);
-        frame(&Configuration { parts, ..configuration })
+        frame(&subject.package, &Configuration { parts, ..configuration })
     }
 
     fn new(settings: Settings) -> Self {
@@ -233,7 +199,7 @@ impl Embedded {
         let settings = Settings { light, ..settings };
         let surfaces = sglow_runtime::plan::Surfaces::of(&scene, false);
         let wanted = sglow_runtime::plan::Plan::new(&settings, &surfaces).variants;
-        let subject = Subject::new(scene, settings, package(&wanted));
+        let subject = Subject::new(scene, settings, package_of(&wanted));
         let renderer = subject.renderer();
         renderer.render().unwrap();
         let frame = Self::frame(&subject, &renderer, &subject.settings);
@@ -255,6 +221,14 @@ impl Embedded {
     fn lights(&self) -> Vec<u8> {
         buffer(self.executor.buffer("vsgls").unwrap())
     }
+}
+
+#[test]
+fn a_manifest_loses_nothing_of_the_frame() {
+    let library = library();
+    let package = packaged("nothing", &library, &[]);
+    assert_eq!(package.description(), library.frame().map(|frame| &frame.description));
+    assert_eq!(Package::embedded().description(), package.description());
 }
 
 #[test]
@@ -349,9 +323,60 @@ fn what_a_host_leaves_out_is_named_all_at_once() {
          input `origin` is 3 numbers of type u32; it has to be of type vec3<f32>\n\
          input `eye` is 1 numbers of type f32; it has to be of type vec3<f32>"
     );
+    let texture = gpu().device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 48, height: 48, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    inputs.texture("rsm_normal", &texture);
+    let wrong = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();
+    let without = "resource `rsm_normal` is a texture without usage ";
+    assert!(wrong.starts_with(without) && wrong.contains("TEXTURE_BINDING"), "{wrong}");
     // With everything as it should be the same executor goes on.
     embedded.run();
     assert!(embedded.lights() == buffer(embedded.renderer.indirect().vsgls()));
+}
+
+#[test]
+fn lists_of_draws_that_are_left_out_are_named() {
+    let mut embedded = Embedded::new(base());
+    let Embedded { subject, renderer, .. } = &mut embedded;
+    let frame = subject.frame(renderer);
+    let (gpu, package) = (gpu(), &subject.package);
+    let made = Executor::new(&gpu.device, &gpu.queue, package, &frame, &Lists::new());
+    assert_eq!(made.err().unwrap().to_string(), "the list of draws `surfaces` is left out");
+    let mut executor = subject.executor(renderer, &frame);
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let inputs = subject.inputs(renderer);
+    let left_out = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();
+    assert_eq!(left_out, "the list of draws `surfaces` is left out");
+}
+
+#[test]
+fn stages_run_by_themselves() {
+    let mut embedded = Embedded::new(base());
+    embedded.run();
+    let expected = embedded.lights();
+    let Embedded { renderer, executor, .. } = &mut embedded;
+    let mut encoder = gpu().device.create_command_encoder(&Default::default());
+    encoder.clear_buffer(executor.buffer("vsgls").unwrap(), 0, None);
+    // Mips read nothing of the host's, and samples what follows from the light alone.
+    let nothing = Inputs::new();
+    executor.encode_where(|label| label.starts_with("mip "), &mut encoder, &nothing, None).unwrap();
+    let sample = |label: &str| label == "sample";
+    let missing = executor.encode_where(sample, &mut encoder, &nothing, None).unwrap_err();
+    assert!(missing.to_string().contains("minimum_variance"), "{missing}");
+    let mut inputs = Inputs::new();
+    host::light(&mut inputs, renderer.light());
+    executor.encode_where(sample, &mut encoder, &inputs, None).unwrap();
+    gpu().queue.submit([encoder.finish()]);
+    gpu().finish().unwrap();
+    assert!(embedded.lights() == expected);
 }
 
 #[test]

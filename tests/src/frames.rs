@@ -20,20 +20,14 @@ use std::io::Write;
 use sglow_runtime::package::Package;
 use sglow_shader_gen::library::AxisValue;
 
-use crate::common::{gpu, library};
+use crate::common::{gpu, library, package_of};
 use coverage::{covered_by_each, missing, required};
 use list::{Case, list};
 use record::{Machine, Recording};
 
 /// The variants that the configurations run, and no more.
 fn package(cases: &[Case]) -> Package {
-    let library = library();
-    let wanted: BTreeSet<String> = cases.iter().flat_map(Case::variants).collect();
-    let mut variants = library.variants();
-    variants.retain(|variant| wanted.contains(&variant.id()));
-    let texts = sglow_shader_gen::generate::variants(&library, &variants).unwrap();
-    let texts = texts.into_iter().map(|one| (one.variant.id(), one.text));
-    Package::generated("the variants of the frames", texts)
+    package_of(&cases.iter().flat_map(Case::variants).collect())
 }
 
 fn record(cases: &[Case], package: &Package) -> Recording {

@@ -84,8 +84,9 @@ pub(crate) fn library() -> Result<Library> {
 pub(crate) fn whole_space() -> Result<Package> {
     let library = library()?;
     let variants = generate::variants(&library, &library.variants()).map_err(failure::rendered)?;
+    let manifest = sglow_shader_gen::manifest::in_memory(&library, &variants)?;
     let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
-    Ok(Package::generated("every variant of the library", texts))
+    Ok(Package::generated("every variant of the library", texts).with_manifest(&manifest)?)
 }
 
 impl Choice {

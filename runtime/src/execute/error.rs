@@ -1,5 +1,7 @@
 //! Why a frame cannot be executed.
 
+use std::collections::BTreeSet;
+
 use thiserror::Error;
 
 use crate::package::PackageError;
@@ -16,9 +18,17 @@ pub enum Fault {
         /// Its values on axes, as the command takes them.
         set: String,
     },
-    /// A variant does not become a pipeline, or a resource cannot be made.
+    /// A variant does not become a pipeline.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
+    /// The device refuses a resource.
+    #[error("{what} cannot be made on this device: {message}")]
+    Device {
+        /// What was to be made.
+        what: String,
+        /// What the device says.
+        message: String,
+    },
     /// The package does not say how a variant is bound.
     #[error(
         "the package {origin} does not say what variant '{variant}' binds; generate it again: cargo xtask gen-shaders --out DIR"
@@ -113,7 +123,22 @@ pub enum Fault {
 pub struct Faults(pub Vec<Fault>);
 
 impl Faults {
-    pub(super) fn none_of(faults: Vec<Fault>) -> Result<(), Self> {
+    /// Each of them once: steps may share what is missing.
+    pub(super) fn none_of(mut faults: Vec<Fault>) -> Result<(), Self> {
+        let mut known = BTreeSet::new();
+        faults.retain(|fault| known.insert(fault.to_string()));
         if faults.is_empty() { Ok(()) } else { Err(Self(faults)) }
+    }
+}
+
+impl Fault {
+    /// What the device says of something that is no variant.
+    pub(super) fn of_device(what: &str, error: PipelineError) -> Self {
+        match error {
+            PipelineError::Refused { message, .. } => {
+                Self::Device { what: what.to_owned(), message }
+            }
+            error => Self::Pipeline(error),
+        }
     }
 }

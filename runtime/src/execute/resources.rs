@@ -10,6 +10,12 @@ use super::input::{External, Inputs};
 use super::names;
 use crate::pipeline::guarded;
 
+/// What is made here can be cleared, filled and read back.
+const OWN_BUFFER: wgpu::BufferUsages =
+    wgpu::BufferUsages::COPY_SRC.union(wgpu::BufferUsages::COPY_DST);
+const OWN_TEXTURE: wgpu::TextureUsages =
+    wgpu::TextureUsages::COPY_SRC.union(wgpu::TextureUsages::COPY_DST);
+
 /// What a resource is on the device.
 #[derive(Clone, Debug)]
 enum Object {
@@ -26,6 +32,7 @@ struct Resource {
     buffer: wgpu::BufferUsages,
     texture: wgpu::TextureUsages,
     used: bool,
+    cleared: bool,
     object: Option<Object>,
     /// Frames since it was new.
     age: u32,
@@ -52,9 +59,9 @@ impl Resources {
     pub(super) fn new(frame: &frame::Frame) -> Self {
         let one = |of: &frame::Resource| Resource {
             of: of.clone(),
-            // What is made here can be cleared, filled and read back.
-            buffer: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-            texture: wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST,
+            buffer: OWN_BUFFER,
+            texture: OWN_TEXTURE,
+            cleared: false,
             used: false,
             object: None,
             age: 0,
@@ -74,6 +81,7 @@ impl Resources {
     pub(super) fn use_buffer(&mut self, resource: usize, usage: wgpu::BufferUsages) {
         if let Some(one) = self.list.get_mut(resource) {
             one.buffer |= usage;
+            one.cleared |= usage.contains(wgpu::BufferUsages::COPY_DST);
             one.used = true;
         }
     }
@@ -107,7 +115,7 @@ impl Resources {
             let made = guarded(device, &one.of.name, || one.make(device));
             match made {
                 Ok(object) => one.object = object,
-                Err(error) => faults.push(error.into()),
+                Err(error) => faults.push(Fault::of_device(&one.of.name, error)),
             }
             one.begin(queue);
         }
@@ -146,7 +154,7 @@ impl Resources {
             if same {
                 continue;
             }
-            if let Some(found) = misfit(&one.of.kind, one.of.bytes, given) {
+            if let Some(found) = one.misfit(given) {
                 faults.push(Fault::Resource { name, found, kind });
                 continue;
             }
@@ -333,20 +341,46 @@ fn described(resource: &frame::Resource) -> String {
     }
 }
 
-/// What was given, if it does not fit.
-fn misfit(kind: &Kind, bytes: u64, given: &External) -> Option<String> {
-    let texture = |texture: &wgpu::Texture, size: &[u64; 2]| {
+impl Resource {
+    /// What was given, if it does not fit.
+    fn misfit(&self, given: &External) -> Option<String> {
+        match (&self.of.kind, given) {
+            (Kind::Buffer { .. }, External::Buffer(buffer)) => {
+                let (bytes, lacks) = (buffer.size(), self.wanted_buffer() - buffer.usage());
+                if bytes < self.of.bytes {
+                    Some(format!("a buffer of {bytes} bytes"))
+                } else {
+                    (!lacks.is_empty()).then(|| format!("a buffer without usage {lacks:?}"))
+                }
+            }
+            (Kind::Texture { size, .. }, External::Texture(given)) => {
+                self.misfit_texture(given, size)
+            }
+            (Kind::Texture { size, .. }, External::View(given)) => {
+                self.misfit_texture(given.texture(), size)
+            }
+            (_, External::Buffer(_)) => Some("a buffer".to_owned()),
+            (_, External::Texture(_) | External::View(_)) => Some("a texture".to_owned()),
+        }
+    }
+
+    fn misfit_texture(&self, texture: &wgpu::Texture, size: &[u64; 2]) -> Option<String> {
         let found = [texture.width(), texture.height()];
         let fits = found.iter().zip(size).all(|(found, wanted)| u64::from(*found) >= *wanted);
-        (!fits).then(|| format!("a texture of {} x {} texels", found[0], found[1]))
-    };
-    match (kind, given) {
-        (Kind::Buffer { .. }, External::Buffer(buffer)) => {
-            (buffer.size() < bytes).then(|| format!("a buffer of {} bytes", buffer.size()))
+        let lacks = self.texture - OWN_TEXTURE - texture.usage();
+        if !fits {
+            Some(format!("a texture of {} x {} texels", found[0], found[1]))
+        } else {
+            (!lacks.is_empty()).then(|| format!("a texture without usage {lacks:?}"))
         }
-        (Kind::Texture { size, .. }, External::Texture(given)) => texture(given, size),
-        (Kind::Texture { size, .. }, External::View(given)) => texture(given.texture(), size),
-        (_, External::Buffer(_)) => Some("a buffer".to_owned()),
-        (_, External::Texture(_) | External::View(_)) => Some("a texture".to_owned()),
+    }
+
+    /// The host's own buffers need not be filled from here, unless a step clears them.
+    fn wanted_buffer(&self) -> wgpu::BufferUsages {
+        if self.cleared {
+            self.buffer - wgpu::BufferUsages::COPY_SRC
+        } else {
+            self.buffer - OWN_BUFFER
+        }
     }
 }

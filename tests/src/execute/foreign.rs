@@ -1,23 +1,21 @@
 //! A frame that has nothing to do with light, in the same runtime: counts that are kept, sums in a pair of buffers, no rounds
 //! and some, and as many bars as a buffer says.
 
-use std::collections::BTreeSet;
-
 use sglow_graph::description::Number;
-use sglow_graph::{Configuration, Description};
+use sglow_graph::frame::{Action, Binding, Size, View};
+use sglow_graph::{Configuration, Frame};
 use sglow_runtime::execute::{Executor, Inputs, Lists};
 use sglow_runtime::package::Package;
 use sglow_runtime::readback;
 use sglow_shader_gen::library::Library;
 
-use super::{described, packaged, submit};
-use crate::common::{gpu, write};
+use super::submit;
+use crate::common::{gpu, packaged, write};
 
 const SIZE: [u32; 2] = [48, 5];
 const BINS: usize = 256;
 
 struct Foreign {
-    description: Description,
     package: Package,
     image: wgpu::Texture,
     texels: Vec<u8>,
@@ -27,7 +25,6 @@ impl Foreign {
     fn new() -> Self {
         let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../shader-gen/tests/foreign");
         let library = Library::load(root.as_ref()).unwrap();
-        let all: BTreeSet<_> = library.variants().iter().map(|variant| variant.id()).collect();
         let image = gpu().device.create_texture(&wgpu::TextureDescriptor {
             label: Some("image"),
             size: wgpu::Extent3d { width: SIZE[0], height: SIZE[1], depth_or_array_layers: 1 },
@@ -42,7 +39,7 @@ impl Foreign {
         let texel = |index: u32| (index * 37 % 255 + 1) as u8;
         let texels: Vec<_> = (0..SIZE[0] * SIZE[1]).map(texel).collect();
         write(&image, &texels, SIZE, 1, 1);
-        Self { description: described(&library), package: packaged(&library, &all), image, texels }
+        Self { package: packaged("foreign", &library, &library.variants()), image, texels }
     }
 
     fn configuration(again: u64, order: &str) -> Configuration {
@@ -59,7 +56,8 @@ impl Foreign {
     }
 
     fn executor(&self, again: u64, order: &str) -> Executor {
-        let frame = self.description.evaluate(&Self::configuration(again, order)).unwrap();
+        let frame = self.package.description().unwrap();
+        let frame = frame.evaluate(&Self::configuration(again, order)).unwrap();
         let gpu = gpu();
         Executor::new(&gpu.device, &gpu.queue, &self.package, &frame, &Lists::new()).unwrap()
     }
@@ -131,6 +129,66 @@ fn a_foreign_frame_runs_in_the_same_runtime() {
         foreign.run(&mut executor, 0);
         assert_eq!(words(&executor, "counted"), foreign.counts(0));
     }
+}
+
+#[test]
+fn what_does_not_fit_is_named_all_at_once() {
+    let foreign = Foreign::new();
+    let description = foreign.package.description().unwrap();
+    let whole = description.evaluate(&Foreign::configuration(1, "inclusive")).unwrap();
+    let made = |frame: &Frame| {
+        let gpu = gpu();
+        let made = Executor::new(&gpu.device, &gpu.queue, &foreign.package, frame, &Lists::new());
+        made.err().map(|faults| faults.to_string())
+    };
+    assert_eq!(made(&whole), None);
+
+    let mut frame = whole.clone();
+    frame.uniforms[0].remove("first_column");
+    let image = frame.resource("image").unwrap();
+    for group in &mut frame.groups {
+        // The sum gets an image to read, and no place for its results.
+        group.remove("tally_sums");
+        let view = View { resource: image, level: None };
+        group.entry("tally_input".to_owned()).and_modify(|given| *given = Binding::View(view));
+    }
+    let show = "template.frame.step.4: a target has to be a texture";
+    if let Action::Draw(draw) = &mut frame.steps.last_mut().unwrap().action {
+        draw.color[0].resource = frame.resources.iter().position(|one| one.name == "bars").unwrap();
+    }
+    let step = "template.frame.step";
+    let scan = "variant 'scan-inclusive' binds";
+    let expected = [
+        format!(
+            "{step}.1: uniform `tally_settings` of variant 'count-red-direct', member `first_column`: nothing is given for it"
+        ),
+        format!("{step}.2: {scan} `tally_input`, and what is given for it is of another kind"),
+        format!("{step}.2: {scan} `tally_sums`, and nothing is given for it"),
+        format!(
+            "{step}.3.steps.0: {scan} `tally_input`, and what is given for it is of another kind"
+        ),
+        format!("{step}.3.steps.0: {scan} `tally_sums`, and nothing is given for it"),
+        show.to_owned(),
+    ];
+    assert_eq!(made(&frame).unwrap().lines().collect::<Vec<_>>(), expected);
+
+    // What the device refuses.
+    let mut frame = whole.clone();
+    let counted = frame.resource("counted").unwrap();
+    frame.resources[counted].bytes = 1 << 60;
+    let refused = made(&frame).unwrap();
+    assert!(refused.starts_with("counted cannot be made on this device: "), "{refused}");
+
+    // More than a device counts.
+    let mut frame = whole;
+    for step in &mut frame.steps {
+        if let Action::Dispatch(dispatch) = &mut step.action {
+            dispatch.size = Size::Groups([1 << 32, 1, 1]);
+        }
+    }
+    let many = made(&frame).unwrap();
+    let count = "template.frame.step.1: 4294967296 exceeds what a device counts";
+    assert!(many.lines().any(|line| line == count), "{many}");
 }
 
 /// How many texels of each column are white.
