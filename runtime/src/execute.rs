@@ -86,7 +86,7 @@ impl Ready {
         Faults::none_of(faults)?;
         let made = guarded(device, WHAT, || {
             let faults = resources.make(device, queue);
-            uniforms.make(device);
+            uniforms.make(device, queue);
             groups.make(device, &resources, &uniforms);
             faults
         });
@@ -198,18 +198,18 @@ impl Executor {
         }
         groups.make(&self.device, resources, uniforms);
         Faults::none_of(faults)?;
-        uniforms.encode(&self.device, encoder);
+        uniforms.encode(&self.device, &self.queue, encoder);
         steps::encode(&steps, Scene { resources, groups, inputs }, encoder, timer);
         resources.grow_older(&uses.resources);
         Ok(())
     }
 
-    /// A buffer of the frame; nothing if it has none of this name, or no step uses it.
+    /// A buffer of the frame; nothing if it has none of this name.
     pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
         self.ready.resources.buffer(self.ready.resources.find(name)?)
     }
 
-    /// A texture of the frame; nothing if it has none of this name, or no step uses it.
+    /// A texture of the frame; nothing if it has none of this name.
     pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
         self.ready.resources.texture(self.ready.resources.find(name)?)
     }

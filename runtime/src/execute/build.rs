@@ -387,7 +387,6 @@ impl<'a> Builder<'a> {
                 return Ok(Bound::Buffer(view.resource));
             }
             (Kind::Sampler { .. }, Some(frame::Kind::Sampler { .. })) => {
-                self.resources.use_sampler(view.resource);
                 return Ok(Bound::Sampler(view.resource));
             }
             (Kind::Texture { dimension, .. }, Some(frame::Kind::Texture { .. })) => {

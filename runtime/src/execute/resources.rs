@@ -10,11 +10,12 @@ use super::input::{External, Inputs};
 use super::names;
 use crate::pipeline::guarded;
 
-/// What is made here can be cleared, filled and read back.
+/// What is made here can be filled, read back and bound by the host, too.
 const OWN_BUFFER: wgpu::BufferUsages =
     wgpu::BufferUsages::COPY_SRC.union(wgpu::BufferUsages::COPY_DST);
-const OWN_TEXTURE: wgpu::TextureUsages =
-    wgpu::TextureUsages::COPY_SRC.union(wgpu::TextureUsages::COPY_DST);
+const OWN_TEXTURE: wgpu::TextureUsages = wgpu::TextureUsages::COPY_SRC
+    .union(wgpu::TextureUsages::COPY_DST)
+    .union(wgpu::TextureUsages::TEXTURE_BINDING);
 
 /// What a resource is on the device.
 #[derive(Clone, Debug)]
@@ -28,11 +29,9 @@ enum Object {
 #[derive(Debug)]
 struct Resource {
     of: frame::Resource,
-    /// How steps use it; it is made if they do.
+    /// How steps use it.
     buffer: wgpu::BufferUsages,
     texture: wgpu::TextureUsages,
-    used: bool,
-    cleared: bool,
     object: Option<Object>,
     /// Frames since it was new.
     age: u32,
@@ -59,10 +58,8 @@ impl Resources {
     pub(super) fn new(frame: &frame::Frame) -> Self {
         let one = |of: &frame::Resource| Resource {
             of: of.clone(),
-            buffer: OWN_BUFFER,
-            texture: OWN_TEXTURE,
-            cleared: false,
-            used: false,
+            buffer: wgpu::BufferUsages::empty(),
+            texture: wgpu::TextureUsages::empty(),
             object: None,
             age: 0,
         };
@@ -81,13 +78,7 @@ impl Resources {
     pub(super) fn use_buffer(&mut self, resource: usize, usage: wgpu::BufferUsages) {
         if let Some(one) = self.list.get_mut(resource) {
             one.buffer |= usage;
-            one.cleared |= usage.contains(wgpu::BufferUsages::COPY_DST);
-            one.used = true;
         }
-    }
-
-    pub(super) fn use_sampler(&mut self, resource: usize) {
-        self.use_buffer(resource, wgpu::BufferUsages::empty());
     }
 
     /// The number of a view.
@@ -99,7 +90,6 @@ impl Resources {
     ) -> usize {
         if let Some(one) = self.list.get_mut(view.resource) {
             one.texture |= usage;
-            one.used = true;
         }
         let same = |known: &Bound| known.view == view && known.dimension == dimension;
         self.views.iter().position(same).unwrap_or_else(|| {
@@ -108,10 +98,10 @@ impl Resources {
         })
     }
 
-    /// Makes what steps use and the host does not supply.
+    /// Makes what the host does not supply.
     pub(super) fn make(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Vec<Fault> {
         let mut faults = Vec::new();
-        for one in self.list.iter_mut().filter(|one| one.used && !one.of.external) {
+        for one in self.list.iter_mut().filter(|one| !one.of.external) {
             let made = guarded(device, &one.of.name, || one.make(device));
             match made {
                 Ok(object) => one.object = object,
@@ -263,7 +253,7 @@ impl Resource {
                 label,
                 // A buffer of no bytes cannot be bound.
                 size: self.of.bytes.max(4).next_multiple_of(4),
-                usage: self.buffer,
+                usage: self.buffer | OWN_BUFFER,
                 mapped_at_creation: false,
             })),
             Kind::Texture { format, size: [width, height], layers, levels } => {
@@ -279,7 +269,7 @@ impl Resource {
                     sample_count: 1,
                     dimension: wgpu::TextureDimension::D2,
                     format: names::texture(format)?,
-                    usage: self.texture,
+                    usage: self.texture | OWN_TEXTURE,
                     view_formats: &[],
                 }))
             }
@@ -346,7 +336,7 @@ impl Resource {
     fn misfit(&self, given: &External) -> Option<String> {
         match (&self.of.kind, given) {
             (Kind::Buffer { .. }, External::Buffer(buffer)) => {
-                let (bytes, lacks) = (buffer.size(), self.wanted_buffer() - buffer.usage());
+                let (bytes, lacks) = (buffer.size(), self.buffer - buffer.usage());
                 if bytes < self.of.bytes {
                     Some(format!("a buffer of {bytes} bytes"))
                 } else {
@@ -367,20 +357,11 @@ impl Resource {
     fn misfit_texture(&self, texture: &wgpu::Texture, size: &[u64; 2]) -> Option<String> {
         let found = [texture.width(), texture.height()];
         let fits = found.iter().zip(size).all(|(found, wanted)| u64::from(*found) >= *wanted);
-        let lacks = self.texture - OWN_TEXTURE - texture.usage();
+        let lacks = self.texture - texture.usage();
         if !fits {
             Some(format!("a texture of {} x {} texels", found[0], found[1]))
         } else {
             (!lacks.is_empty()).then(|| format!("a texture without usage {lacks:?}"))
-        }
-    }
-
-    /// The host's own buffers need not be filled from here, unless a step clears them.
-    fn wanted_buffer(&self) -> wgpu::BufferUsages {
-        if self.cleared {
-            self.buffer - wgpu::BufferUsages::COPY_SRC
-        } else {
-            self.buffer - OWN_BUFFER
         }
     }
 }

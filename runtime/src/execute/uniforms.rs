@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_graph::description::{Number, Table};
 use sglow_graph::frame::Value;
-use wgpu::util::DeviceExt;
 
 use super::error::Fault;
 use super::input::{Input, Inputs};
@@ -158,7 +157,7 @@ impl Uniforms {
     }
 
     /// Lays the slots out in one buffer, those that may change first, and writes what never changes.
-    pub(super) fn make(&mut self, device: &wgpu::Device) {
+    pub(super) fn make(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
         let align = u64::from(device.limits().min_uniform_buffer_offset_alignment).max(16);
         let mut order: Vec<_> = (0..self.slots.len()).collect();
         order.sort_by_key(|&index| !self.slots[index].is_dynamic());
@@ -180,13 +179,8 @@ impl Uniforms {
                 put(&mut self.image, slot.offset as u32 + at, bytes);
             }
         }
-        self.buffer = (end > 0).then(|| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some("uniforms"),
-                contents: &self.image,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            })
-        });
+        self.buffer = (end > 0)
+            .then(|| filled(device, queue, "uniforms", &self.image, wgpu::BufferUsages::UNIFORM));
     }
 
     /// The binding of a slot.
@@ -247,18 +241,20 @@ impl Uniforms {
 
     /// Encodes the copy of what was taken. It goes through the encoder, for several frames may be encoded before the first
     /// of them runs.
-    pub(super) fn encode(&self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder) {
+    pub(super) fn encode(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+    ) {
         let (Some(buffer), Some(bytes)) = (&self.buffer, self.image.get(..self.dynamic)) else {
             return;
         };
         if bytes.is_empty() {
             return;
         }
-        let from = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("uniforms of a frame"),
-            contents: bytes,
-            usage: wgpu::BufferUsages::COPY_SRC,
-        });
+        let usage = wgpu::BufferUsages::COPY_SRC;
+        let from = filled(device, queue, "uniforms of a frame", bytes, usage);
         encoder.copy_buffer_to_buffer(&from, 0, buffer, 0, bytes.len() as u64);
     }
 }
@@ -327,6 +323,24 @@ fn constant(number: Number, scalar: Scalar) -> Result<[u8; 4], String> {
         }
         (Number::Real(number), _) => Err(format!("{number} is not whole")),
     }
+}
+
+/// A buffer of bytes. The queue fills it: what is mapped by creation cannot be on a device that is lost.
+fn filled(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    label: &str,
+    bytes: &[u8],
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: bytes.len() as u64,
+        usage: usage | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    queue.write_buffer(&buffer, 0, bytes);
+    buffer
 }
 
 fn put(image: &mut [u8], at: u32, bytes: &[u8]) {
