@@ -123,13 +123,15 @@ impl<'a> Named<'a> {
         [frontier.first(), frontier.last()].into_iter().flatten().any(|end| end.name == way.name)
     }
 
-    /// Where a way differs from another, as axes and values.
+    /// Where a way differs from another, as axes or parameters and values.
     pub(crate) fn differences(&self, way: &'a Way, from: &Way) -> Vec<(&'a str, &'a str)> {
-        way.axes
-            .iter()
-            .filter(|(axis, value)| from.axes.get(*axis) != Some(value))
-            .map(|(axis, value)| (axis.as_str(), value.as_str()))
-            .collect()
+        let differ = |ours: &'a BTreeMap<String, String>, theirs: &BTreeMap<String, String>| {
+            ours.iter()
+                .filter(|(name, value)| theirs.get(*name) != Some(value))
+                .map(|(name, value)| (name.as_str(), value.as_str()))
+                .collect::<Vec<_>>()
+        };
+        [differ(&way.axes, &from.axes), differ(&way.parameters, &from.parameters)].concat()
     }
 
     /// Whether it is the one to take.

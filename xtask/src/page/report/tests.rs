@@ -141,6 +141,22 @@ fn the_answer_is_the_cheapest_that_is_good_enough() {
 }
 
 #[test]
+fn words_name_axes_and_parameters_that_differ() {
+    let mut scenes = scenes();
+    let default = scenes[0].measured.ways.iter().find(|way| way.default).unwrap().clone();
+    let mut other = default.clone();
+    other.default = false;
+    other.name = "emitter=lobe,lights=64".to_owned();
+    other.axes.insert("emitter".to_owned(), "lobe".to_owned());
+    other.parameters.insert("lights".to_owned(), "64".to_owned());
+    scenes[0].measured.ways = vec![default, other];
+    let scene = scenes[0].scene();
+    let named = Named::new(0, &scene, Metric::default());
+    assert_eq!(named.words(&scene.measured.ways[1]), "emitter lobe, lights 64");
+    assert_eq!(named.words(&scene.measured.ways[0]), "default");
+}
+
+#[test]
 fn numbers_stand_where_they_are_looked_for() {
     let scenes = scenes();
     let page = page_of(&scenes, 0.05);
