@@ -141,7 +141,9 @@ impl Stage {
         let gbuffer = Uploaded::new(&self.gbuffer, settings.size);
         let mut encoder = device.create_command_encoder(&Default::default());
         visibility.encode(&mut encoder, indirect.vsgls(), settings.count, None);
-        indirect.encode_shade_visible(&mut encoder, gbuffer.views(), self.eye, &visibility, None);
+        indirect
+            .encode_shade_visible(&mut encoder, gbuffer.views(), self.eye, &visibility, None)
+            .unwrap();
         queue.submit([encoder.finish()]);
         gpu().finish().unwrap();
         let atlas = readback::texture(gpu(), visibility.atlas(), 0).unwrap();
