@@ -132,7 +132,8 @@ impl Stage {
 
     /// Runs the maps and the shading pass.
     fn run(&self, config: &Config, package: &Package) -> Run<'_> {
-        let settings = Settings { visibility: config.visibility, ..self.settings.clone() };
+        let Config { visibility, tile, .. } = *config;
+        let settings = Settings { visibility, light_tile: tile, ..self.settings.clone() };
         let (device, queue) = (&gpu().device, &gpu().queue);
         let indirect = Indirect::with_package(device, queue, &settings, package).unwrap();
         queue.write_buffer(indirect.vsgls(), 0, &self.lights);
