@@ -113,7 +113,7 @@ fn median(mut times: Vec<Duration>) -> Duration {
 fn time(gpu: &Gpu, indirect: &Indirect, view: &LightView) -> Result<Duration, FrameError> {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     for _ in 0..DISPATCHES {
-        indirect.encode_kernels(&mut encoder, view, None);
+        indirect.encode_kernels(&mut encoder, view, None)?;
     }
     let commands = encoder.finish();
     let start = Instant::now();
@@ -188,7 +188,7 @@ fn prepare(
     };
     let view = LightView::new(&light, &Bounds::around(&[[-0.5, -0.5, 0.0], [0.5, 0.5, 0.0]]), size);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    indirect.encode_mips(&mut encoder, None);
+    indirect.encode_mips(&mut encoder, None)?;
     gpu.queue.submit([encoder.finish()]);
     gpu.finish()?;
     Ok((indirect, view))

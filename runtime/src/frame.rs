@@ -338,20 +338,24 @@ impl<'a> Renderer<'a> {
         let mut timer = Timer::new(self.gpu);
         let clock = timer.clock();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.encode(&mut encoder, &mut timer);
+        self.encode(&mut encoder, &mut timer)?;
         self.gpu.queue.submit([encoder.finish()]);
         let passes = timer.finish()?;
         self.gpu.finish()?;
         Ok(Times { passes, clock })
     }
 
-    fn encode(&self, encoder: &mut wgpu::CommandEncoder, timer: &mut Timer<'_>) {
+    fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &mut Timer<'_>,
+    ) -> Result<(), FrameError> {
         let faces = &self.light.faces;
         self.raster.encode_rsm(encoder, &self.rsm, faces, Some(timer));
         self.raster.encode_gbuffer(encoder, &self.gbuffer, &self.view, Some(timer));
         let depth = self.shadow_map.create_view(&Default::default());
         self.raster.encode_shadow(encoder, &depth, SHADOW_SIZE, faces, Some(timer));
-        self.indirect.encode(encoder, &self.inputs(), Some(timer));
+        self.indirect.encode(encoder, &self.inputs(), Some(timer))?;
         let direct = DirectInputs {
             gbuffer: self.gbuffer.views(),
             light: &self.light,
@@ -371,6 +375,7 @@ impl<'a> Renderer<'a> {
             emission: self.emission.as_ref(),
         };
         self.compose.encode(encoder, terms, Some(timer));
+        Ok(())
     }
 
     /// The last frame, read back.

@@ -1,21 +1,22 @@
 //! Indirect light on textures that an engine already has: moments, density, mips, lights, shading.
 
-use glam::Vec3;
-use sglow_shaders::{Density, Light, Precision, sample::Sample};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::cluster::{ClusterError, Clusters};
-use crate::generation::{Generation, Importance, Recipe};
-use crate::labels::Labels;
+use glam::Vec3;
+use sglow_graph::Configuration;
+use sglow_shaders::{Density, Light, Precision, sample::Sample};
+use thiserror::Error;
+
+use crate::execute::{self, Executor, Fault, Faults, Lists};
+use crate::generation::Recipe;
+use crate::host;
 use crate::light::LightView;
-use crate::metropolis::Metropolis;
 use crate::package::Package;
 use crate::pipeline::PipelineError;
-use crate::pyramid::texture_bytes;
 use crate::settings::{Settings, SettingsError};
-use crate::shading::{Shading, ShadingInputs};
 use crate::timing::Timer;
 use crate::visibility::Visibility;
-use thiserror::Error;
 
 /// Why there is no indirect light.
 #[derive(Debug, Error)]
@@ -26,9 +27,12 @@ pub enum IndirectError {
     /// A variant does not become a pipeline.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
-    /// There are no clusters.
+    /// The package describes no frame, or one of which nothing comes.
+    #[error("{0}; generate the package again: cargo xtask gen-shaders --out DIR")]
+    Description(String),
+    /// The frame cannot be executed.
     #[error(transparent)]
-    Clusters(#[from] ClusterError),
+    Frame(Faults),
 }
 
 /// The three surface textures of a reflective shadow map or a G-buffer; what they hold stands in ARCHITECTURE.md.
@@ -56,31 +60,11 @@ pub struct Inputs<'a> {
     pub visibility: Option<&'a Visibility>,
 }
 
-/// The camera's virtual lights, which the bidirectional density is made of.
-struct Camera {
-    generation: Generation,
-}
-
-/// The passes of indirect light, with all they keep between them.
-///
-/// Nothing that the settings leave out exists: without specular lobes there are no specular moments, no mips of them,
-/// no fields for them in the lights, and no texture for their light; without the bidirectional density the camera has no
-/// lights.
-pub struct Indirect {
-    settings: Settings,
-    camera: Option<Camera>,
-    generation: Generation,
-    shading: Shading,
-}
-
 /// What the light's virtual lights are made of.
 pub(crate) fn recipe(settings: &Settings) -> Recipe {
     Recipe {
-        labels: Labels::LIGHT,
         size: [settings.rsm_size; 2],
         count: settings.count,
-        size_factor: settings.size_factor,
-        iterations: settings.iterations,
         light: settings.light,
         lobes: settings.lobes,
         specular_power: settings.specular_power(),
@@ -97,7 +81,6 @@ pub(crate) fn recipe(settings: &Settings) -> Recipe {
 pub(crate) fn camera_recipe(settings: &Settings) -> Option<Recipe> {
     let precision = Precision::F32;
     (settings.density == Density::Bidirectional).then(|| Recipe {
-        labels: Labels::CAMERA,
         size: settings.size,
         count: settings.camera_count,
         light: Light::Camera,
@@ -106,6 +89,56 @@ pub(crate) fn camera_recipe(settings: &Settings) -> Option<Recipe> {
         sample: Sample { precision, ..settings.sample() },
         ..recipe(settings)
     })
+}
+
+/// The passes of indirect light, with all they keep between them.
+///
+/// Nothing that the settings leave out exists: without specular lobes there are no specular moments, no mips of them,
+/// no fields for them in the lights, and no texture for their light; without the bidirectional density the camera has no
+/// lights.
+pub struct Indirect {
+    settings: Settings,
+    executor: Mutex<Executor>,
+    textures: BTreeMap<&'static str, wgpu::Texture>,
+    buffers: BTreeMap<&'static str, wgpu::Buffer>,
+    bytes: Vec<(String, u64)>,
+}
+
+/// What others may read.
+const TEXTURES: [&str; 8] = [
+    "moments",
+    "half_moments",
+    "own_weights",
+    "density",
+    "camera_moments",
+    "camera_density",
+    "diffuse",
+    "specular",
+];
+const BUFFERS: [&str; 9] = [
+    "vsgls",
+    "kernels",
+    "chains",
+    "camera_vsgls",
+    "centres",
+    "starts",
+    "texels_keys",
+    "texels_values.0",
+    "texels_values.1",
+];
+
+impl From<Faults> for IndirectError {
+    /// A single variant that is at fault stands for itself.
+    fn from(Faults(mut faults): Faults) -> Self {
+        match (faults.pop(), faults.is_empty()) {
+            (Some(Fault::Pipeline(error)), true) => Self::Pipeline(error),
+            (Some(Fault::Variant { error, .. }), true) => Self::Pipeline(error.into()),
+            (last, _) => {
+                faults.extend(last);
+                Self::Frame(Faults(faults))
+            }
+        }
+    }
 }
 
 impl Indirect {
@@ -133,41 +166,86 @@ impl Indirect {
         if !faults.is_empty() {
             return Err(IndirectError::Settings(faults));
         }
-        let camera = match camera_recipe(settings) {
-            Some(recipe) => {
-                Some(Camera { generation: Generation::new(device, queue, recipe, package)? })
-            }
-            None => None,
+        let Some(description) = package.description() else {
+            let text = format!("the package {} describes no frame", package.origin());
+            return Err(IndirectError::Description(text));
         };
+        let parts = Some(BTreeSet::from(["indirect".to_owned()]));
+        let configuration = Configuration { parts, ..settings.configuration() };
+        let frame = description
+            .evaluate(&configuration)
+            .map_err(|errors| IndirectError::Description(errors.to_string()))?;
+        let executor = Executor::new(device, queue, package, &frame, &Lists::new())?;
+        let textures =
+            TEXTURES.into_iter().filter_map(|name| Some((name, executor.texture(name)?.clone())));
+        let buffers =
+            BUFFERS.into_iter().filter_map(|name| Some((name, executor.buffer(name)?.clone())));
         Ok(Self {
-            camera,
-            generation: Generation::new(device, queue, recipe(settings), package)?,
-            shading: Shading::new(device, queue, settings, package)?,
             settings: settings.clone(),
+            textures: textures.collect(),
+            buffers: buffers.collect(),
+            bytes: executor.bytes().map(|(name, bytes)| (name.to_owned(), bytes)).collect(),
+            executor: Mutex::new(executor),
         })
+    }
+
+    /// What a thread that panicked has left is as good as any.
+    fn executor(&self) -> MutexGuard<'_, Executor> {
+        self.executor.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn stage(
+        &self,
+        wanted: impl Fn(&str) -> bool,
+        encoder: &mut wgpu::CommandEncoder,
+        inputs: &execute::Inputs<'_>,
+        timer: Option<&mut Timer<'_>>,
+    ) -> Result<(), IndirectError> {
+        Ok(self.executor().encode_where(wanted, encoder, inputs, timer)?)
+    }
+
+    /// What the steps before the last one take.
+    fn given<'a>(&self, inputs: &Inputs<'_>) -> execute::Inputs<'a> {
+        let mut given = self.lit(inputs.light);
+        host::eye_at(&mut given, inputs.eye);
+        for (prefix, map) in [("rsm", inputs.rsm), ("gbuffer", inputs.gbuffer)] {
+            let names: [&'static str; 3] = match prefix {
+                "rsm" => ["rsm_position", "rsm_normal", "rsm_base_color"],
+                _ => GBUFFER,
+            };
+            for (name, view) in names.into_iter().zip([map.position, map.normal, map.base_color]) {
+                given.view(name, view);
+            }
+        }
+        given
+    }
+
+    fn lit<'a>(&self, light: &LightView) -> execute::Inputs<'a> {
+        let mut given = execute::Inputs::new();
+        host::light(&mut given, light);
+        given.set("diffuse_mean_length", self.settings.diffuse_mean_length());
+        given
     }
 
     /// Encodes one frame: from the reflective shadow map to reflected radiance in [`Self::diffuse`] and
     /// [`Self::specular`].
+    ///
+    /// # Errors
+    ///
+    /// What of the inputs does not fit.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
         mut timer: Option<&mut Timer<'_>>,
-    ) {
-        self.encode_camera(encoder, inputs, timer.as_deref_mut());
-        self.encode_moments(encoder, inputs, timer.as_deref_mut());
-        self.encode_density(encoder, inputs, timer.as_deref_mut());
-        self.encode_mips(encoder, timer.as_deref_mut());
-        self.encode_sample(encoder, inputs, timer.as_deref_mut());
+    ) -> Result<(), IndirectError> {
+        let given = self.given(inputs);
+        self.stage(|label| label != SHADE, encoder, &given, timer.as_deref_mut())?;
         let Inputs { gbuffer, eye, .. } = *inputs;
-        match inputs.visibility {
-            None => self.encode_shade(encoder, gbuffer, eye, timer),
-            Some(maps) => {
-                maps.encode(encoder, self.vsgls(), self.settings.count, timer.as_deref_mut());
-                self.encode_shade_visible(encoder, gbuffer, eye, maps, timer);
-            }
+        if let Some(maps) = inputs.visibility {
+            maps.encode(encoder, self.vsgls(), self.settings.count, timer.as_deref_mut());
         }
+        self.encode_shade_with(encoder, gbuffer, eye, inputs.visibility, timer)
     }
 
     /// Before all: the camera's virtual lights. Nothing without the bidirectional density.
@@ -176,14 +254,9 @@ impl Indirect {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
-        mut timer: Option<&mut Timer<'_>>,
-    ) {
-        let Some(Camera { generation }) = &self.camera else { return };
-        let view = inputs.light.of_camera(inputs.eye);
-        generation.encode_moments(encoder, inputs.gbuffer, &view, timer.as_deref_mut());
-        generation.encode_density(encoder, inputs.gbuffer, None, timer.as_deref_mut());
-        generation.encode_mips(encoder, timer.as_deref_mut());
-        generation.encode_sample(encoder, inputs.gbuffer, &view, timer);
+        timer: Option<&mut Timer<'_>>,
+    ) -> Result<(), IndirectError> {
+        self.stage(|label| label.starts_with(CAMERA), encoder, &self.given(inputs), timer)
     }
 
     /// The first stage: what clusters of the reflective shadow map sum.
@@ -192,8 +265,8 @@ impl Indirect {
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
-    ) {
-        self.generation.encode_moments(encoder, inputs.rsm, inputs.light, timer);
+    ) -> Result<(), IndirectError> {
+        self.stage(|label| label == "moments", encoder, &self.given(inputs), timer)
     }
 
     /// The second stage: level 0 of the density. Nothing with 16-bit moments drawn by power, whose own pass writes the
@@ -203,13 +276,8 @@ impl Indirect {
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
-    ) {
-        let importance = self.camera.as_ref().map(|camera| Importance {
-            light: inputs.light.eye(),
-            lights: camera.generation.vsgls(),
-            count: self.settings.camera_count,
-        });
-        self.generation.encode_density(encoder, inputs.rsm, importance, timer);
+    ) -> Result<(), IndirectError> {
+        self.stage(|label| label == "density", encoder, &self.given(inputs), timer)
     }
 
     /// In place of the second stage: level 0 of the density from another that has encoded it. Both have maps of the same
@@ -225,8 +293,13 @@ impl Indirect {
     }
 
     /// The third stage: the mip chains from their levels 0.
-    pub fn encode_mips(&self, encoder: &mut wgpu::CommandEncoder, timer: Option<&mut Timer<'_>>) {
-        self.generation.encode_mips(encoder, timer);
+    pub fn encode_mips(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: Option<&mut Timer<'_>>,
+    ) -> Result<(), IndirectError> {
+        let mips = |label: &str| label.starts_with("mip ");
+        self.stage(mips, encoder, &execute::Inputs::new(), timer)
     }
 
     /// The fourth stage: kernels, or clusters, and virtual lights. Markov chains, if they draw the centres, move before.
@@ -235,8 +308,8 @@ impl Indirect {
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
-    ) {
-        self.generation.encode_sample(encoder, inputs.rsm, inputs.light, timer);
+    ) -> Result<(), IndirectError> {
+        self.stage(is_sample, encoder, &self.given(inputs), timer)
     }
 
     /// The fourth stage with kernels alone, which needs no map.
@@ -245,8 +318,8 @@ impl Indirect {
         encoder: &mut wgpu::CommandEncoder,
         light: &LightView,
         timer: Option<&mut Timer<'_>>,
-    ) {
-        self.generation.encode_kernels(encoder, light, timer);
+    ) -> Result<(), IndirectError> {
+        self.stage(is_sample, encoder, &self.lit(light), timer)
     }
 
     /// The last stage: the virtual lights reflected towards the camera.
@@ -256,8 +329,8 @@ impl Indirect {
         gbuffer: SurfaceViews<'_>,
         eye: Vec3,
         timer: Option<&mut Timer<'_>>,
-    ) {
-        self.encode_shade_with(encoder, gbuffer, eye, None, timer);
+    ) -> Result<(), IndirectError> {
+        self.encode_shade_with(encoder, gbuffer, eye, None, timer)
     }
 
     /// The last stage with visibility: what [`Self::encode_shade`] does, of lights that their maps show to be seen. The
@@ -269,8 +342,8 @@ impl Indirect {
         eye: Vec3,
         visibility: &Visibility,
         timer: Option<&mut Timer<'_>>,
-    ) {
-        self.encode_shade_with(encoder, gbuffer, eye, Some(visibility), timer);
+    ) -> Result<(), IndirectError> {
+        self.encode_shade_with(encoder, gbuffer, eye, Some(visibility), timer)
     }
 
     fn encode_shade_with(
@@ -280,10 +353,23 @@ impl Indirect {
         eye: Vec3,
         visibility: Option<&Visibility>,
         timer: Option<&mut Timer<'_>>,
-    ) {
-        let (vsgls, count) = (self.vsgls(), self.settings.count);
-        let inputs = ShadingInputs { gbuffer, eye, vsgls, count, visibility };
-        self.shading.encode(encoder, &inputs, timer);
+    ) -> Result<(), IndirectError> {
+        let mut given = execute::Inputs::new();
+        host::eye_at(&mut given, eye);
+        let views = [gbuffer.position, gbuffer.normal, gbuffer.base_color];
+        for (name, view) in GBUFFER.into_iter().zip(views) {
+            given.view(name, view);
+        }
+        if let Some(maps) = visibility {
+            host::light_maps(&mut given, maps.config().least_near, maps.config().bias());
+            given.view("light_maps", maps.view());
+        }
+        self.stage(|label| label == SHADE, encoder, &given, timer)
+    }
+
+    /// Lets Markov chains begin again with the next frame.
+    pub fn restart(&self) {
+        self.executor().restart();
     }
 
     /// What it was made with.
@@ -293,87 +379,147 @@ impl Indirect {
 
     /// Diffusely reflected radiance, rgba32float; nothing without diffuse reflection.
     pub fn diffuse(&self) -> Option<&wgpu::Texture> {
-        self.shading.diffuse()
+        self.textures.get("diffuse")
     }
 
     /// Specularly reflected radiance, rgba32float; nothing without specular reflection.
     pub fn specular(&self) -> Option<&wgpu::Texture> {
-        self.shading.specular()
+        self.textures.get("specular")
     }
 
     /// The moments with their mips, rgba32float, one layer for each: all of them, or those that 16 bits do not suffice
     /// for. A power-of-two square; texels beyond the reflective shadow map are 0. Clusters need no mips of them, and with
     /// the reflectance for density none at all.
     pub fn moments(&self) -> Option<&wgpu::Texture> {
-        self.generation.moments()
+        self.textures.get("moments")
     }
 
     /// The moments that 16 bits suffice for with their mips, rgba16float, in [`LightView::power_unit`]; nothing with
     /// 32-bit precision.
     pub fn half_moments(&self) -> Option<&wgpu::Texture> {
-        self.generation.half_moments()
+        self.textures.get("half_moments")
     }
 
     /// The weights with their mips, r32float, where they are neither in the moments (32-bit precision) nor the density
     /// (drawn by power).
     pub fn weights(&self) -> Option<&wgpu::Texture> {
-        self.generation.weights()
+        self.textures.get("own_weights")
     }
 
     /// The density with its mips, r32float.
     pub fn density(&self) -> &wgpu::Texture {
-        self.generation.density()
+        &self.textures["density"]
     }
 
     /// The virtual lights: `SglowVsglBoth` or `SglowVsglDiffuse`, after the lobes; with 16-bit precision
     /// `SglowPackedVsglBoth` or `SglowPackedVsglDiffuse`.
     pub fn vsgls(&self) -> &wgpu::Buffer {
-        self.generation.vsgls()
+        &self.buffers["vsgls"]
     }
 
     /// The kernels that the lights were made of: `SglowKernel`; nothing with clusters.
     pub fn kernels(&self) -> Option<&wgpu::Buffer> {
-        self.generation.kernels()
+        self.buffers.get("kernels")
     }
 
-    /// The clusters that the lights were made of; nothing with kernels.
-    pub fn clusters(&self) -> Option<&Clusters> {
-        self.generation.clusters()
+    /// The texels of the map in the order of their clusters, a word each; nothing with kernels.
+    pub fn order(&self) -> Option<&wgpu::Buffer> {
+        // As many digits were sorted by as the numbers of clusters have.
+        let bits = u32::BITS - (self.settings.count - 1).leading_zeros();
+        let names = ["texels_values.0", "texels_values.1"];
+        self.buffers.get(names[bits.div_ceil(4) as usize % 2])
     }
 
-    /// The chains that draw the centres of the kernels, if they are drawn so.
-    pub fn metropolis(&self) -> Option<&Metropolis> {
-        self.generation.metropolis()
+    /// Where the texels of each cluster begin in [`Self::order`], and behind the last one where they all end.
+    pub fn starts(&self) -> Option<&wgpu::Buffer> {
+        self.buffers.get("starts")
+    }
+
+    /// The cluster of each texel, row by row: a word each; nothing with kernels.
+    pub fn assignment(&self) -> Option<&wgpu::Buffer> {
+        self.buffers.get("texels_keys")
+    }
+
+    /// Where the chains are that draw the centres, two floats each; nothing if they are drawn otherwise.
+    pub fn chains(&self) -> Option<&wgpu::Buffer> {
+        self.buffers.get("chains")
     }
 
     /// The camera's virtual lights, in 32 bits: `SglowVsglBoth` or `SglowVsglDiffuse`; nothing without the bidirectional
     /// density.
     pub fn camera_vsgls(&self) -> Option<&wgpu::Buffer> {
-        self.camera.as_ref().map(|camera| camera.generation.vsgls())
+        self.buffers.get("camera_vsgls")
     }
 
     /// The moments of the camera's G-buffer, as [`Self::moments`]; nothing without the bidirectional density.
     pub fn camera_moments(&self) -> Option<&wgpu::Texture> {
-        self.camera.as_ref().and_then(|camera| camera.generation.moments())
+        self.textures.get("camera_moments")
     }
 
     /// The density on the camera's G-buffer, as [`Self::density`]; nothing without the bidirectional density.
     pub fn camera_density(&self) -> Option<&wgpu::Texture> {
-        self.camera.as_ref().map(|camera| camera.generation.density())
+        self.textures.get("camera_density")
     }
 
     /// The bytes of each texture, with its mips, and of each buffer that it keeps between its passes; those of the
     /// parameters are left out.
     pub fn bytes(&self) -> Vec<(&'static str, u64)> {
-        let mut bytes = self.generation.bytes().concat();
-        if let Some(Camera { generation }) = &self.camera {
-            let names = ["camera textures", "camera buffers"];
-            bytes.extend(names.into_iter().zip(generation.bytes().map(total)));
-        }
-        bytes.extend(self.diffuse().map(|texture| ("diffuse", texture_bytes(texture))));
-        bytes.extend(self.specular().map(|texture| ("specular", texture_bytes(texture))));
-        bytes
+        let sum = |group: &&'static str| {
+            let own = self.bytes.iter().filter(|(name, _)| self.group(name) == *group);
+            let bytes: u64 = own.map(|(_, bytes)| bytes).sum();
+            (bytes > 0).then_some((*group, bytes))
+        };
+        GROUPS.iter().filter_map(sum).collect()
     }
+
+    /// What the bytes of a resource are counted under.
+    fn group(&self, name: &str) -> &'static str {
+        match name {
+            "half_moments" => "half moments",
+            "own_weights" => "weights",
+            "centres" | "centres_box" => "centres",
+            "children" | "parents" | "leaves" | "boxes" => "cluster tree",
+            "starts" => "sorted texels",
+            _ if name.starts_with("codes_") => "cluster tree",
+            _ if name.starts_with("texels_") => "sorted texels",
+            _ if name.starts_with("camera_") => {
+                let texture = ["moments", "density"].iter().any(|end| name.ends_with(end));
+                if texture { "camera textures" } else { "camera buffers" }
+            }
+            _ => GROUPS.iter().find(|group| **group == name).copied().unwrap_or("others"),
+        }
+    }
+}
+
+/// What bytes are counted under, in the order of the frame.
+const GROUPS: [&str; 14] = [
+    "moments",
+    "half moments",
+    "weights",
+    "density",
+    "centres",
+    "cluster tree",
+    "sorted texels",
+    "vsgls",
+    "kernels",
+    "chains",
+    "camera textures",
+    "camera buffers",
+    "diffuse",
+    "specular",
+];
+
+/// The label of the last stage.
+const SHADE: &str = "shade";
+/// What the labels of the camera's own stages begin with.
+const CAMERA: &str = "camera ";
+const GBUFFER: [&str; 3] = ["gbuffer_position", "gbuffer_normal", "gbuffer_base_color"];
+
+/// Whether a label is one of the fourth stage's.
+fn is_sample(label: &str) -> bool {
+    !(label.starts_with(CAMERA)
+        || label.starts_with("mip ")
+        || [SHADE, "moments", "density"].contains(&label))
 }
 
 /// The sum of bytes.

@@ -17,7 +17,7 @@
 //! let settings = Settings { size: [1920, 1088], rsm_size: 512, ..Settings::default() };
 //! let indirect = Indirect::new(device, queue, &settings)?;
 //! // Every frame: `rsm` and `gbuffer` are three textures each that the engine has rendered.
-//! indirect.encode(encoder, &Inputs { rsm, gbuffer, light, eye, visibility: None }, None);
+//! indirect.encode(encoder, &Inputs { rsm, gbuffer, light, eye, visibility: None }, None)?;
 //! let reflected = indirect.diffuse(); // radiance, to be added to the picture
 //! # let _ = reflected;
 //! # Ok(())
@@ -38,7 +38,6 @@ mod generation;
 pub mod host;
 pub mod indirect;
 pub mod interface;
-mod labels;
 pub mod light;
 pub mod metropolis;
 pub mod mips;

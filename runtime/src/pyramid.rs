@@ -27,7 +27,6 @@ impl Levels {
 /// A texture with its mip chain, and the views that its passes need.
 pub(crate) struct Pyramid {
     pub(crate) texture: wgpu::Texture,
-    pub(crate) all: wgpu::TextureView,
     pub(crate) levels: Vec<wgpu::TextureView>,
 }
 
@@ -63,9 +62,8 @@ impl Pyramid {
                 ..Default::default()
             })
         };
-        let all = view(0, None);
         let levels = (0..levels).map(|level| view(level, Some(1))).collect();
-        Self { texture, all, levels }
+        Self { texture, levels }
     }
 
     pub(crate) fn layers(&self) -> u32 {

@@ -1,7 +1,10 @@
 //! What a person chooses: sizes, numbers, and a value on each axis.
 
+use std::collections::BTreeMap;
 use std::str::FromStr;
 
+use sglow_graph::Configuration;
+use sglow_graph::description::Number;
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Importance, Kernel, Light, Lobes, Ndf, Precision,
     Sharpness, Solver, Space, Specular, SpecularPower, Variance, Visibility,
@@ -305,6 +308,27 @@ impl Settings {
             "ndf" => self.ndf.to_string(),
             _ => return None,
         })
+    }
+
+    /// The settings in the words of a frame's description.
+    pub fn configuration(&self) -> Configuration {
+        let value = |axis: &&str| Some(((*axis).to_owned(), self.value(axis)?));
+        let mut own = self.clone();
+        let mut parameters: BTreeMap<_, _> = PARAMETERS
+            .iter()
+            .map(|(name, parameter)| {
+                let number = match parameter {
+                    Parameter::Whole(at) => Number::Whole((*at(&mut own)).into()),
+                    Parameter::Real(at) => Number::Real((*at(&mut own)).into()),
+                };
+                ((*name).to_owned(), number)
+            })
+            .collect();
+        for (name, side) in [("width", self.size[0]), ("height", self.size[1])] {
+            parameters.insert(name.to_owned(), Number::Whole(side.into()));
+        }
+        let axes = AXES.iter().filter_map(value).collect();
+        Configuration { axes, parameters, ..Configuration::default() }
     }
 
     /// Everything that is wrong with these settings on this device.

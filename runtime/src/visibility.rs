@@ -478,6 +478,11 @@ impl Visibility {
         &self.atlas
     }
 
+    /// A view of the atlas.
+    pub fn view(&self) -> &wgpu::TextureView {
+        &self.view
+    }
+
     /// What the shading pass binds beside its own: the parameters at 7, the atlas at 8.
     pub fn shade_bindings(&self) -> [(u32, wgpu::BindingResource<'_>); 2] {
         [

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use sglow_runtime::device::Gpu;
 use sglow_runtime::frame::Renderer;
+use sglow_runtime::indirect::IndirectError;
 use sglow_runtime::package::Package;
 use sglow_runtime::plan::{Plan, Surfaces};
 use sglow_runtime::scene::Scene;
@@ -51,8 +52,9 @@ fn package(settings: &Settings, scene: &Scene) -> Result<Package, Box<dyn std::e
     variants.retain(|variant| wanted.contains(&variant.id()));
     let texts = sglow_shader_gen::generate::variants(&library, &variants)
         .map_err(|report| report.to_string())?;
+    let manifest = sglow_shader_gen::manifest::in_memory(&library, &texts)?;
     let texts = texts.into_iter().map(|one| (one.variant.id(), one.text));
-    Ok(Package::generated("the variants of one configuration", texts))
+    Ok(Package::generated("the variants of one configuration", texts).with_manifest(&manifest)?)
 }
 
 /// The time that this thread has run for on a processor, where the system says so.
@@ -79,19 +81,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let renderer = Renderer::new(&gpu, &package, &scene, &settings, 0)?;
         let encode = || {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            renderer.indirect().encode(&mut encoder, &renderer.inputs(), None);
-            encoder.finish()
+            renderer.indirect().encode(&mut encoder, &renderer.inputs(), None)?;
+            Ok::<_, IndirectError>(encoder.finish())
         };
         // As many at a time as take a tenth of a second: processor time is counted in milliseconds.
         let warm_up = Instant::now();
-        drop((0..4).map(|_| encode()).collect::<Vec<_>>());
+        drop((0..4).map(|_| encode()).collect::<Result<Vec<_>, _>>()?);
         let one = warm_up.elapsed().max(Duration::from_nanos(1)) / 4;
         let frames = (100_000_000 / one.as_nanos()).clamp(4, 1000) as u32;
         let (mut wall, mut processor) = (Vec::new(), Vec::new());
         for _ in 0..SAMPLES {
             let (start, before) = (Instant::now(), processor_time());
             for _ in 0..frames {
-                drop(encode());
+                drop(encode()?);
             }
             wall.push(start.elapsed() / frames);
             let spent =

@@ -346,7 +346,7 @@ impl Run {
             visibility: None,
         };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        run.indirect.encode(&mut encoder, &inputs, None);
+        run.indirect.encode(&mut encoder, &inputs, None).unwrap();
         gpu.queue.submit([encoder.finish()]);
         gpu.finish().unwrap();
         run

@@ -131,7 +131,7 @@ fn shading_goes_on_with_lights_that_are_not_numbers() {
         let bad = vec![value; words.len()];
         gpu().queue.write_buffer(run.indirect.vsgls(), 0, bytemuck::cast_slice(&bad));
         let mut encoder = gpu().device.create_command_encoder(&Default::default());
-        run.indirect.encode_shade(&mut encoder, uploaded.views(), run.eye, None);
+        run.indirect.encode_shade(&mut encoder, uploaded.views(), run.eye, None).unwrap();
         gpu().queue.submit([encoder.finish()]);
         gpu().finish().unwrap();
     }

@@ -25,7 +25,7 @@ fn run(settings: &Settings, rsm: &Surfaces, gbuffer: &Surfaces) -> (Vec<[f32; 4]
         visibility: None,
     };
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    indirect.encode(&mut encoder, &inputs, None);
+    indirect.encode(&mut encoder, &inputs, None).unwrap();
     gpu.queue.submit([encoder.finish()]);
     gpu.finish().unwrap();
     let words: Vec<f32> = readback::buffer(gpu, indirect.vsgls()).unwrap();

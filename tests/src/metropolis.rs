@@ -177,7 +177,7 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
         let kernels: Vec<SglowKernel> =
             readback::buffer(gpu(), run.indirect.kernels().unwrap()).unwrap();
         let chains: Vec<[f32; 2]> =
-            readback::buffer(gpu(), run.indirect.metropolis().unwrap().chains()).unwrap();
+            readback::buffer(gpu(), run.indirect.chains().unwrap()).unwrap();
         let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();
         assert!(lights.iter().all(|light| light.power().luminance().is_finite()));
         assert!(lights.iter().any(|light| light.power().luminance() > 0.0));

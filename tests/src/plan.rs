@@ -78,7 +78,9 @@ fn difference(scene: &Scene, settings: &Settings, planned: &Settings) -> Option<
     let package = whole_space().clone();
     let renderer = Renderer::new(gpu(), &package, scene, settings, 0).unwrap();
     let plan = Plan::new(planned, &Surfaces::of(scene, planned.complete));
-    let (asked, variants) = (package.asked(), plan.variants);
+    let (asked, mut variants) = (package.asked(), plan.variants);
+    // A picture may change its size, and with it the lengths of its chains: all of their variants are planned.
+    variants.retain(|id| asked.contains(id) || !id.starts_with("mip-"));
     let mut bytes: Vec<_> = plan.resources.iter().map(|of| (of.name, of.bytes)).collect();
     let mut kept = renderer.bytes();
     bytes.sort_unstable();

@@ -242,7 +242,11 @@ fn every_set_of_needs_renders_the_same_bits() {
             let what = format!("{needs:?}, {precision}");
             let package = planned(&scene, &settings);
             let pruned = render(&scene, &settings, &package);
-            assert_eq!(package.asked(), package.variants().map(str::to_owned).collect(), "{what}");
+            // All lengths of a mip dispatch are planned, and a size takes some of them.
+            let asked = package.asked();
+            let planned = package.variants().map(str::to_owned);
+            let planned = planned.filter(|id| asked.contains(id) || !id.starts_with("mip-"));
+            assert_eq!(asked, planned.collect(), "{what}");
             let complete = render(&scene, &complete, whole_space());
             assert!(complete.radiance.iter().any(|pixel| pixel[0] > 0.0), "{what} renders black");
             assert_eq!(difference(&pruned, &complete), None, "{what}");
@@ -302,7 +306,7 @@ fn what_is_left_out_takes_no_memory_of_the_device_and_no_binding() {
         visibility: Visibility::ShadowMap,
         ..Settings { size: pruned.size, rsm_size: pruned.rsm_size, ..base() }
     };
-    let left_out = ["sglow indirect specular", "sglow emission", "sglow light maps"];
+    let left_out = ["specular", "sglow emission", "sglow light maps"];
     let bindings = |package: &Package| {
         let names = |id: &String| sglow_shaders::variant(id).unwrap().binding_names.concat();
         package.asked().iter().flat_map(names).collect::<BTreeSet<_>>()
@@ -324,7 +328,7 @@ fn what_is_left_out_takes_no_memory_of_the_device_and_no_binding() {
         assert!(all.contains_key(name), "{name} is not in the report: {all:?}");
     }
     // Three layers of moments instead of five.
-    let (moments, all_moments) = (few["sglow moments"], all["sglow moments"]);
+    let (moments, all_moments) = (few["moments"], all["moments"]);
     assert!(10 * moments <= 7 * all_moments, "{moments} of {all_moments}");
     // The device has at least what was planned, and saves about as much as was foreseen.
     let total = |memory: &BTreeMap<String, u64>| memory.values().sum::<u64>();

@@ -246,7 +246,7 @@ fn output_is_finite_where_surfaces_and_lights_touch() {
     run.gbuffer = run.rsm.clone();
     let uploaded = crate::common::Uploaded::new(&run.gbuffer, settings.size);
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    run.indirect.encode_shade(&mut encoder, uploaded.views(), run.eye, None);
+    run.indirect.encode_shade(&mut encoder, uploaded.views(), run.eye, None).unwrap();
     gpu().queue.submit([encoder.finish()]);
     gpu().finish().unwrap();
     for texture in [run.indirect.diffuse().unwrap(), run.indirect.specular().unwrap()] {

@@ -132,7 +132,8 @@ impl Stage {
 
     /// Runs the maps and the shading pass.
     fn run(&self, config: &Config, package: &Package) -> Run<'_> {
-        let settings = Settings { visibility: config.visibility, ..self.settings.clone() };
+        let Config { visibility, tile, .. } = *config;
+        let settings = Settings { visibility, light_tile: tile, ..self.settings.clone() };
         let (device, queue) = (&gpu().device, &gpu().queue);
         let indirect = Indirect::with_package(device, queue, &settings, package).unwrap();
         queue.write_buffer(indirect.vsgls(), 0, &self.lights);
@@ -141,7 +142,9 @@ impl Stage {
         let gbuffer = Uploaded::new(&self.gbuffer, settings.size);
         let mut encoder = device.create_command_encoder(&Default::default());
         visibility.encode(&mut encoder, indirect.vsgls(), settings.count, None);
-        indirect.encode_shade_visible(&mut encoder, gbuffer.views(), self.eye, &visibility, None);
+        indirect
+            .encode_shade_visible(&mut encoder, gbuffer.views(), self.eye, &visibility, None)
+            .unwrap();
         queue.submit([encoder.finish()]);
         gpu().finish().unwrap();
         let atlas = readback::texture(gpu(), visibility.atlas(), 0).unwrap();

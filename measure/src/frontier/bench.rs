@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_runtime::frame::light_maps;
-use sglow_runtime::indirect::Indirect;
+use sglow_runtime::indirect::{Indirect, IndirectError};
 use sglow_runtime::settings::Settings;
 use sglow_runtime::shading::{Shading, ShadingInputs};
 use sglow_runtime::timing::{Clock, Timer};
@@ -24,6 +24,9 @@ pub const RUNS: usize = 5;
 
 /// The times of passes by name, in the order in which they ran.
 pub(super) type PassTimes = Vec<(String, Duration)>;
+
+/// What comes of encoding.
+type Encoded = Result<(), IndirectError>;
 
 /// Passes by name with the times of each run.
 #[derive(Clone, Debug, Default)]
@@ -157,9 +160,9 @@ impl Subject<'_> {
         let maps = self.indirect(&self.here(&of_maps(settings))?)?;
         let timed = self.timed(runs, |encoder, timer| {
             let mut timer = Some(timer);
-            maps.encode_camera(encoder, &inputs, timer.as_deref_mut());
-            maps.encode_moments(encoder, &inputs, timer.as_deref_mut());
-            maps.encode_density(encoder, &inputs, timer);
+            maps.encode_camera(encoder, &inputs, timer.as_deref_mut())?;
+            maps.encode_moments(encoder, &inputs, timer.as_deref_mut())?;
+            maps.encode_density(encoder, &inputs, timer)
         })?;
         Ok((maps, timed))
     }
@@ -174,12 +177,13 @@ impl Subject<'_> {
         let inputs = self.drawn()?.renderer.inputs();
         let lights = self.indirect(&self.here(&of_lights(settings))?)?;
         self.untimed(|encoder| {
-            lights.encode_moments(encoder, &inputs, None);
+            lights.encode_moments(encoder, &inputs, None)?;
             lights.encode_density_of(encoder, maps);
+            Ok(())
         })?;
         let timed = self.timed(runs, |encoder, timer| {
-            lights.encode_mips(encoder, Some(&mut *timer));
-            lights.encode_sample(encoder, &inputs, Some(timer));
+            lights.encode_mips(encoder, Some(&mut *timer))?;
+            lights.encode_sample(encoder, &inputs, Some(timer))
         })?;
         Ok((lights, timed))
     }
@@ -198,7 +202,10 @@ impl Subject<'_> {
     /// Hides lights.
     pub(super) fn hide(&self, hiding: &Visibility, lights: &Indirect) -> Result<(), FrontierError> {
         let count = lights.settings().count;
-        self.untimed(|encoder| hiding.encode(encoder, lights.vsgls(), count, None))
+        self.untimed(|encoder| {
+            hiding.encode(encoder, lights.vsgls(), count, None);
+            Ok(())
+        })
     }
 
     /// Draws the maps of lights once: the times of its passes.
@@ -208,8 +215,10 @@ impl Subject<'_> {
         hiding: &Visibility,
     ) -> Result<PassTimes, FrontierError> {
         let count = lights.settings().count;
-        let (_, times) =
-            self.once(|encoder, timer| hiding.encode(encoder, lights.vsgls(), count, Some(timer)))?;
+        let (_, times) = self.once(|encoder, timer| {
+            hiding.encode(encoder, lights.vsgls(), count, Some(timer));
+            Ok(())
+        })?;
         Ok(times)
     }
 
@@ -223,8 +232,10 @@ impl Subject<'_> {
         runs: &mut Runs,
     ) -> Result<(), FrontierError> {
         let inputs = self.shading_inputs(lights, hiding)?;
-        let (clock, times) =
-            self.once(|encoder, timer| shading.encode(encoder, &inputs, Some(timer)))?;
+        let (clock, times) = self.once(|encoder, timer| {
+            shading.encode(encoder, &inputs, Some(timer));
+            Ok(())
+        })?;
         runs.clock = Some(clock);
         runs.add([maps, &times].concat());
         Ok(())
@@ -238,7 +249,10 @@ impl Subject<'_> {
         runs: usize,
     ) -> Result<Runs, FrontierError> {
         let inputs = self.shading_inputs(lights, None)?;
-        self.timed(runs, |encoder, timer| shading.encode(encoder, &inputs, Some(timer)))
+        self.timed(runs, |encoder, timer| {
+            shading.encode(encoder, &inputs, Some(timer));
+            Ok(())
+        })
     }
 
     /// The indirect light of lights that are made and hidden already.
@@ -249,7 +263,10 @@ impl Subject<'_> {
         shading: &Shading,
     ) -> Result<Radiance, FrontierError> {
         let inputs = self.shading_inputs(lights, hiding)?;
-        self.untimed(|encoder| shading.encode(encoder, &inputs, None))?;
+        self.untimed(|encoder| {
+            shading.encode(encoder, &inputs, None);
+            Ok(())
+        })?;
         let [width, height] = lights.settings().size;
         let mut sum = vec![[0.0; 3]; width as usize * height as usize];
         for texture in [shading.diffuse(), shading.specular()].into_iter().flatten() {
@@ -284,9 +301,12 @@ impl Subject<'_> {
         Ok(Settings { light, ..settings.clone() })
     }
 
-    fn untimed(&self, encode: impl Fn(&mut wgpu::CommandEncoder)) -> Result<(), FrontierError> {
+    fn untimed(
+        &self,
+        encode: impl Fn(&mut wgpu::CommandEncoder) -> Encoded,
+    ) -> Result<(), FrontierError> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        encode(&mut encoder);
+        encode(&mut encoder)?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(self.gpu.finish()?)
     }
@@ -295,7 +315,7 @@ impl Subject<'_> {
     fn timed(
         &self,
         runs: usize,
-        encode: impl Fn(&mut wgpu::CommandEncoder, &mut Timer<'_>),
+        encode: impl Fn(&mut wgpu::CommandEncoder, &mut Timer<'_>) -> Encoded,
     ) -> Result<Runs, FrontierError> {
         let mut found = Runs::default();
         for run in 0..=runs {
@@ -309,7 +329,7 @@ impl Subject<'_> {
         &self,
         runs: &mut Runs,
         counts: bool,
-        encode: impl Fn(&mut wgpu::CommandEncoder, &mut Timer<'_>),
+        encode: impl Fn(&mut wgpu::CommandEncoder, &mut Timer<'_>) -> Encoded,
     ) -> Result<(), FrontierError> {
         let (clock, times) = self.once(encode)?;
         runs.clock = Some(clock);
@@ -322,12 +342,12 @@ impl Subject<'_> {
     /// The clock and the passes' times of one submission.
     fn once(
         &self,
-        encode: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timer<'_>),
+        encode: impl FnOnce(&mut wgpu::CommandEncoder, &mut Timer<'_>) -> Encoded,
     ) -> Result<(Clock, PassTimes), FrontierError> {
         let mut timer = Timer::new(self.gpu);
         let clock = timer.clock();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        encode(&mut encoder, &mut timer);
+        encode(&mut encoder, &mut timer)?;
         self.gpu.queue.submit([encoder.finish()]);
         let times = timer.finish()?;
         self.gpu.finish()?;

@@ -93,7 +93,7 @@ fn one_frame(
     let inputs = Inputs { visibility: hiding, ..renderer.inputs() };
     let mut timer = Timer::new(gpu);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    indirect.encode(&mut encoder, &inputs, Some(&mut timer));
+    indirect.encode(&mut encoder, &inputs, Some(&mut timer))?;
     gpu.queue.submit([encoder.finish()]);
     let passes = timer.finish()?;
     gpu.finish()?;

@@ -212,26 +212,26 @@ pub fn flicker(
         let inputs = renderer.inputs();
         let own = renderer.indirect();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        own.encode_camera(&mut encoder, &inputs, None);
-        own.encode_moments(&mut encoder, &inputs, None);
-        own.encode_density(&mut encoder, &inputs, None);
+        own.encode_camera(&mut encoder, &inputs, None)?;
+        own.encode_moments(&mut encoder, &inputs, None)?;
+        own.encode_density(&mut encoder, &inputs, None)?;
         for (other, hiding) in others.iter().zip(&hidings) {
             if shares(other.settings(), own.settings()) {
-                other.encode_moments(&mut encoder, &inputs, None);
+                other.encode_moments(&mut encoder, &inputs, None)?;
                 other.encode_density_of(&mut encoder, own);
             } else {
-                other.encode_camera(&mut encoder, &inputs, None);
-                other.encode_moments(&mut encoder, &inputs, None);
-                other.encode_density(&mut encoder, &inputs, None);
+                other.encode_camera(&mut encoder, &inputs, None)?;
+                other.encode_moments(&mut encoder, &inputs, None)?;
+                other.encode_density(&mut encoder, &inputs, None)?;
             }
-            other.encode_mips(&mut encoder, None);
-            other.encode_sample(&mut encoder, &inputs, None);
+            other.encode_mips(&mut encoder, None)?;
+            other.encode_sample(&mut encoder, &inputs, None)?;
             let (gbuffer, eye) = (inputs.gbuffer, inputs.eye);
             match hiding {
-                None => other.encode_shade(&mut encoder, gbuffer, eye, None),
+                None => other.encode_shade(&mut encoder, gbuffer, eye, None)?,
                 Some(maps) => {
                     maps.encode(&mut encoder, other.vsgls(), other.settings().count, None);
-                    other.encode_shade_visible(&mut encoder, gbuffer, eye, maps, None);
+                    other.encode_shade_visible(&mut encoder, gbuffer, eye, maps, None)?;
                 }
             }
         }

@@ -100,14 +100,14 @@ pub fn stages(
         for (index, (indirect, &method)) in made.iter().zip(methods).enumerate() {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let mut camera = Timer::new(gpu);
-            indirect.encode_camera(&mut encoder, &inputs, Some(&mut camera));
+            indirect.encode_camera(&mut encoder, &inputs, Some(&mut camera))?;
             gpu.queue.submit([encoder.finish()]);
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let mut light = Timer::new(gpu);
-            indirect.encode_moments(&mut encoder, &inputs, Some(&mut light));
+            indirect.encode_moments(&mut encoder, &inputs, Some(&mut light))?;
             indirect.encode_density_of(&mut encoder, own);
-            indirect.encode_mips(&mut encoder, Some(&mut light));
-            indirect.encode_sample(&mut encoder, &inputs, Some(&mut light));
+            indirect.encode_mips(&mut encoder, Some(&mut light))?;
+            indirect.encode_sample(&mut encoder, &inputs, Some(&mut light))?;
             gpu.queue.submit([encoder.finish()]);
             let dispatches = [camera.dispatches(), light.dispatches()];
             let passes = [camera.finish()?, light.finish()?];

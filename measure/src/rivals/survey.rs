@@ -115,19 +115,19 @@ pub fn survey(
         settings.size_factor = size_factor;
         let indirect = Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)?;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        indirect.encode_moments(&mut encoder, &inputs, None);
+        indirect.encode_moments(&mut encoder, &inputs, None)?;
         indirect.encode_density_of(&mut encoder, own);
-        indirect.encode_mips(&mut encoder, None);
+        indirect.encode_mips(&mut encoder, None)?;
         for _ in 0..=warm_up {
-            indirect.encode_sample(&mut encoder, &inputs, None);
+            indirect.encode_sample(&mut encoder, &inputs, None)?;
         }
-        indirect.encode_shade(&mut encoder, inputs.gbuffer, inputs.eye, None);
+        indirect.encode_shade(&mut encoder, inputs.gbuffer, inputs.eye, None)?;
         gpu.queue.submit([encoder.finish()]);
         gpu.finish()?;
         let mut counted = None;
-        let (overlap, weighted) = match indirect.clusters() {
-            Some(clusters) => {
-                let assigned: Vec<u32> = readback::buffer(gpu, clusters.assignment())?;
+        let (overlap, weighted) = match indirect.assignment() {
+            Some(assignment) => {
+                let assigned: Vec<u32> = readback::buffer(gpu, assignment)?;
                 let map = settings.rsm_size as usize;
                 let inside: Vec<f32> =
                     (0..map * map).map(|at| density[at / map * side + at % map]).collect();

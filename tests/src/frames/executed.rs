@@ -40,7 +40,7 @@ fn expected(renderer: &Renderer<'_>) -> Outputs {
         ("direct", pixels(&frame.direct)),
         ("radiance", pixels(&frame.radiance)),
     ]);
-    outputs.extend(indirect.metropolis().map(|chains| ("chains", buffer(chains.chains()))));
+    outputs.extend(indirect.chains().map(|chains| ("chains", buffer(chains))));
     outputs.extend(indirect.kernels().map(|kernels| ("kernels", buffer(kernels))));
     outputs.extend(indirect.camera_vsgls().map(|lights| ("camera_vsgls", buffer(lights))));
     outputs.extend(renderer.visibility().map(|maps| ("light_maps", texture(maps.atlas()))));

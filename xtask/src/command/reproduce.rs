@@ -325,9 +325,9 @@ impl Work<'_> {
         let inputs = renderer.inputs();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let indirect = renderer.indirect();
-        indirect.encode_camera(&mut encoder, &inputs, None);
-        indirect.encode_moments(&mut encoder, &inputs, None);
-        indirect.encode_density(&mut encoder, &inputs, None);
+        indirect.encode_camera(&mut encoder, &inputs, None)?;
+        indirect.encode_moments(&mut encoder, &inputs, None)?;
+        indirect.encode_density(&mut encoder, &inputs, None)?;
         self.gpu.queue.submit([encoder.finish()]);
         self.gpu.finish()?;
         bar.finish_and_clear();
