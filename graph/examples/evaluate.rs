@@ -3,7 +3,7 @@
 //!
 //! `cargo run -p sglow-graph --example evaluate < lines > frames`
 //!
-//! Each line of the result is a frame, or `{"errors": …}`. Evaluators in other languages are held against it.
+//! Each line of the result is a frame, or `{"errors": …}`. Evaluators in other languages are compared with it.
 
 use std::error::Error;
 use std::io::{BufRead as _, Write as _};

@@ -68,7 +68,7 @@ impl<'d> Scope<'d> {
 pub(crate) struct Round<'a> {
     pub(crate) index: Option<&'a str>,
     pub(crate) number: u64,
-    /// Whether the number was asked for.
+    /// Whether a formula has read the number.
     pub(crate) used: &'a Cell<bool>,
     pub(crate) lets: Option<&'a Table<Formula>>,
     pub(crate) at: &'a At<'a>,

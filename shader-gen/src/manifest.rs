@@ -453,7 +453,7 @@ pub fn schema() -> serde_json::Value {
 ///
 /// # Errors
 ///
-/// When it binds something that no host is told how to bind.
+/// When it binds a resource of a kind that the manifest cannot describe.
 pub fn variant(
     library: &Library,
     validated: &Validated,

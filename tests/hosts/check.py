@@ -108,7 +108,7 @@ def layout(package, step, name):
 def difference(one, other, members, stride):
     """The largest difference of two results, relative to the largest component of the vector that a number stands in.
 
-    Vectors below 1e-6 of the largest of their member are held against that. Whole numbers have to be the same, and so
+    Vectors below 1e-6 of the largest of their member are compared relative to that. Whole numbers have to be the same, and so
     has what is not finite.
     """
     results = []

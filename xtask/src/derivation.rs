@@ -15,7 +15,7 @@ use crate::failure::{self, Failure, Result};
 
 /// The settings that are requested, before the scene's needs.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Wish {
+pub(crate) struct Request {
     /// Pixels of the picture.
     pub(crate) size: [u32; 2],
     /// The preset that is changed.
@@ -24,7 +24,7 @@ pub(crate) struct Wish {
     pub(crate) numbers: Vec<String>,
 }
 
-impl Wish {
+impl Request {
     /// Defaults for a picture of a size.
     pub(crate) fn of(size: [u32; 2]) -> Self {
         Self { size, ..Self::default() }
@@ -70,7 +70,7 @@ fn apply(set: &BTreeMap<String, Setting>, settings: &mut Settings) -> Result<()>
 #[derive(Debug)]
 pub(crate) struct Derivation {
     /// What was requested, before the scene's needs.
-    pub(crate) wish: Wish,
+    pub(crate) request: Request,
     /// What is true of the scene, and its numbers.
     pub(crate) needs: Needs,
     /// What its facts leave of each axis.
@@ -85,7 +85,7 @@ pub(crate) struct Derivation {
 
 impl Derivation {
     /// Settles every axis of a scene with one light: by `set` (`axis=value`, the last one counts), else by what the scene
-    /// needs, else by what is wished: the preset, else the default for scenes of its class.
+    /// needs, else by what is requested: the preset, else the default for scenes of its class.
     ///
     /// # Errors
     ///
@@ -94,12 +94,12 @@ impl Derivation {
         library: &Library,
         scene: &Scene,
         set: &[String],
-        wish: &Wish,
+        request: &Request,
     ) -> Result<Self> {
         let facts = scene.facts();
         let allowed = library.needed(&facts.known()).map_err(failure::rendered)?;
-        let wished = wish.settings(library, &facts.known(), set)?;
-        let mut settings = settle(library, &allowed, set, &wished)?;
+        let requested = request.settings(library, &facts.known(), set)?;
+        let mut settings = settle(library, &allowed, set, &requested)?;
         if let Some(light) = scene.lights.first() {
             settings.light = frame::kind(light);
         }
@@ -108,7 +108,7 @@ impl Derivation {
         settings.assumed = assumptions(library, &allowed, &AXES, set);
         let surfaces = Surfaces::of(scene, settings.complete);
         let plan = Plan::new(&settings, &surfaces);
-        Ok(Self { wish: wish.clone(), needs, allowed, settings, surfaces, plan })
+        Ok(Self { request: request.clone(), needs, allowed, settings, surfaces, plan })
     }
 }
 
@@ -152,9 +152,9 @@ pub(crate) fn settle(
     library: &Library,
     allowed: &AllowedValues,
     set: &[String],
-    wished: &Settings,
+    requested: &Settings,
 ) -> Result<Settings> {
-    let mut settings = wished.clone();
+    let mut settings = requested.clone();
     for axis in AXES {
         let (Some(allowed), Some(value)) = (allowed.get(axis), settings.value(axis)) else {
             continue;
@@ -192,17 +192,17 @@ pub(crate) fn match_distribution(settings: &mut Settings) {
     }
 }
 
-/// The wished value, if it remains; else the last one before it, or the first one behind it.
+/// The requested value, if it remains; else the last one before it, or the first one behind it.
 fn nearest<'a>(
     library: &Library,
     axis: &str,
     allowed: &'a Allowed,
-    wished: &str,
+    requested: &str,
 ) -> Option<&'a str> {
     let values = &library.axis.get(axis)?.value;
     let place = |name: &str| values.iter().position(|value| value.name == name);
-    let wished = place(wished)?;
+    let requested = place(requested)?;
     let remaining = || allowed.values.iter().map(String::as_str);
-    let before = remaining().rfind(|value| place(value).is_some_and(|place| place <= wished));
+    let before = remaining().rfind(|value| place(value).is_some_and(|place| place <= requested));
     before.or_else(|| remaining().next())
 }

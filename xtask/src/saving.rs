@@ -167,15 +167,15 @@ fn settled(
     allowed: &AllowedValues,
     set: &[String],
 ) -> Result<Settings> {
-    let mut wished = derivation.settings.clone();
-    // From what is wished where these facts hold, as the derivation itself did.
-    let defaults = derivation.wish.settings(library, facts, set)?;
+    let mut requested = derivation.settings.clone();
+    // The defaults of an input with these facts, as in `Derivation::new`.
+    let defaults = derivation.request.settings(library, facts, set)?;
     for axis in AXES {
         if let Some(value) = defaults.value(axis) {
-            wished.set(axis, &value)?;
+            requested.set(axis, &value)?;
         }
     }
-    let mut settings = settle(library, allowed, set, &wished)?;
+    let mut settings = settle(library, allowed, set, &requested)?;
     settings.light = derivation.settings.light;
     Ok(settings)
 }
@@ -284,7 +284,7 @@ pub(crate) fn variants(library: &Library, plan: &Plan) -> Vec<Variant> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::derivation::Wish;
+    use crate::derivation::Request;
     use crate::selection::library;
     use crate::shot;
 
@@ -292,8 +292,8 @@ mod tests {
         let library = library().unwrap();
         let scene = shot::load(name, None).unwrap();
         let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
-        let wished = Wish::of([640, 360]);
-        let derivation = Derivation::new(&library, &scene, &set, &wished).unwrap();
+        let requested = Request::of([640, 360]);
+        let derivation = Derivation::new(&library, &scene, &set, &requested).unwrap();
         let measured = BTreeMap::from([("no-specular-surface".to_owned(), 1.5)]);
         let (purpose, everything) =
             purpose(&library, &derivation, name, &set, Some(&measured)).unwrap();

@@ -12,7 +12,7 @@ use sglow_shader_gen::library::{Library, Pass};
 use sglow_shader_gen::matrix::{Absent, AllowedValues, Because, Facts, Variant};
 use sglow_shader_gen::package::Purpose;
 
-use crate::derivation::{Derivation, Wish};
+use crate::derivation::{Derivation, Request};
 use crate::failure::{self, Failure, Result};
 use crate::machine::repository;
 use crate::measured::{self, Measured};
@@ -144,7 +144,7 @@ impl Choice {
         set: &BTreeMap<String, Vec<String>>,
     ) -> Result<Derived> {
         let scene = shot::load(name, self.light)?;
-        let wished = Wish { preset: self.preset.clone(), ..Wish::of(SIZE) };
+        let requested = Request { preset: self.preset.clone(), ..Request::of(SIZE) };
         // Axes that no renderer has are for `all` alone.
         let parameter = |name: &String| library.parameter.iter().any(|one| one.name == *name);
         let of_renderer = |(axis, _): &(&String, &Vec<String>)| {
@@ -164,7 +164,7 @@ impl Choice {
         }
         let mut derivations = Vec::new();
         for set in &combinations {
-            derivations.push(Derivation::new(library, &scene, set, &wished)?);
+            derivations.push(Derivation::new(library, &scene, set, &requested)?);
         }
         let plans = derivations.iter().map(|one| one.plan.clone());
         let runs = plans.reduce(Plan::or).unwrap_or_default();

@@ -6,7 +6,7 @@ use sglow_runtime::needs::Decision;
 use sglow_runtime::scene::{Light, LightKind, Scene};
 use sglow_runtime::settings::Settings;
 
-use crate::derivation::{Derivation, Wish};
+use crate::derivation::{Derivation, Request};
 use crate::failure::{Failure, Result};
 use crate::selection::library;
 
@@ -40,7 +40,7 @@ pub(crate) struct Numbers {
 
 impl Numbers {
     /// What is requested with these numbers.
-    pub(crate) fn wish(&self, size: [u32; 2]) -> Wish {
+    pub(crate) fn request(&self, size: [u32; 2]) -> Request {
         let mut numbers = Vec::new();
         let mut given = |name: &str, value: Option<String>| {
             numbers.extend(value.map(|value| format!("{name}={value}")));
@@ -49,7 +49,7 @@ impl Numbers {
         given("map", self.rsm.map(|number| number.to_string()));
         given("iterations", self.iterations.map(|number| number.to_string()));
         given("size_factor", self.size_factor.map(|number| number.to_string()));
-        Wish { size, preset: self.preset.clone(), numbers }
+        Request { size, preset: self.preset.clone(), numbers }
     }
 
     /// Bisection steps, where no scene settles them.
@@ -79,7 +79,7 @@ impl Shot {
         numbers: &Numbers,
     ) -> Result<Self> {
         let scene = load(name, numbers.light)?;
-        let derivation = Derivation::new(&library()?, &scene, set, &numbers.wish(size))?;
+        let derivation = Derivation::new(&library()?, &scene, set, &numbers.request(size))?;
         for decision in derivation.needs.decisions.iter().filter(|decision| decision.changed) {
             let Decision { name, value, reason, .. } = decision;
             eprintln!("{}: {name}: {value} ({reason})", scene.name);

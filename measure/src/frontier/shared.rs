@@ -120,7 +120,7 @@ impl<'a> Lights<'a> {
         Ok(Self { step: Step::new(cache, &key, make)?, hidden: RefCell::new(None) })
     }
 
-    /// The lights, hidden as `hiding` does by the settings of `way`.
+    /// The lights with the shadow maps of `hiding`, by the settings of `way`.
     pub(super) fn hidden(
         &self,
         subject: &Subject<'_>,

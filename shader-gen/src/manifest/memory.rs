@@ -12,7 +12,7 @@ use crate::validate::Validated;
 ///
 /// # Errors
 ///
-/// When a variant binds something that no host is told how to bind.
+/// When a variant binds a resource of a kind that the manifest cannot describe.
 pub fn in_memory(library: &Library, validated: &[Validated]) -> Result<String, Error> {
     let one = |one: &Validated| -> Result<Value, Error> {
         let reflection = reflect(&one.text, &one.module, &one.info)?;

@@ -21,7 +21,7 @@ use super::{
 /// Why a module cannot be described.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A resource of a kind that no host is told how to bind.
+    /// A resource of a kind that the manifest cannot describe.
     #[error(
         "`{name}` is {what}; what a package may bind is: uniform and storage buffers, sampled, depth and storage textures, samplers"
     )]

@@ -462,7 +462,7 @@ impl Work<'_> {
         let size = self.rsm();
         let base = Settings {
             rsm_size: size,
-            ..self.numbers().wish([1, 1]).settings(&library()?, &Facts::new(), &[])?
+            ..self.numbers().request([1, 1]).settings(&library()?, &Facts::new(), &[])?
         };
         let mut densities: Vec<(String, Vec<f32>)> = Stress::ALL
             .into_iter()

@@ -1553,7 +1553,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cluster_tree",
         pass: cluster_tree::PASS,
         text: include_str!("../wgsl/cluster_tree.wgsl"),
-        sha256: "cc509783fcfa4093933de0dd6f2249506089fe78ed78cfb48d3f2574dd3cd3eb",
+        sha256: "a5a6f0aa90a0d127f7b5e9ec865ddb325a6315f8a0ee971002a7f373452246c0",
     },
     Embedded {
         id: "compose-both-none",

@@ -22,7 +22,7 @@ struct SglowTreeParameters {
 @group(0) @binding(3) var<storage, read_write> sglow_parents: array<u32>;
 
 /// The length of the prefix that the codes of two leaves share; -1 where there is no second leaf.
-/// Equal codes are told apart by the leaves' own numbers. [Karras 2012, Section 4]
+/// Equal codes are ordered by the indices of their leaves. [Karras 2012, Section 4]
 fn sglow_shared_prefix(count: u32, leaf: u32, other: i32) -> i32 {
     if other < 0 || other >= i32(count) {
         return -1;

@@ -140,7 +140,7 @@ impl Case {
     /// When the scene cannot be read.
     pub(crate) fn new(name: &str, size: [u32; 2], numbers: &Numbers) -> Result<Self> {
         let scene = shot::load(name, numbers.light)?;
-        let derivation = Derivation::new(&library()?, &scene, &[], &numbers.wish(size))?;
+        let derivation = Derivation::new(&library()?, &scene, &[], &numbers.request(size))?;
         Ok(Self { scene, derivation })
     }
 }

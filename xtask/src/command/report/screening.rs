@@ -14,7 +14,7 @@ use sglow_runtime::settings::Settings;
 
 use super::Case;
 use super::ways::{self, Offer};
-use crate::derivation::{Derivation, Wish};
+use crate::derivation::{Derivation, Request};
 use crate::failure::{Failure, Result};
 use crate::progress::Bars;
 use crate::selection::library;
@@ -125,12 +125,12 @@ fn named(case: &Case) -> Result<BTreeMap<String, Settings>> {
     let mut named: BTreeMap<String, Settings> =
         own.map(|(what, settings)| (what.to_owned(), settings)).collect();
     let preset = promise::named::PRINTED.to_owned();
-    let wish = Wish {
+    let request = Request {
         size: usual.size,
         numbers: vec![format!("map={}", usual.rsm_size)],
         preset: Some(preset.clone()),
     };
-    let printed = Derivation::new(&library()?, scene, &[], &wish)?.settings;
+    let printed = Derivation::new(&library()?, scene, &[], &request)?.settings;
     named.insert(preset, Settings { assumed: usual.assumed.clone(), ..printed });
     Ok(named)
 }

@@ -87,7 +87,7 @@ fn answer<'a>(named: &Named<'a>, advice: &Advice<'a>, within: f64) -> Markup {
 fn near(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> String {
     if advice.by_floor {
         format!(
-            "within the uncertainty of the least error, {}, below which nothing is told apart",
+            "within the uncertainty of the least error, {}, below which no difference is claimed",
             named.text(advice.limit)
         )
     } else {
