@@ -240,7 +240,7 @@ fn compared(graph: &serde_json::Value, cases: &[serde_json::Value]) -> Option<(b
     let file = folder.path().join("cases.json");
     let document = serde_json::json!({ "graph": graph, "cases": cases });
     std::fs::write(&file, document.to_string()).unwrap();
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/hosts/compare.py");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/hosts/agree.py");
     let output = Command::new("python3").arg("-B").arg(script).arg(&file).output().ok()?;
     let text = [output.stdout, output.stderr].concat();
     Some((output.status.success(), String::from_utf8_lossy(&text).into_owned()))
