@@ -7,6 +7,8 @@ use sglow_shaders::{Lobes, Precision, SglowKernel, SglowVsglDiffuse};
 use crate::device::Gpu;
 use crate::frame::FrameError;
 use crate::indirect::Indirect;
+use crate::occluders::Occluders;
+use crate::stages::Stages as _;
 use crate::light::LightView;
 use crate::package::Package;
 use crate::scene::{Bounds, Light, LightKind};
@@ -63,8 +65,9 @@ pub fn sample(
     for _ in 0..6 {
         times.push(time(gpu, &indirect, &view)?);
     }
-    let lights: Vec<SglowVsglDiffuse> = crate::readback::buffer(gpu, indirect.vsgls())?;
-    let kernels = indirect.kernels().map(|kernels| crate::readback::buffer(gpu, kernels));
+    let lights = indirect.vsgls().map(|lights| crate::readback::buffer(gpu, &lights)).transpose()?;
+    let lights: Vec<SglowVsglDiffuse> = lights.unwrap_or_default();
+    let kernels = indirect.kernels().map(|kernels| crate::readback::buffer(gpu, &kernels));
     Ok(Sampled {
         kernels: kernels.transpose()?.unwrap_or_default(),
         powers: lights
@@ -139,7 +142,7 @@ fn prepare(
     settings.emitter = sglow_shaders::Emitter::Lobe;
     settings.diffuse = sglow_shaders::Diffuse::Constant;
     settings.size = [1, 1];
-    let indirect = Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)?;
+    let indirect = Indirect::of_parts(gpu.source(package), &settings, &["lights"], &Occluders::default())?;
     let size = settings.rsm_size;
     // A wall of side one, so that positions are those of the image.
     let mut position = Vec::with_capacity(density.len());
@@ -175,9 +178,11 @@ fn prepare(
         );
     };
     if let Some(moments) = indirect.moments() {
-        write(moments, bytemuck::cast_slice(&layers), count, 16);
+        write(&moments, bytemuck::cast_slice(&layers), count, 16);
     }
-    write(indirect.density(), bytemuck::cast_slice(density), 1, 4);
+    if let Some(texture) = indirect.density() {
+        write(&texture, bytemuck::cast_slice(density), 1, 4);
+    }
     let light = Light {
         name: "density".to_owned(),
         kind: LightKind::Directional,

@@ -1,5 +1,7 @@
 //! A device to run on, and what is known of it.
 
+use crate::indirect::Source;
+use crate::package::Package;
 use std::sync::{Arc, Mutex};
 
 use thiserror::Error;
@@ -99,6 +101,11 @@ pub fn list() -> Vec<AdapterFacts> {
 }
 
 impl Gpu {
+    /// This device with a package: what frames are made on and of.
+    pub fn source<'a>(&'a self, package: &'a Package) -> Source<'a> {
+        Source { device: &self.device, queue: &self.queue, package }
+    }
+
     /// Opens the adapter whose name contains `wanted`, or else the most capable one.
     ///
     /// Optional features that the variants can use (time stamps, filtering of 32-bit floats) are switched on where the

@@ -4,38 +4,31 @@ use std::time::Duration;
 
 use glam::Vec3;
 use glam::camera::rh::view::look_to_mat4;
-use sglow_shaders::{
-    Diffuse, Emission, Indirect as IndirectAxis, Light, SglowView, Specular,
-    Visibility as VisibilityAxis,
-};
+use sglow_shaders::{Light, SglowView};
 use thiserror::Error;
 
 use crate::device::{DeviceError, Gpu};
-use crate::direct::{Compose, Direct, DirectInputs, ShadowBias, Terms};
+use crate::execute::{self, DrawList, Lists};
 use crate::host;
-use crate::indirect::{Indirect, IndirectError, Inputs, picture};
+use crate::indirect::{Indirect, IndirectError, Inputs, SurfaceViews};
 use crate::light::{LightView, perspective};
 use crate::needs::{self, MissingNeed};
+use crate::occluders::Occluders;
 use crate::package::Package;
-use crate::pipeline::PipelineError;
-use crate::points::Geometry;
-use crate::pyramid::texture_bytes;
-use crate::raster::{Raster, SurfaceTargets, traits};
+use crate::plan;
+use crate::points::{Geometry, GeometryError};
+use crate::raster::Raster;
 use crate::readback;
 use crate::scene::{self, Bounds, LightKind, Scene};
 use crate::settings::Settings;
 use crate::timing::{Clock, Timer};
-use crate::visibility::{Config, Visibility, VisibilityError};
 
-/// Why there is no frame.
+/// Errors of [`Renderer`].
 #[derive(Debug, Error)]
 pub enum FrameError {
     /// No indirect light.
     #[error(transparent)]
     Indirect(#[from] IndirectError),
-    /// A variant does not become a pipeline.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
     /// The device fails.
     #[error(transparent)]
     Device(#[from] DeviceError),
@@ -63,9 +56,9 @@ pub enum FrameError {
         /// Everything that is missing.
         missing: Vec<MissingNeed>,
     },
-    /// There are no maps of the virtual lights.
+    /// The scene's triangles cannot occlude virtual lights.
     #[error(transparent)]
-    Visibility(#[from] VisibilityError),
+    Occluders(#[from] GeometryError),
     /// The scene has no such light.
     #[error("the scene has no light {index}; it has {count}, counted from 0")]
     NoSuchLight {
@@ -85,53 +78,28 @@ pub fn kind(light: &scene::Light) -> Light {
     }
 }
 
-/// The maps of the virtual lights of a scene, if the settings have visibility.
+/// The triangles of a scene that occlude virtual lights, as far as the settings need them.
 ///
 /// # Errors
 ///
-/// When the settings or the device do not allow them.
-pub fn light_maps(
-    gpu: &Gpu,
-    package: &Package,
-    scene: &Scene,
-    settings: &Settings,
-) -> Result<Option<Visibility>, VisibilityError> {
-    if settings.visibility == VisibilityAxis::None {
-        return Ok(None);
-    }
+/// The first index or position at fault.
+pub fn occluders(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Result<Occluders, GeometryError> {
     let (mut positions, mut indices) = (Vec::new(), Vec::new());
     for mesh in &scene.meshes {
         let first = positions.len() as u32;
         positions.extend_from_slice(&mesh.positions);
         indices.extend(mesh.indices.iter().map(|index| first + index));
     }
-    let config = Config {
-        least_near: host::least_near(scene.bounds().radius()),
-        ..light_map_config(settings)
-    };
-    let geometry = Geometry { positions: &positions, indices: &indices };
-    Visibility::new(&gpu.device, &gpu.queue, package, &config, geometry).map(Some)
+    Occluders::new(&gpu.device, settings, Geometry { positions: &positions, indices: &indices })
 }
 
-/// What the maps of the virtual lights are made of, but for the scene's size.
-pub(crate) fn light_map_config(settings: &Settings) -> Config {
-    let Settings { visibility, lobes, precision, count, .. } = *settings;
-    Config {
-        points: settings.shadow_points,
-        tile: settings.light_tile,
-        near_scale: settings.near_scale,
-        bias_scale: settings.bias_scale,
-        ..Config::new(visibility, lobes, precision, count)
-    }
-}
-
-/// The terms of indirect light that there are.
-pub(crate) fn terms(settings: &Settings) -> IndirectAxis {
-    match (settings.diffuse, settings.specular) {
-        (Diffuse::None, _) => IndirectAxis::Specular,
-        (_, Specular::None) => IndirectAxis::Diffuse,
-        _ => IndirectAxis::Both,
-    }
+/// The biases of a shadow map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShadowBias {
+    /// Subtracted from the depth that is compared, in units of depth.
+    pub depth: f32,
+    /// How far a position is moved along its normal, in world units.
+    pub normal: f32,
 }
 
 /// The biases of a shadow map that is drawn by the light's view.
@@ -141,7 +109,7 @@ fn shadow_bias(view: &LightView, rsm_size: u32) -> ShadowBias {
 }
 
 /// Whether a package and settings leave in what a scene needs.
-fn suits(
+fn check_requirements(
     package: &Package,
     settings: &Settings,
     scene: &Scene,
@@ -206,6 +174,37 @@ pub struct Times {
     pub clock: Clock,
 }
 
+/// The surface textures of a view, with their views.
+struct SurfaceTextures {
+    textures: [wgpu::Texture; 3],
+    views: [wgpu::TextureView; 3],
+}
+
+impl SurfaceTextures {
+    /// Those that an executor has drawn to.
+    fn of(indirect: &Indirect, names: [&str; 3]) -> Option<Self> {
+        let [position, normal, base_color] = names.map(|name| indirect.texture(name));
+        let textures = [position?, normal?, base_color?];
+        let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
+        Some(Self { textures, views })
+    }
+
+    fn views(&self) -> SurfaceViews<'_> {
+        let [position, normal, base_color] = &self.views;
+        SurfaceViews { position, normal, base_color }
+    }
+
+    fn read(&self, gpu: &Gpu) -> Result<Surfaces, FrameError> {
+        let [position, normal, base_color] = &self.textures;
+        let read = |texture| readback::texture(gpu, texture, 0);
+        Ok(Surfaces {
+            position: read(position)?,
+            normal: read(normal)?,
+            base_color: read(base_color)?,
+        })
+    }
+}
+
 /// Renders a scene with one set of settings.
 pub struct Renderer<'a> {
     gpu: &'a Gpu,
@@ -214,15 +213,12 @@ pub struct Renderer<'a> {
     eye: Vec3,
     bounds: Bounds,
     light: LightView,
-    rsm: SurfaceTargets,
-    gbuffer: SurfaceTargets,
-    shadow_map: wgpu::Texture,
     shadow_bias: ShadowBias,
-    indirect: Indirect,
-    visibility: Option<Visibility>,
-    direct: Direct,
-    emission: Option<wgpu::Texture>,
-    compose: Compose,
+    rsm: SurfaceTextures,
+    gbuffer: SurfaceTextures,
+    /// The whole frame.
+    frame: Indirect,
+    occluder_bytes: Vec<(String, u64)>,
 }
 
 /// Width and height of the shadow map of direct light.
@@ -244,24 +240,35 @@ impl<'a> Renderer<'a> {
         let Some(light) = scene.lights.get(light_index) else {
             return Err(FrameError::NoSuchLight { index: light_index, count: scene.lights.len() });
         };
-        suits(package, settings, scene, light_index)?;
+        check_requirements(package, settings, scene, light_index)?;
         let mut settings = settings.clone();
         settings.light = kind(light);
-        let device = &gpu.device;
-        let indirect = Indirect::with_package(device, &gpu.queue, &settings, package)?;
         let bounds = scene.bounds();
         let size = settings.size;
         let view_of_light = LightView::new(light, &bounds, settings.rsm_size);
-        let traits = traits(scene, settings.complete);
-        let emits =
-            settings.complete || scene.meshes.iter().any(|mesh| traits[mesh.material].emits);
         let (near, far) = scene.camera.planes(&bounds);
         let eye = Vec3::from(scene.camera.position);
         let aspect = size[0] as f32 / size[1] as f32;
         let projection = perspective((0.5 * scene.camera.vertical_fov).tan(), aspect, near, far);
         let look = look_to_mat4(Vec3::ZERO, scene.camera.forward.into(), scene.camera.up.into());
+        let raster = Raster::new(gpu, scene, settings.complete);
+        let occluders = occluders(gpu, scene, &settings)?;
+        let mut configuration = settings.configuration();
+        plan::Surfaces::of(scene, settings.complete).describe(&mut configuration);
+        let (surfaces, emitters) = (raster.surfaces(), raster.emitters());
+        let lists: [(_, &dyn DrawList); 2] = [("surfaces", &surfaces), ("emitters", &emitters)];
+        let frame = Indirect::of_configuration(
+            gpu.source(package),
+            &settings,
+            configuration,
+            &occluders,
+            &Lists::from(lists),
+        )?;
+        let surfaces = |names| {
+            let missing = || IndirectError::Description(format!("the frame has no {names:?}"));
+            SurfaceTextures::of(&frame, names).ok_or_else(missing)
+        };
         Ok(Self {
-            raster: Raster::new(gpu, package, scene, settings.complete)?,
             view: SglowView {
                 clip_from_view: (projection * look).to_cols_array_2d(),
                 eye: eye.extend(1.0).into(),
@@ -269,29 +276,17 @@ impl<'a> Renderer<'a> {
                 ..bytemuck::Zeroable::zeroed()
             },
             eye,
-            rsm: SurfaceTargets::new(device, "sglow reflective shadow map", [settings.rsm_size; 2]),
-            gbuffer: SurfaceTargets::new(device, "sglow G-buffer", size),
-            shadow_map: picture(
-                device,
-                "sglow shadow map",
-                [SHADOW_SIZE; 2],
-                wgpu::TextureFormat::Depth32Float,
-            ),
+            rsm: surfaces(["rsm_position", "rsm_normal", "rsm_base_color"])?,
+            gbuffer: surfaces(["gbuffer_position", "gbuffer_normal", "gbuffer_base_color"])?,
             shadow_bias: shadow_bias(&view_of_light, settings.rsm_size),
-            direct: Direct::new(device, &gpu.queue, package, settings.light, settings.ndf, size)?,
-            emission: emits
-                .then(|| picture(device, "sglow emission", size, wgpu::TextureFormat::Rgba16Float)),
-            compose: Compose::new(
-                device,
-                package,
-                terms(&settings),
-                if emits { Emission::Seen } else { Emission::None },
-                size,
-            )?,
             bounds,
             light: view_of_light,
-            visibility: light_maps(gpu, package, scene, &settings)?,
-            indirect,
+            occluder_bytes: occluders
+                .buffers()
+                .map(|(name, buffer)| (name.to_owned(), buffer.size()))
+                .collect(),
+            frame,
+            raster,
             gpu,
         })
     }
@@ -302,11 +297,11 @@ impl<'a> Renderer<'a> {
     ///
     /// When it is of another kind: the shaders were chosen for the kind.
     pub fn move_light(&mut self, light: &scene::Light) -> Result<(), FrameError> {
-        let (was, is) = (self.indirect.settings().light, kind(light));
+        let (was, is) = (self.frame.settings().light, kind(light));
         if was != is {
             return Err(FrameError::AnotherLight { was, is });
         }
-        let size = self.indirect.settings().rsm_size;
+        let size = self.frame.settings().rsm_size;
         self.light = LightView::new(light, &self.bounds, size);
         self.shadow_bias = shadow_bias(&self.light, size);
         Ok(())
@@ -314,127 +309,98 @@ impl<'a> Renderer<'a> {
 
     /// Draws the light's map and the camera's G-buffer alone, and waits for them: what an [`Indirect`] of one's own then
     /// reads by [`Self::inputs`].
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
     pub fn draw_maps(&self) -> Result<(), FrameError> {
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.raster.encode_rsm(&mut encoder, &self.rsm, &self.light.faces, None);
-        self.raster.encode_gbuffer(&mut encoder, &self.gbuffer, &self.view, None);
-        self.gpu.queue.submit([encoder.finish()]);
+        self.submit(|stage| stage.part == "surfaces" && stage.label != "shadow", None)?;
         Ok(self.gpu.finish()?)
     }
 
     /// What indirect light reads.
     pub fn inputs(&self) -> Inputs<'_> {
-        Inputs {
-            rsm: self.rsm.views(),
-            gbuffer: self.gbuffer.views(),
-            light: &self.light,
-            eye: self.eye,
-            visibility: self.visibility.as_ref(),
-        }
+        let (rsm, gbuffer) = (self.rsm.views(), self.gbuffer.views());
+        Inputs { rsm, gbuffer, light: &self.light, eye: self.eye }
     }
 
     /// Renders one frame and waits for it. Returns the time of each pass and how it was taken.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
     pub fn render(&self) -> Result<Times, FrameError> {
         let mut timer = Timer::new(self.gpu);
         let clock = timer.clock();
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.encode(&mut encoder, &mut timer)?;
-        self.gpu.queue.submit([encoder.finish()]);
+        self.submit(|_| true, Some(&mut timer))?;
         let passes = timer.finish()?;
         self.gpu.finish()?;
         Ok(Times { passes, clock })
     }
 
-    fn encode(
+    fn submit(
         &self,
-        encoder: &mut wgpu::CommandEncoder,
-        timer: &mut Timer<'_>,
+        wanted: impl Fn(execute::Stage<'_>) -> bool,
+        timer: Option<&mut Timer<'_>>,
     ) -> Result<(), FrameError> {
-        let faces = &self.light.faces;
-        self.raster.encode_rsm(encoder, &self.rsm, faces, Some(timer));
-        self.raster.encode_gbuffer(encoder, &self.gbuffer, &self.view, Some(timer));
-        let depth = self.shadow_map.create_view(&Default::default());
-        self.raster.encode_shadow(encoder, &depth, SHADOW_SIZE, faces, Some(timer));
-        self.indirect.encode(encoder, &self.inputs(), Some(timer))?;
-        let direct = DirectInputs {
-            gbuffer: self.gbuffer.views(),
-            light: &self.light,
-            shadow_map: &depth,
-            bias: self.shadow_bias,
-            eye: self.eye,
-        };
-        self.direct.encode(encoder, &direct, Some(timer));
-        if let Some(emission) = &self.emission {
-            let view = emission.create_view(&Default::default());
-            self.raster.encode_emission(encoder, &view, &self.gbuffer, Some(timer));
-        }
-        let terms = Terms {
-            direct: self.direct.output(),
-            diffuse: self.indirect.diffuse(),
-            specular: self.indirect.specular(),
-            emission: self.emission.as_ref(),
-        };
-        self.compose.encode(encoder, terms, Some(timer));
+        let mut given = self.frame.given(&self.inputs());
+        host::camera(&mut given, &self.view);
+        host::shadow(&mut given, self.shadow_bias.depth, self.shadow_bias.normal);
+        let (surfaces, emitters) = (self.raster.surfaces(), self.raster.emitters());
+        given.draws("surfaces", &surfaces).draws("emitters", &emitters);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        self.frame.encode_where(wanted, &mut encoder, &given, timer)?;
+        self.gpu.queue.submit([encoder.finish()]);
         Ok(())
     }
 
     /// The last frame, read back.
+    ///
+    /// # Errors
+    ///
+    /// When the device fails.
     pub fn read(&self) -> Result<Frame, FrameError> {
-        let read = |texture: &wgpu::Texture| readback::texture(self.gpu, texture, 0);
-        let optional = |texture: Option<&wgpu::Texture>| texture.map(read).transpose();
+        let read = |name: &str| {
+            let texture = self.frame.texture(name);
+            texture.map(|texture| readback::texture(self.gpu, &texture, 0)).transpose()
+        };
         Ok(Frame {
-            size: self.indirect.settings().size,
-            radiance: read(self.compose.output())?,
-            direct: read(self.direct.output())?,
-            indirect_diffuse: optional(self.indirect.diffuse())?,
-            indirect_specular: optional(self.indirect.specular())?,
-            emission: optional(self.emission.as_ref())?,
-            gbuffer: self.read_surfaces(&self.gbuffer)?,
+            size: self.frame.settings().size,
+            radiance: read("radiance")?.unwrap_or_default(),
+            direct: read("direct")?.unwrap_or_default(),
+            indirect_diffuse: read("diffuse")?,
+            indirect_specular: read("specular")?,
+            emission: read("emission")?,
+            gbuffer: self.read_gbuffer()?,
         })
     }
 
     /// The bytes of each texture and buffer that it keeps between frames, but for the scene itself and parameters: what
     /// [`crate::plan::Plan`] foresees, by the same names.
-    pub fn bytes(&self) -> Vec<(&'static str, u64)> {
-        let mut bytes = vec![
-            ("reflective shadow map", self.rsm.bytes()),
-            ("G-buffer", self.gbuffer.bytes()),
-            ("shadow map", texture_bytes(&self.shadow_map)),
-        ];
-        bytes.extend(self.indirect.bytes());
-        bytes.extend(self.visibility.iter().flat_map(Visibility::bytes));
-        bytes.push(("direct", texture_bytes(self.direct.output())));
-        bytes.extend(self.emission.as_ref().map(|texture| ("emission", texture_bytes(texture))));
-        bytes.push(("radiance", texture_bytes(self.compose.output())));
-        bytes
+    pub fn bytes(&self) -> Vec<(String, u64)> {
+        [self.frame.bytes(), self.occluder_bytes.clone()].concat()
     }
 
     /// The camera's G-buffer of the last frame, read back.
     pub fn read_gbuffer(&self) -> Result<Surfaces, FrameError> {
-        self.read_surfaces(&self.gbuffer)
+        self.gbuffer.read(self.gpu)
     }
 
     /// The reflective shadow map of the last frame, read back.
     pub fn read_rsm(&self) -> Result<Surfaces, FrameError> {
-        self.read_surfaces(&self.rsm)
+        self.rsm.read(self.gpu)
     }
 
     /// The shadow map of the last frame, read back: depth in x.
     pub fn read_shadow_map(&self) -> Result<Pixels, FrameError> {
-        Ok(readback::texture(self.gpu, &self.shadow_map, 0)?)
+        let texture = self.frame.texture("shadow_map");
+        let read = texture.map(|texture| readback::texture(self.gpu, &texture, 0)).transpose()?;
+        Ok(read.unwrap_or_default())
     }
 
-    fn read_surfaces(&self, targets: &SurfaceTargets) -> Result<Surfaces, FrameError> {
-        Ok(Surfaces {
-            position: readback::texture(self.gpu, &targets.position, 0)?,
-            normal: readback::texture(self.gpu, &targets.normal, 0)?,
-            base_color: readback::texture(self.gpu, &targets.base_color, 0)?,
-        })
-    }
-
-    /// The indirect light.
+    /// The whole frame: its settings and what it keeps.
     pub fn indirect(&self) -> &Indirect {
-        &self.indirect
+        &self.frame
     }
 
     /// The light's view.
@@ -455,11 +421,6 @@ impl<'a> Renderer<'a> {
     /// The scene on the device.
     pub fn raster(&self) -> &Raster {
         &self.raster
-    }
-
-    /// The maps of the virtual lights, where they have some.
-    pub fn visibility(&self) -> Option<&Visibility> {
-        self.visibility.as_ref()
     }
 
     /// The camera's view.

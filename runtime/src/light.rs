@@ -37,6 +37,8 @@ pub struct LightView {
     /// photon the light can give between 16384 and 32768, below the largest half and 29 binades above the least one that
     /// keeps all its bits.
     pub power_unit: f32,
+    /// What lies within this distance of a virtual light does not occlude it, in world units.
+    pub least_near: f32,
 }
 
 /// Forward and up of the six faces of a point light's map.
@@ -137,8 +139,14 @@ impl LightView {
         };
         let brightest = light.intensity.into_iter().map(f64::from).fold(0.0, f64::max) * image
             / f64::from(size).powi(2);
-        let minimum_variance = host::minimum_variance(texel);
-        Self { uniform, faces, origin, minimum_variance, power_unit: host::power_unit(brightest) }
+        Self {
+            uniform,
+            faces,
+            origin,
+            minimum_variance: host::minimum_variance(texel),
+            power_unit: host::power_unit(brightest),
+            least_near: host::least_near(bounds.radius()),
+        }
     }
 }
 

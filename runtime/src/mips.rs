@@ -5,17 +5,20 @@ use std::time::{Duration, Instant};
 use sglow_shaders::Texel;
 
 use crate::device::{DeviceError, Gpu};
+use crate::execute::{Executor, Faults, Inputs, Lists};
 use crate::package::Package;
-use crate::pipeline::PipelineError;
-use crate::pyramid::{Levels, MipPasses, Pyramid, texture_bytes};
+use sglow_graph::Configuration;
 use thiserror::Error;
 
 /// Why there is no mip chain.
 #[derive(Debug, Error)]
 pub enum MipsError {
-    /// A variant does not become a pipeline.
+    /// The package describes no mip chains.
+    #[error("{0}; generate the package again: cargo xtask gen-shaders --out DIR")]
+    Description(String),
+    /// The chain cannot be executed.
     #[error(transparent)]
-    Pipeline(#[from] PipelineError),
+    Frame(#[from] Faults),
     /// The device failed.
     #[error(transparent)]
     Device(#[from] DeviceError),
@@ -58,11 +61,65 @@ fn format(texel: Texel) -> wgpu::TextureFormat {
     }
 }
 
-fn pyramid(gpu: &Gpu, texel: Texel, size: u32, layers: u32) -> Result<Pyramid, MipsError> {
-    if size < 2 || !size.is_power_of_two() {
-        return Err(MipsError::Size(size));
+/// A frame of nothing but a mip chain, of which the first `extent` columns and rows hold anything.
+struct Chain {
+    executor: Executor,
+    texture: wgpu::Texture,
+    bytes: u64,
+}
+
+impl Chain {
+    fn new(
+        gpu: &Gpu,
+        package: &Package,
+        texel: Texel,
+        size: u32,
+        layers: u32,
+        [width, height]: [u32; 2],
+    ) -> Result<Self, MipsError> {
+        if size < 2 || !size.is_power_of_two() {
+            return Err(MipsError::Size(size));
+        }
+        let wrong = |error: &dyn std::fmt::Display| MipsError::Description(error.to_string());
+        let of = package.description();
+        let mut description = of.ok_or_else(|| wrong(&"the package describes no frame"))?.clone();
+        let levels = size.ilog2() + 1;
+        let frame = serde_json::json!({
+            "resource": { "chain": {
+                "description": "a texture with its mips", "kept": true,
+                "texture": {
+                    "format": names(texel), "size": [size, size], "layers": layers, "levels": levels,
+                },
+            } },
+            "step": [ {
+                "use": "mips", "label": "mips", "axes": { "texel": texel.name() },
+                "let": { "width": width, "height": height, "layers": layers, "levels": levels },
+                "names": { "pyramid": "chain" },
+            } ],
+        });
+        let frame = serde_json::from_value(frame).map_err(|error| wrong(&error))?;
+        description.template.insert("frame".to_owned(), frame);
+        let frame = description.evaluate(&Configuration::default()).map_err(|error| wrong(&error))?;
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        let executor = Executor::new(device, queue, package, &frame, &Lists::new())?;
+        let texture = executor.texture("chain").cloned();
+        let texture = texture.ok_or_else(|| wrong(&"there is no chain"))?;
+        let bytes = executor.bytes().map(|(_, bytes)| bytes).sum();
+        Ok(Self { executor, texture, bytes })
     }
-    Ok(Pyramid::new(&gpu.device, "sglow mips", size, layers, format(texel), Levels::All))
+
+    fn encode(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), MipsError> {
+        Ok(self.executor.encode(encoder, &Inputs::new(), None)?)
+    }
+}
+
+/// The format in the words of WebGPU.
+fn names(texel: Texel) -> &'static str {
+    match texel {
+        Texel::Rgba32float => "rgba32float",
+        Texel::Rgba16float => "rgba16float",
+        Texel::R32float => "r32float",
+    }
 }
 
 /// A mip chain of `size` squared texels of which the first `extent` columns and rows hold `texels`, layer by layer and
@@ -82,8 +139,7 @@ pub fn build(
     extent: [u32; 2],
     texels: &[u8],
 ) -> Result<wgpu::Texture, MipsError> {
-    let pyramid = pyramid(gpu, texel, size, layers)?;
-    let passes = MipPasses::new(&gpu.device, package, texel, "mips")?;
+    let mut chain = Chain::new(gpu, package, texel, size, layers, extent)?;
     let bytes = format(texel).block_copy_size(None).unwrap_or(0);
     let [width, height] = extent;
     let wanted = (width * height * layers * bytes) as usize;
@@ -91,7 +147,7 @@ pub fn build(
         return Err(MipsError::Texels { found: texels.len(), wanted });
     }
     gpu.queue.write_texture(
-        pyramid.texture.as_image_copy(),
+        chain.texture.as_image_copy(),
         texels,
         wgpu::TexelCopyBufferLayout {
             offset: 0,
@@ -101,10 +157,10 @@ pub fn build(
         wgpu::Extent3d { width, height, depth_or_array_layers: layers },
     );
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    pyramid.encode_mips(&gpu.device, &mut encoder, &passes, extent, None);
+    chain.encode(&mut encoder)?;
     gpu.queue.submit([encoder.finish()]);
     gpu.finish()?;
-    Ok(pyramid.texture)
+    Ok(chain.texture)
 }
 
 /// Times a mip chain of `size` squared texels and `layers` layers against copies of the same bytes, in turn within one
@@ -120,9 +176,9 @@ pub fn measure(
     size: u32,
     layers: u32,
 ) -> Result<MipTimes, MipsError> {
-    let source = pyramid(gpu, texel, size, layers)?;
-    let target = pyramid(gpu, texel, size, layers)?;
-    let passes = MipPasses::new(&gpu.device, package, texel, "mips")?;
+    let mut source = Chain::new(gpu, package, texel, size, layers, [size; 2])?;
+    let target = Chain::new(gpu, package, texel, size, layers, [size; 2])?.texture;
+    let (texture, bytes) = (source.texture.clone(), source.bytes);
     let copy = |encoder: &mut wgpu::CommandEncoder, levels: u32| {
         for mip_level in 0..levels {
             let place = |texture| wgpu::TexelCopyTextureInfo {
@@ -133,20 +189,20 @@ pub fn measure(
             };
             let side = size >> mip_level;
             encoder.copy_texture_to_texture(
-                place(&source.texture),
-                place(&target.texture),
+                place(&texture),
+                place(&target),
                 wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
             );
         }
     };
     // A submission should be small beside its work.
-    let repetitions = (64 * 1024 * 1024 / texture_bytes(&source.texture)).clamp(2, 64) as u32;
-    let time = |candidate: usize| -> Result<Duration, MipsError> {
+    let repetitions = (64 * 1024 * 1024 / bytes.max(1)).clamp(2, 64) as u32;
+    let mut time = |candidate: usize| -> Result<Duration, MipsError> {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         for _ in 0..repetitions {
             match candidate {
-                0 => source.encode_mips(&gpu.device, &mut encoder, &passes, [size; 2], None),
-                1 => copy(&mut encoder, source.texture.mip_level_count()),
+                0 => source.encode(&mut encoder)?,
+                1 => copy(&mut encoder, texture.mip_level_count()),
                 _ => copy(&mut encoder, 1),
             }
         }
@@ -175,6 +231,6 @@ pub fn measure(
         copy: median(1),
         copy_of_level_0: median(2),
         ratio: ratios[ratios.len() / 2],
-        bytes: texture_bytes(&source.texture),
+        bytes,
     })
 }

@@ -5,13 +5,12 @@
 
 use std::fmt;
 
-use sglow_shaders::{Density, Space, Visibility};
+use sglow_shaders::{Density, Lobes, Precision, SglowShadowPoint, Space, Visibility};
 
-use crate::frame::{kind, light_map_config};
-use crate::generation::vsgl_size;
+use crate::frame::kind;
+use crate::occluders::SUBSETS;
 use crate::scene::{Facts, LightKind, Scene};
 use crate::settings::Settings;
-use crate::visibility::Config;
 
 /// Something that was taken to be so of a scene, and by which rule it let something be left out.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Deserialize)]
@@ -191,17 +190,16 @@ fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
     let most = u64::from(limits.max_texture_dimension_2d);
     let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let imperfect = needs.settings.visibility == Visibility::Imperfect;
-    let fits = |config: &Config| {
-        config.atlas_size().iter().all(|side| *side <= most)
-            && (!imperfect || config.splat_bytes() <= binding)
+    let fits = |maps: &Maps| {
+        maps.atlas().iter().all(|side| *side <= most) && (!imperfect || maps.splat_bytes() <= binding)
     };
     let (tile, count) = (needs.settings.light_tile, needs.settings.count);
-    let mut config = light_map_config(&needs.settings);
-    while !fits(&config) && config.tile > LEAST_TILE {
-        config.tile /= 2;
+    let mut maps = Maps { tile, count };
+    while !fits(&maps) && maps.tile > LEAST_TILE {
+        maps.tile /= 2;
     }
-    while !fits(&config) && config.count > 1 {
-        config.count /= 2;
+    while !fits(&maps) && maps.count > 1 {
+        maps.count /= 2;
     }
     let reason = |changed: bool| {
         if changed {
@@ -213,20 +211,50 @@ fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
         }
     };
     needs.settings.light_tile =
-        needs.decide("tile of a light's map", tile, config.tile, reason(tile != config.tile));
-    if count != config.count {
+        needs.decide("tile of a light's map", tile, maps.tile, reason(tile != maps.tile));
+    if count != maps.count {
         needs.settings.count =
-            needs.decide("number of VSGLs with maps", count, config.count, reason(true));
+            needs.decide("number of VSGLs with maps", count, maps.count, reason(true));
     }
     if imperfect {
         let wished = needs.settings.shadow_points;
-        let one = Config { points: 1, ..config.clone() }.point_bytes();
+        let one = u64::from(SUBSETS) * size_of::<SglowShadowPoint>() as u64;
         let points = u64::from(wished).min((binding / one).max(1)) as u32;
         let reason =
             if points < wished { "all sets of points are in one buffer" } else { "as asked" };
         needs.settings.shadow_points =
             needs.decide("points that a light sees", wished, points, reason.to_owned());
     }
+}
+
+/// The maps of virtual lights in an atlas.
+struct Maps {
+    tile: u32,
+    count: u32,
+}
+
+impl Maps {
+    /// Width and height of the atlas in texels: as near to a square as powers of two allow.
+    fn atlas(&self) -> [u64; 2] {
+        let bits = self.count.max(1).next_power_of_two().ilog2();
+        [bits.div_ceil(2), bits / 2].map(|bits| u64::from(self.tile) << bits)
+    }
+
+    /// Bytes of the maps that points are drawn into.
+    fn splat_bytes(&self) -> u64 {
+        4 * u64::from(self.count) * u64::from(self.tile) * u64::from(self.tile)
+    }
+}
+
+/// The bytes of a virtual light.
+fn vsgl_size(lobes: Lobes, precision: Precision) -> u64 {
+    let size = match (precision, lobes) {
+        (Precision::F32, Lobes::Both) => size_of::<sglow_shaders::SglowVsglBoth>(),
+        (Precision::F32, Lobes::Diffuse) => size_of::<sglow_shaders::SglowVsglDiffuse>(),
+        (Precision::F16, Lobes::Both) => size_of::<sglow_shaders::SglowPackedVsglBoth>(),
+        (Precision::F16, Lobes::Diffuse) => size_of::<sglow_shaders::SglowPackedVsglDiffuse>(),
+    };
+    size as u64
 }
 
 /// The least tile of a light's map.

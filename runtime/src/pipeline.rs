@@ -1,7 +1,6 @@
 //! Pipelines of variants, with the layouts that were generated beside them.
 
 use thiserror::Error;
-use wgpu::util::DeviceExt;
 
 use crate::package::{Package, PackageError};
 use crate::timing::Timer;
@@ -235,31 +234,6 @@ pub(crate) fn uniform<T: bytemuck::NoUninit>(device: &wgpu::Device, label: &str)
         label: Some(label),
         size: size_of::<T>() as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
-}
-
-/// A uniform buffer that holds a struct from the beginning.
-pub(crate) fn constant<T: bytemuck::NoUninit>(
-    device: &wgpu::Device,
-    label: &str,
-    value: &T,
-) -> wgpu::Buffer {
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some(label),
-        contents: bytemuck::bytes_of(value),
-        usage: wgpu::BufferUsages::UNIFORM,
-    })
-}
-
-/// A storage buffer of some number of words, at least one, that can be written, cleared and read back.
-pub(crate) fn storage(device: &wgpu::Device, label: &str, words: u64) -> wgpu::Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: 4 * words.max(1),
-        usage: wgpu::BufferUsages::STORAGE
-            | wgpu::BufferUsages::COPY_SRC
-            | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })
 }

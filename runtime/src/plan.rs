@@ -2,27 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_shaders::{Diffuse, Emission, Material, Opacity, Specular};
+use sglow_graph::frame::Kind;
+use sglow_graph::{Configuration, Description, Errors, Frame};
 
-use crate::frame::{SHADOW_SIZE, light_map_config, terms};
-use crate::indirect::{camera_recipe, recipe, total};
-use crate::raster::{SurfaceTargets, drawing, traits};
+use crate::host;
+use crate::raster::{axes, traits};
 use crate::scene::Scene;
 use crate::settings::Settings;
-
-/// A part of a frame, in the order of the pipeline.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Part {
-    /// What is rasterised: the light's map, the camera's G-buffer, the shadow map of direct light. An engine has them
-    /// already.
-    Surfaces,
-    /// What turns the light's map into reflected radiance: what [`crate::indirect::Indirect`] keeps.
-    Indirect,
-    /// The maps of the virtual lights.
-    Visibility,
-    /// Direct light, emission and the picture.
-    Picture,
-}
 
 /// What memory is used as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,14 +20,14 @@ pub enum Storage {
 }
 
 /// Something that is kept from pass to pass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Resource {
     /// Its part of the frame.
-    pub part: Part,
+    pub part: String,
     /// What it is.
     pub storage: Storage,
     /// Its name in [`crate::frame::Renderer::bytes`].
-    pub name: &'static str,
+    pub name: String,
     /// Its size in bytes.
     pub bytes: u64,
 }
@@ -49,12 +35,12 @@ pub struct Resource {
 /// What surfaces are drawn with.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Surfaces {
-    /// Kinds of materials, and whether some of the kind emit.
-    kinds: BTreeMap<(Material, Opacity), bool>,
+    /// Kinds of materials: whether they have textures and alpha test, and whether some of the kind emit.
+    kinds: BTreeMap<(String, String), bool>,
     /// Whether emission is a part of the picture.
     emits: bool,
-    positions: u64,
-    indices: u64,
+    /// Numbers of vertices and of indices.
+    counts: [u64; 2],
 }
 
 impl Surfaces {
@@ -63,38 +49,21 @@ impl Surfaces {
         let traits = traits(scene, complete);
         let mut kinds = BTreeMap::new();
         for traits in scene.meshes.iter().filter_map(|mesh| traits.get(mesh.material)) {
-            let material = if traits.textured { Material::Textured } else { Material::Constant };
-            let opacity = if traits.cutout { Opacity::Cutout } else { Opacity::Opaque };
-            *kinds.entry((material, opacity)).or_insert(complete) |= traits.emits;
+            let (material, opacity) = axes(traits.textured, traits.cutout);
+            let kind = (material.to_string(), opacity.to_string());
+            *kinds.entry(kind).or_insert(complete) |= traits.emits;
         }
         let emits = kinds.values().any(|&emits| emits);
         let sum = |of: fn(&crate::scene::Mesh) -> usize| scene.meshes.iter().map(of).sum::<usize>();
-        Self {
-            kinds,
-            emits,
-            positions: sum(|mesh| mesh.positions.len()) as u64,
-            indices: sum(|mesh| mesh.indices.len()) as u64,
-        }
+        let counts = [sum(|mesh| mesh.positions.len()), sum(|mesh| mesh.indices.len())];
+        Self { kinds, emits, counts: counts.map(|count| count as u64) }
     }
 
-    /// The same triangles of materials of which some are of every kind that these values allow, as if some emitted
-    /// where `emission` is seen. Kinds that nothing can be of are left out.
+    /// The same triangles of materials of which some are of each of these kinds, as if some emitted where emission is seen.
     #[must_use]
-    pub fn with_kinds(
-        &self,
-        materials: &[Material],
-        opacities: &[Opacity],
-        emission: Emission,
-    ) -> Self {
-        let emits = emission == Emission::Seen;
-        let drawn = |material: Material, opacity: Opacity| {
-            sglow_shaders::surface::Surface { material, opacity }.is_legal()
-        };
-        let kinds = materials.iter().flat_map(|&material| {
-            let legal = opacities.iter().filter(move |&&opacity| drawn(material, opacity));
-            legal.map(move |&opacity| ((material, opacity), emits))
-        });
-        Self { kinds: kinds.collect(), emits, ..self.clone() }
+    pub fn with_kinds(&self, kinds: &[(String, String)], emits: bool) -> Self {
+        let kinds = kinds.iter().map(|kind| (kind.clone(), emits)).collect();
+        Self { kinds, emits, ..self.clone() }
     }
 
     /// What is of the kinds of either. The triangles are these.
@@ -102,10 +71,28 @@ impl Surfaces {
     pub fn and(&self, other: &Self) -> Self {
         let mut both = self.clone();
         for (kind, emits) in &other.kinds {
-            *both.kinds.entry(*kind).or_insert(false) |= emits;
+            *both.kinds.entry(kind.clone()).or_insert(false) |= emits;
         }
         both.emits |= other.emits;
         both
+    }
+
+    /// Adds the axes and numbers that follow from the surfaces.
+    pub fn describe(&self, configuration: &mut Configuration) {
+        let emission = if self.emits { "seen" } else { "none" };
+        configuration.axes.insert("emission".to_owned(), emission.to_owned());
+        let drawn = |only_emitters: bool| {
+            let kinds = self.kinds.iter().filter(|(_, emits)| **emits || !only_emitters);
+            let axes = kinds.map(|((material, opacity), _)| {
+                let axes = [("material", material), ("opacity", opacity)];
+                axes.map(|(axis, value)| (axis.to_owned(), value.clone())).into()
+            });
+            axes.collect()
+        };
+        configuration.draws = [("surfaces", drawn(false)), ("emitters", drawn(true))]
+            .map(|(name, axes)| (name.to_owned(), axes))
+            .into();
+        host::occluder_counts(configuration, self.counts);
     }
 }
 
@@ -121,85 +108,54 @@ pub struct Plan {
 impl Plan {
     /// What a renderer takes with these settings. It takes the kind of its light from the scene; here it is that of the
     /// settings.
-    pub fn new(settings: &Settings, surfaces: &Surfaces) -> Self {
-        let mut plan = Self::default();
-        plan.draw(settings, surfaces);
-        plan.light_indirectly(settings);
-        plan.hide(settings, surfaces);
-        plan.add_up(settings, surfaces);
-        plan
+    ///
+    /// # Errors
+    ///
+    /// What the description says against the settings.
+    pub fn new(
+        description: &Description,
+        settings: &Settings,
+        surfaces: &Surfaces,
+    ) -> Result<Self, Errors> {
+        let mut configuration = settings.configuration();
+        surfaces.describe(&mut configuration);
+        Ok(Self::of(&description.evaluate(&configuration)?))
     }
 
-    fn keep(&mut self, part: Part, storage: Storage, name: &'static str, bytes: u64) {
-        self.resources.push(Resource { part, storage, name, bytes });
+    /// The same, with the variants that it takes at any other size: the lengths of mip chains choose some.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`].
+    pub fn of_any_size(
+        description: &Description,
+        settings: &Settings,
+        surfaces: &Surfaces,
+    ) -> Result<Self, Errors> {
+        let mut plan = Self::new(description, settings, surfaces)?;
+        // Lengths of chains repeat after three levels.
+        for side in [8, 16, 32] {
+            let other = Settings { size: [side; 2], rsm_size: side, ..settings.clone() };
+            plan.variants.extend(Self::new(description, &other, surfaces)?.variants);
+        }
+        Ok(plan)
     }
 
-    fn keep_all(&mut self, part: Part, storage: Storage, all: Vec<(&'static str, u64)>) {
-        for (name, bytes) in all {
-            self.keep(part, storage, name, bytes);
+    /// What a frame takes.
+    pub fn of(frame: &Frame) -> Self {
+        let resource = |one: &sglow_graph::frame::Resource| {
+            let storage = match one.kind {
+                Kind::Buffer { .. } => Storage::Buffer,
+                Kind::Texture { .. } => Storage::Texture,
+                Kind::Sampler { .. } => return None,
+            };
+            let (part, name) = (one.part.clone(), one.name.clone());
+            Some(Resource { part, storage, name, bytes: one.bytes })
+        };
+        Self {
+            variants: frame.variants().into_iter().map(ToString::to_string).collect(),
+            resources: frame.resources.iter().filter_map(resource).collect(),
         }
-    }
-
-    fn draw(&mut self, settings: &Settings, surfaces: &Surfaces) {
-        for (&(material, opacity), &emits) in &surfaces.kinds {
-            let [surface, shadow, emission] = drawing(material, opacity);
-            self.variants.extend([surface, shadow]);
-            self.variants.extend(emits.then_some(emission));
-        }
-        let texels = u64::from(settings.rsm_size).pow(2);
-        let of = |texels: u64| texels * SurfaceTargets::TEXEL;
-        self.keep(Part::Surfaces, Storage::Texture, "reflective shadow map", of(texels));
-        self.keep(Part::Surfaces, Storage::Texture, "G-buffer", of(pixels(settings)));
-        let shadow_map = 4 * u64::from(SHADOW_SIZE).pow(2);
-        self.keep(Part::Surfaces, Storage::Texture, "shadow map", shadow_map);
-    }
-
-    fn light_indirectly(&mut self, settings: &Settings) {
-        let recipe = recipe(settings);
-        self.variants.extend(recipe.variants());
-        let [textures, buffers] = recipe.bytes();
-        self.keep_all(Part::Indirect, Storage::Texture, textures);
-        self.keep_all(Part::Indirect, Storage::Buffer, buffers);
-        if let Some(camera) = camera_recipe(settings) {
-            self.variants.extend(camera.variants());
-            let [textures, buffers] = camera.bytes().map(total);
-            self.keep(Part::Indirect, Storage::Texture, "camera textures", textures);
-            self.keep(Part::Indirect, Storage::Buffer, "camera buffers", buffers);
-        }
-        self.variants.insert(settings.shade().id());
-        let reflected = 16 * pixels(settings);
-        if settings.diffuse != Diffuse::None {
-            self.keep(Part::Indirect, Storage::Texture, "diffuse", reflected);
-        }
-        if settings.specular != Specular::None {
-            self.keep(Part::Indirect, Storage::Texture, "specular", reflected);
-        }
-    }
-
-    fn hide(&mut self, settings: &Settings, surfaces: &Surfaces) {
-        let config = light_map_config(settings);
-        let variants = config.variants();
-        if variants.is_empty() {
-            return;
-        }
-        self.variants.extend(variants);
-        let (atlas, buffers) = config.bytes(surfaces.positions, surfaces.indices);
-        self.keep(Part::Visibility, Storage::Texture, "light maps", atlas);
-        self.keep_all(Part::Visibility, Storage::Buffer, buffers);
-    }
-
-    fn add_up(&mut self, settings: &Settings, surfaces: &Surfaces) {
-        let Settings { light, ndf, .. } = *settings;
-        self.variants.insert(sglow_shaders::direct::Direct { light, ndf }.id());
-        let emission = if surfaces.emits { Emission::Seen } else { Emission::None };
-        let indirect = terms(settings);
-        self.variants.insert(sglow_shaders::compose::Compose { indirect, emission }.id());
-        let radiance = 16 * pixels(settings);
-        self.keep(Part::Picture, Storage::Texture, "direct", radiance);
-        if surfaces.emits {
-            self.keep(Part::Picture, Storage::Texture, "emission", 8 * pixels(settings));
-        }
-        self.keep(Part::Picture, Storage::Texture, "radiance", radiance);
     }
 
     /// What a frame takes that may be either: the variants of both, and of each memory the larger.
@@ -215,15 +171,12 @@ impl Plan {
         self
     }
 
-    /// The bytes of a kind of memory, in one part or, without, in all of them.
-    pub fn bytes(&self, storage: Storage, part: Option<Part>) -> u64 {
+    /// The bytes of a kind of memory, in some parts or, without any, in all of them.
+    pub fn bytes(&self, storage: Storage, parts: &[&str]) -> u64 {
         let counts = |resource: &&Resource| {
-            resource.storage == storage && part.is_none_or(|part| resource.part == part)
+            resource.storage == storage
+                && (parts.is_empty() || parts.contains(&resource.part.as_str()))
         };
         self.resources.iter().filter(counts).map(|resource| resource.bytes).sum()
     }
-}
-
-fn pixels(settings: &Settings) -> u64 {
-    settings.size.into_iter().map(u64::from).product()
 }

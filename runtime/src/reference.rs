@@ -28,6 +28,7 @@ use crate::indirect::Indirect;
 use crate::light::LightView;
 use crate::readback;
 use crate::settings::Settings;
+use crate::stages::Stages as _;
 
 pub mod path;
 
@@ -157,13 +158,15 @@ pub fn model(settings: &Settings) -> Model {
 /// The virtual lights of an [`Indirect`], read back; packed ones as the oracle unpacks them.
 pub fn lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, DeviceError> {
     let settings = indirect.settings();
-    lights_of(gpu, indirect.vsgls(), settings.lobes, settings.precision)
+    indirect.vsgls().map_or(Ok(Vec::new()), |buffer| {
+        lights_of(gpu, &buffer, settings.lobes, settings.precision)
+    })
 }
 
 /// The virtual lights of the camera that the bidirectional density is made of; none without it.
 pub fn camera_lights<R: Real>(gpu: &Gpu, indirect: &Indirect) -> Result<Vec<Vsgl<R>>, DeviceError> {
     indirect.camera_vsgls().map_or(Ok(Vec::new()), |buffer| {
-        lights_of(gpu, buffer, indirect.settings().lobes, Precision::F32)
+        lights_of(gpu, &buffer, indirect.settings().lobes, Precision::F32)
     })
 }
 
@@ -263,9 +266,11 @@ pub fn moments<R: Real>(
     level: u32,
 ) -> Result<Vec<rsm::Moments<R>>, DeviceError> {
     let Some(moments) = indirect.moments() else { return Ok(Vec::new()) };
-    let moments = readback::texture(gpu, moments, level)?;
-    let weights = indirect.weights().unwrap_or_else(|| indirect.density());
-    let weights = readback::texture(gpu, weights, level)?;
+    let moments = readback::texture(gpu, &moments, level)?;
+    let Some(weights) = indirect.weights().or_else(|| indirect.density()) else {
+        return Ok(Vec::new());
+    };
+    let weights = readback::texture(gpu, &weights, level)?;
     let count = weights.len();
     let stack = |texels: &[[f32; 4]], index: usize| -> Vec<[f32; 4]> {
         texels.iter().skip(index).step_by(count).copied().collect()
@@ -273,7 +278,7 @@ pub fn moments<R: Real>(
     let Some(halves) = indirect.half_moments() else {
         return Ok((0..count).map(|at| rsm::Moments::of_texels(&stack(&moments, at))).collect());
     };
-    let halves = readback::texture(gpu, halves, level)?;
+    let halves = readback::texture(gpu, &halves, level)?;
     // A power of two, so that nothing is rounded here.
     let power = |[r, g, b, _]: [f32; 4], w| {
         [r * view.power_unit, g * view.power_unit, b * view.power_unit, w]

@@ -47,7 +47,9 @@ fn settings(changes: &str) -> Result<Settings, Box<dyn std::error::Error>> {
 fn package(settings: &Settings, scene: &Scene) -> Result<Package, Box<dyn std::error::Error>> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
     let library = Library::load(folder.as_ref()).map_err(|report| report.to_string())?;
-    let wanted = Plan::new(settings, &Surfaces::of(scene, settings.complete)).variants;
+    let frame = library.frame().ok_or("the library describes no frame")?;
+    let surfaces = Surfaces::of(scene, settings.complete);
+    let wanted = Plan::new(&frame.description, settings, &surfaces)?.variants;
     let mut variants = library.variants();
     variants.retain(|variant| wanted.contains(&variant.id()));
     let texts = sglow_shader_gen::generate::variants(&library, &variants)

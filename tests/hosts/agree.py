@@ -19,7 +19,7 @@ sys.path.insert(0, str(HERE / "python"))
 from check import COMMITTED, SHORT, wrong  # noqa: E402
 from graph import Frame, Problem, Table  # noqa: E402
 
-PARTS = ["surfaces", "indirect", "visibility", "picture"]
+PARTS = ["surfaces", "lights", "visibility", "shading", "picture"]
 NODE = """
 const { Frame, Problem, read } = await import(process.argv[1]);
 const [graph, list] = read((await import('node:fs')).readFileSync(0, 'utf8'));
@@ -47,7 +47,7 @@ def configurations(graph, number, seed):
         for name, most in {"width": 80, "height": 60, "map": 70, "lights": 90, "camera_lights": 50}.items():
             parameters[name] = chance.randrange(1, most)
         parameters |= {"tile": 2 ** chance.randrange(3, 7), "iterations": chance.randrange(1, 25)}
-        parts = chance.choice([["indirect", "visibility"], PARTS, None])
+        parts = chance.choice([["lights", "visibility", "shading"], PARTS, None])
         facts = {name: chance.random() < 0.5 for name in graph["facts"]}
         yield {"axes": axes, "parameters": parameters, "parts": parts, "facts": facts}
 

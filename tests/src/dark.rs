@@ -4,6 +4,7 @@
 use sglow_runtime::frame::Surfaces;
 use sglow_runtime::indirect::{Indirect, Inputs};
 use sglow_runtime::readback;
+use sglow_runtime::stages::Stages as _;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Density, Draw, Kernel, Solver, Space};
 
@@ -28,7 +29,7 @@ fn run(settings: &Settings, rsm: &Surfaces, gbuffer: &Surfaces) -> (Vec<[f32; 4]
     indirect.encode(&mut encoder, &inputs, None).unwrap();
     gpu.queue.submit([encoder.finish()]);
     gpu.finish().unwrap();
-    let words: Vec<f32> = readback::buffer(gpu, indirect.vsgls()).unwrap();
+    let words: Vec<f32> = readback::buffer(gpu, &indirect.vsgls().unwrap()).unwrap();
     let pixels = [indirect.diffuse(), indirect.specular()]
         .into_iter()
         .flatten()

@@ -7,6 +7,7 @@ use sglow_oracle::vsgl::{self, Kernel as OracleKernel, Lobe, Vsgl, packed};
 use sglow_oracle::{Bounded, Vector3};
 use sglow_runtime::density::sample;
 use sglow_runtime::package::Package;
+use sglow_runtime::stages::Stages as _;
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
 use sglow_shaders::{
@@ -16,7 +17,7 @@ use sglow_shaders::{
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
 fn density(run: &Run) -> Pyramid<Bounded> {
-    let texture = run.indirect.density();
+    let texture = run.indirect.density().unwrap();
     let levels = (0..texture.mip_level_count())
         .map(|level| {
             let texels = readback::texture(gpu(), texture, level).unwrap();
@@ -46,7 +47,7 @@ struct Comparisons {
 fn compare(run: &Run) -> Comparisons {
     let settings = run.indirect.settings();
     let kernels: Vec<SglowKernel> =
-        readback::buffer(gpu(), run.indirect.kernels().unwrap()).unwrap();
+        readback::buffer(gpu(), &run.indirect.kernels().unwrap()).unwrap();
     // What f64 holds is the f32 that was read, to the bit.
     let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();
     let (density, moments) = (density(run), moments(run));

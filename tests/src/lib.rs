@@ -48,6 +48,8 @@ mod moments;
 #[cfg(test)]
 mod package;
 #[cfg(test)]
+mod part;
+#[cfg(test)]
 mod path;
 #[cfg(test)]
 mod plan;

@@ -4,6 +4,7 @@ use sglow_oracle::rsm::{self, Moments};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::{Bounded, Vector3};
 use sglow_runtime::package::Package;
+use sglow_runtime::stages::Stages as _;
 use sglow_runtime::reference;
 use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;

@@ -4,6 +4,7 @@ use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, shade};
 use sglow_runtime::package::Package;
+use sglow_runtime::stages::{Seen, Stages as _};
 use sglow_runtime::settings::Settings;
 use sglow_runtime::{readback, reference};
 use sglow_shaders::{Diffuse, Emitter, Lobes, Ndf, Precision, Specular};
@@ -246,7 +247,8 @@ fn output_is_finite_where_surfaces_and_lights_touch() {
     run.gbuffer = run.rsm.clone();
     let uploaded = crate::common::Uploaded::new(&run.gbuffer, settings.size);
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    run.indirect.encode_shade(&mut encoder, uploaded.views(), run.eye, None).unwrap();
+    let seen = Seen { gbuffer: uploaded.views(), eye: run.eye, light: &run.light };
+    run.indirect.encode_shade(&mut encoder, &seen, None, None).unwrap();
     gpu().queue.submit([encoder.finish()]);
     gpu().finish().unwrap();
     for texture in [run.indirect.diffuse().unwrap(), run.indirect.specular().unwrap()] {

@@ -107,9 +107,22 @@ impl Derivation {
         let mut settings = needs.settings.clone();
         settings.assumed = assumptions(library, &allowed, &AXES, set);
         let surfaces = Surfaces::of(scene, settings.complete);
-        let plan = Plan::new(&settings, &surfaces);
+        let plan = plan(library, &settings, &surfaces)?;
         Ok(Self { request: request.clone(), needs, allowed, settings, surfaces, plan })
     }
+}
+
+/// What a frame takes, at any size.
+///
+/// # Errors
+///
+/// What the library's frame says against the settings.
+pub(crate) fn plan(library: &Library, settings: &Settings, surfaces: &Surfaces) -> Result<Plan> {
+    let Some(frame) = library.frame() else {
+        return Err(Failure::new("the library describes no frame: it has no frame.toml"));
+    };
+    Plan::of_any_size(&frame.description, settings, surfaces)
+        .map_err(|errors| Failure::new(errors.to_string()))
 }
 
 /// Whether `set` has something to say on an axis.

@@ -5,7 +5,7 @@
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::plan::Part;
+use sglow_runtime::indirect::PARTS;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Diffuse, Lobes, Specular};
 
@@ -145,8 +145,8 @@ fn way_of(
 
 /// What a way keeps beside the surfaces that it reads.
 fn bytes(subject: &Subject<'_>, settings: &Settings) -> BTreeMap<String, u64> {
-    let resources = subject.plan(settings).resources;
-    let own = resources.iter().filter(|one| [Part::Indirect, Part::Visibility].contains(&one.part));
+    let resources = subject.plan(settings)?.resources;
+    let own = resources.iter().filter(|one| PARTS.contains(&one.part.as_str()));
     own.map(|one| (one.name.to_owned(), one.bytes)).collect()
 }
 

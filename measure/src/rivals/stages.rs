@@ -7,8 +7,10 @@ use serde::Serialize;
 use sglow_runtime::device::Gpu;
 use sglow_runtime::frame::{FrameError, Renderer};
 use sglow_runtime::indirect::Indirect;
+use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
+use sglow_runtime::stages::Stages as _;
 use sglow_runtime::timing::Timer;
 use sglow_shaders::{
     Density, Kernel, Levels, Solver, Texel, centres, cluster_assign, cluster_boxes, cluster_codes,
@@ -90,7 +92,8 @@ pub fn stages(
     let mut made = Vec::new();
     for &method in methods {
         let settings = method.settings(own.settings());
-        made.push(Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)?);
+        let occluders = Occluders::default();
+        made.push(Indirect::of_parts(gpu.source(package), &settings, &["lights"], &occluders)?);
     }
     type Key = (bool, &'static str);
     let mut order: Vec<Vec<Key>> = vec![Vec::new(); methods.len()];

@@ -11,6 +11,7 @@ use crate::timing::Timer;
 /// A step.
 #[derive(Debug)]
 pub(super) struct Step {
+    pub(super) part: String,
     pub(super) label: String,
     /// The kept resource in whose first frame alone it runs.
     pub(super) new: Option<usize>,

@@ -13,7 +13,7 @@ import { parseArgs } from 'node:util';
 import { Frame, Problem, entry, read } from './graph.mjs';
 import * as scene from './scene.mjs';
 
-const PARTS = new Set(['indirect', 'visibility']);
+const PARTS = new Set(['lights', 'visibility', 'shading']);
 const OUTPUTS = ['diffuse', 'specular', 'vsgls'];
 const READ_AND_WRITE = { buffer: 0x4 | 0x8, texture: 0x1 | 0x2 }; // COPY_SRC, COPY_DST
 

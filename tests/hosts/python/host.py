@@ -16,7 +16,7 @@ import wgpu
 from graph import Frame, Problem, Table, entry
 from wgpu import BufferUsage, TextureUsage
 
-PARTS = {"indirect", "visibility"}
+PARTS = {"lights", "visibility", "shading"}
 OUTPUTS = ("diffuse", "specular", "vsgls")
 USAGE = {"storage": BufferUsage.STORAGE, "uniform": BufferUsage.UNIFORM, "sampler": 0,
          "texture": TextureUsage.TEXTURE_BINDING, "storage_texture": TextureUsage.STORAGE_BINDING}  # fmt: skip

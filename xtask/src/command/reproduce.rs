@@ -14,6 +14,7 @@ use sglow_oracle::fis::stress::Stress;
 use sglow_runtime::device::Gpu;
 use sglow_runtime::frame::Renderer;
 use sglow_runtime::mips;
+use sglow_runtime::stages::Stages as _;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::matrix::Facts;
@@ -482,8 +483,8 @@ impl Work<'_> {
             }
             let shot = self.shot(scene, [320, 180], density)?;
             let renderer = self.prepared(&shot)?;
-            let texture = renderer.indirect().density();
-            let texels = sglow_runtime::readback::texture(self.gpu, texture, 0)?;
+            let Some(texture) = renderer.indirect().density() else { continue };
+            let texels = sglow_runtime::readback::texture(self.gpu, &texture, 0)?;
             densities.push((
                 format!("{scene}, {density}"),
                 texels.iter().map(|texel| texel[0]).collect(),
