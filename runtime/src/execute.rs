@@ -22,7 +22,7 @@ pub use input::{DrawKind, DrawList, External, Input, Inputs};
 
 use crate::package::Package;
 use crate::pipeline::guarded;
-use crate::timing::Timer;
+use crate::timing::PassTimer;
 use build::Builder;
 use groups::Groups;
 use pipelines::Pipelines;
@@ -158,7 +158,7 @@ impl Executor {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
-        timer: Option<&mut Timer<'_>>,
+        timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), Faults> {
         self.run(None, encoder, inputs, timer)
     }
@@ -174,7 +174,7 @@ impl Executor {
         wanted: impl Fn(Stage<'_>) -> bool,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
-        timer: Option<&mut Timer<'_>>,
+        timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), Faults> {
         self.run(Some(&wanted), encoder, inputs, timer)
     }
@@ -184,7 +184,7 @@ impl Executor {
         wanted: Option<&dyn Fn(Stage<'_>) -> bool>,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
-        timer: Option<&mut Timer<'_>>,
+        timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), Faults> {
         let Ready { resources, uniforms, groups, steps, all } = &mut self.ready;
         let runs = |step: &&Step| {
@@ -229,16 +229,7 @@ impl Executor {
         self.ready.resources.bytes()
     }
 
-    /// What a step belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stage<'a> {
-    /// The part of the frame.
-    pub part: &'a str,
-    /// What its time is called.
-    pub label: &'a str,
-}
-
-/// What was made so far.
+    /// What was made so far.
     pub fn made(&self) -> Made {
         Made { pipelines: self.pipelines.made(), groups: self.ready.groups.made() }
     }

@@ -14,7 +14,7 @@ use crate::occluders::Occluders;
 use crate::package::Package;
 use crate::pipeline::PipelineError;
 use crate::settings::{Settings, SettingsError};
-use crate::timing::Timer;
+use crate::timing::PassTimer;
 
 /// Errors of [`Indirect`].
 #[derive(Debug, Error)]
@@ -188,7 +188,7 @@ impl Indirect {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
-        timer: Option<&mut Timer<'_>>,
+        timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), IndirectError> {
         Ok(self.executor().encode(encoder, &self.given(inputs), timer)?)
     }
@@ -203,7 +203,7 @@ impl Indirect {
         wanted: impl Fn(execute::Stage<'_>) -> bool,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &execute::Inputs<'_>,
-        timer: Option<&mut Timer<'_>>,
+        timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), IndirectError> {
         Ok(self.executor().encode_where(wanted, encoder, inputs, timer)?)
     }
@@ -212,11 +212,7 @@ impl Indirect {
     pub fn given<'a>(&self, inputs: &Inputs<'_>) -> execute::Inputs<'a> {
         let mut given = self.lit(inputs.light);
         self.seen(&mut given, inputs.gbuffer, inputs.eye);
-        supply(
-            &mut given,
-            ["rsm_position", "rsm_normal", "rsm_base_color"],
-            inputs.rsm,
-        );
+        supply(&mut given, ["rsm_position", "rsm_normal", "rsm_base_color"], inputs.rsm);
         given
     }
 

@@ -1,8 +1,7 @@
 //! Runs the generated packages with wgpu, on textures an engine already has.
 //!
 //! [`indirect::Indirect`] is what an engine embeds: it takes the surface textures of a reflective shadow map and of a
-//! camera's G-buffer, and writes reflected radiance. [`scene`] and [`raster`] make those textures for who has none, and
-//! [`frame::Renderer`] puts a whole frame together.
+//! camera's G-buffer, and writes reflected radiance. [`execute`] runs any frame that is data.
 //!
 //! ```no_run
 //! # fn frame(
@@ -26,29 +25,14 @@
 //!
 //! Shader texts come from a [`package::Package`] and are used as they are.
 
-pub mod check;
-pub mod density;
-pub mod device;
 pub mod execute;
-pub mod frame;
-pub mod function;
 pub mod host;
 pub mod indirect;
 pub mod interface;
 pub mod light;
-pub mod mips;
-pub mod needs;
 pub mod occluders;
 pub mod package;
 pub mod pipeline;
-pub mod plan;
 pub mod points;
-pub mod raster;
-pub mod readback;
-#[cfg(feature = "reference")]
-pub mod reference;
-pub mod scene;
 pub mod settings;
-pub mod stages;
 pub mod timing;
-

@@ -12,7 +12,7 @@ use sglow_shaders::{
 use thiserror::Error;
 
 use crate::host;
-use crate::needs::Assumption;
+use crate::package::Assumption;
 
 /// Width and height of a light's tile where nobody says otherwise. 128 takes 1 to 8 % off the relative MSE against paths for
 /// four times the texels.

@@ -6,13 +6,13 @@
 
 use std::time::{Duration, Instant};
 
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::Renderer;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::plan::{Plan, Surfaces};
 use sglow_runtime::indirect::IndirectError;
 use sglow_runtime::package::Package;
-use sglow_runtime::plan::{Plan, Surfaces};
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
 
 /// Every axis and parameter, so that a change of defaults changes nothing here.

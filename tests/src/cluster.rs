@@ -7,13 +7,12 @@ use sglow_oracle::rsm::Emission;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::{Lobe, Vsgl};
 use sglow_oracle::{Bounded, Real, Vector3};
-use sglow_runtime::frame::Surfaces;
+use sglow_renderer::frame::Surfaces;
+use sglow_renderer::reference;
 use sglow_runtime::light::LightView;
-use sglow_runtime::stages::Stages as _;
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::reference;
+use sglow_scene::LightKind;
 use sglow_shaders::{Draw, Light, Lobes, Precision, Sharpness, Space, SpecularPower, Variance};
 
 use crate::common::{
@@ -416,7 +415,7 @@ fn settings_that_cannot_be_are_named() {
     };
     assert_eq!(error(&|_| {}), None);
     let text = error(&|settings| settings.count = 0).unwrap();
-    assert!(text.contains("lights is 0, and must be a whole number, at least 1"), "{text}");
+    assert!(text.contains("`lights` is 0; expected a whole number, at least 1"), "{text}");
     assert!(error(&|settings| settings.count = 65537).unwrap().contains("65537"));
     // Chains that are not there.
     let mut settings = case("settings", [8, 8], 4, Space::Image).settings;

@@ -8,15 +8,15 @@ use sglow_graph::Description;
 use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_oracle::rsm::Pyramid;
 use sglow_oracle::{Bounded, Real, Vector3};
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame;
+use sglow_renderer::plan::{Plan, Surfaces};
 use sglow_runtime::indirect::{Indirect, Inputs, PARTS, SurfaceViews};
 use sglow_runtime::light::LightView;
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
-use sglow_runtime::plan::{Plan, Surfaces};
-use sglow_runtime::scene::{Bounds, Light, LightKind, Scene};
 use sglow_runtime::settings::Settings;
+use sglow_scene::{Bounds, Light, LightKind, Scene};
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::Variant;
 
@@ -170,7 +170,7 @@ pub(crate) fn light(kind: LightKind, size: u32) -> LightView {
         range: None,
     };
     let corners = [[-1.5, -1.0, -1.2], [1.4, 1.2, 1.3]];
-    LightView::new(&light, &Bounds::around(&corners), size)
+    sglow_renderer::light::view(&light, &Bounds::around(&corners), size)
 }
 
 /// The kinds of lights.
@@ -182,7 +182,7 @@ pub(crate) fn random_surfaces(size: [u32; 2], seed: u64) -> frame::Surfaces {
     let mut random = Random::new(seed);
     let mut uniform = move || random.uniform() as f32;
     let mut surfaces =
-        Surfaces { position: Vec::new(), normal: Vec::new(), base_color: Vec::new() };
+        frame::Surfaces { position: Vec::new(), normal: Vec::new(), base_color: Vec::new() };
     for _ in 0..size[0] * size[1] {
         let position = [uniform() * 3.0 - 1.5, uniform() * 2.0 - 1.0, uniform() * 2.4 - 1.2];
         let normal = loop {
@@ -356,12 +356,8 @@ impl Run {
         };
         let rsm = Uploaded::new(&run.rsm, [settings.rsm_size; 2]);
         let gbuffer = Uploaded::new(&run.gbuffer, settings.size);
-        let inputs = Inputs {
-            rsm: rsm.views(),
-            gbuffer: gbuffer.views(),
-            light: &run.light,
-            eye: run.eye,
-        };
+        let inputs =
+            Inputs { rsm: rsm.views(), gbuffer: gbuffer.views(), light: &run.light, eye: run.eye };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         run.indirect.encode(&mut encoder, &inputs, None).unwrap();
         gpu.queue.submit([encoder.finish()]);

@@ -4,11 +4,11 @@ use sglow_oracle::rsm::Moments;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, density, rsm};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::package::Package;
-use sglow_runtime::stages::Stages as _;
-use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{readback, reference};
+use sglow_scene::LightKind;
 use sglow_shaders::{Density, Light, Lobes, Precision, SpecularPower};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
@@ -85,7 +85,7 @@ fn compare_camera(run: &Run) -> [Comparison; 2] {
     let size = settings.size.map(|side| side as usize);
     let texture = run.indirect.camera_moments().unwrap();
     let padded = texture.width() as usize;
-    let texels = readback::texture(gpu(), texture, 0).unwrap();
+    let texels = readback::texture(gpu(), &texture, 0).unwrap();
     let layers: Vec<_> =
         texels.chunks(padded * padded).map(|layer| unpadded(layer, padded, size)).collect();
     let measured_density =

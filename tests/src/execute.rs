@@ -5,16 +5,16 @@
 mod foreign;
 
 use sglow_graph::{Configuration, Frame};
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::plan::Surfaces;
+use sglow_renderer::readback;
+use sglow_renderer::stages::Stages as _;
 use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists, Stage};
-use sglow_runtime::frame::Renderer;
 use sglow_runtime::host;
 use sglow_runtime::indirect::PARTS;
 use sglow_runtime::package::Package;
-use sglow_runtime::plan::Surfaces;
-use sglow_runtime::readback;
-use sglow_runtime::scene::{Light, Scene};
 use sglow_runtime::settings::Settings;
-use sglow_runtime::stages::Stages as _;
+use sglow_scene::{Light, Scene};
 use sglow_shaders::Draw;
 
 use crate::common::{gpu, library, package_of, packaged, plan};
@@ -79,7 +79,7 @@ fn maps<'a>(renderer: &'a Renderer<'_>) -> [(&'static str, &'a wgpu::TextureView
 impl Embedded {
     fn new(settings: Settings) -> Self {
         let scene = Scene::builtin("cornell").unwrap();
-        let light = sglow_runtime::frame::kind(&scene.lights[0]);
+        let light = sglow_renderer::frame::kind(&scene.lights[0]);
         let settings = Settings { light, ..settings };
         let package = package_of(&plan(&settings, &scene).variants);
         let renderer = Renderer::new(gpu(), &package, &scene, &settings, 0).unwrap();
@@ -198,8 +198,8 @@ fn what_a_host_leaves_out_is_named_all_at_once() {
     for (name, _) in maps(renderer) {
         assert!(nothing.contains(&format!("resource `{name}` is left out; it is a texture of ")));
     }
-    let lights = renderer.indirect().vsgls().unwrap();
-    let (position, normal) = (renderer.inputs().gbuffer.position, &lights);
+    let vsgls = renderer.indirect().vsgls().unwrap();
+    let (position, normal) = (renderer.inputs().gbuffer.position, &vsgls);
     inputs.set("eye", 1.0).set("origin", [1_u32, 2, 3]);
     inputs.view("rsm_position", position).buffer("rsm_normal", normal);
     let wrong = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();

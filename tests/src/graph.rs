@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::process::Command;
 
 use sglow_graph::{Configuration, Description, Frame};
-use sglow_runtime::plan::Surfaces;
-use sglow_runtime::scene::Scene;
+use sglow_renderer::plan::Surfaces;
 use sglow_runtime::settings::{AXES, Settings};
+use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::validate::Validated;
 use sglow_shader_gen::{frame, manifest};

@@ -5,10 +5,10 @@ use sglow_oracle::fis::stress::Stress;
 use sglow_oracle::fis::{lattice, warp};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Real};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::stages::Stages as _;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{
     Draw, Light, Lobes, SglowKernel, Sharpness, Space, SpecularPower, Start, Variance,
 };
@@ -142,11 +142,8 @@ fn chi_square(points: &[[f32; 2]], density: &DensityTexture) -> f64 {
 /// What the lattice has and the chains lose: the device's own points, in 64 blocks of the image.
 #[test]
 fn chains_follow_the_density_and_are_not_stratified() {
-    let settings = ChainSettings {
-        large_steps: 0.25,
-        start: Start::Uniform,
-        ..ChainSettings::of(4096)
-    };
+    let settings =
+        ChainSettings { large_steps: 0.25, start: Start::Uniform, ..ChainSettings::of(4096) };
     let density = DensityTexture::new([SIZE; 2], Stress::Smooth, 9);
     let stratified: Vec<[f32; 2]> = (0..4096)
         .map(|index| warp(&density.pyramid, lattice::point::<Bounded>(index, 4096)).centre)

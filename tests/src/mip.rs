@@ -3,10 +3,10 @@
 use sglow_oracle::fis::stress::Random;
 use sglow_oracle::rsm::{Moments, mip};
 use sglow_oracle::{Bounded, Real};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{mips, readback};
 use sglow_runtime::package::Package;
-use sglow_runtime::stages::Stages as _;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{mips, readback};
 use sglow_shaders::{Precision, Texel};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};

@@ -4,9 +4,9 @@ pub(crate) mod chains;
 pub(crate) mod clusters;
 
 use sglow_graph::Configuration;
+use sglow_renderer::readback;
 use sglow_runtime::execute::{Executor, Faults, Inputs, Lists};
 use sglow_runtime::package::Package;
-use sglow_runtime::readback;
 
 use crate::common::gpu;
 

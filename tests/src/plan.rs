@@ -3,9 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use sglow_runtime::frame::Renderer;
-use sglow_runtime::scene::{LightKind, Scene};
+use sglow_renderer::frame::Renderer;
 use sglow_runtime::settings::{AXES, Settings};
+use sglow_scene::{LightKind, Scene};
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::{Facts, Variant};
 use sglow_shaders::{

@@ -3,18 +3,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::{Frame, FrameError, Renderer};
-use sglow_runtime::needs::Assumption;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::{Frame, FrameError, Renderer};
+use sglow_renderer::plan::Storage;
+use sglow_runtime::package::Assumption;
 use sglow_runtime::package::Package;
-use sglow_runtime::plan::Storage;
-use sglow_runtime::scene::{Camera, Image, Light, LightKind, Material, Mesh, Scene, TextureUse};
 use sglow_runtime::settings::Settings;
+use sglow_scene::{Camera, Image, Light, LightKind, Material, Mesh, Scene, TextureUse};
 use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Saved};
 use sglow_shader_gen::package::{Options, Purpose, generate};
 use sglow_shaders::{Precision, Specular, Visibility};
 
-use crate::common::{KINDS, broken, gpu, library, whole_space, plan};
+use crate::common::{KINDS, broken, gpu, library, plan, whole_space};
 
 #[derive(Clone, Copy, Debug)]
 struct Needs {
@@ -224,7 +224,7 @@ fn difference(pruned: &Frame, complete: &Frame) -> Option<&'static str> {
 
 /// A package of just what is planned for a scene.
 fn planned(scene: &Scene, settings: &Settings) -> Package {
-    let light = sglow_runtime::frame::kind(&scene.lights[0]);
+    let light = sglow_renderer::frame::kind(&scene.lights[0]);
     let settings = Settings { light, ..settings.clone() };
     let plan = plan(&settings, scene);
     whole_space().clone().only(&plan.variants)
@@ -306,7 +306,7 @@ fn what_is_left_out_takes_no_memory_of_the_device_and_no_binding() {
         visibility: Visibility::ShadowMap,
         ..Settings { size: pruned.size, rsm_size: pruned.rsm_size, ..base() }
     };
-    let left_out = ["specular", "sglow emission", "sglow light maps"];
+    let left_out = ["specular", "emission", "light_maps"];
     let bindings = |package: &Package| {
         let names = |id: &String| sglow_shaders::variant(id).unwrap().binding_names.concat();
         package.asked().iter().flat_map(names).collect::<BTreeSet<_>>()

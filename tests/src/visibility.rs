@@ -9,17 +9,17 @@ use sglow_oracle::visibility::map::distance;
 use sglow_oracle::visibility::{Maps, Point, Seen, View, exact, light_fill, light_points, visible};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, shade};
-use sglow_runtime::frame::{Renderer, Surfaces};
+use sglow_renderer::frame::{Renderer, Surfaces};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::execute::{Inputs, Lists};
 use sglow_runtime::host;
 use sglow_runtime::indirect::{Indirect, IndirectError};
 use sglow_runtime::occluders::{Occluders, SUBSETS};
 use sglow_runtime::package::Package;
 use sglow_runtime::points::Geometry;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::stages::Stages as _;
-use sglow_runtime::{readback, reference};
+use sglow_scene::Scene;
 use sglow_shaders::{
     Lobes, Ndf, Precision, SglowShadowPoint, SglowVsglDiffuse, Specular, Visibility as Axis,
 };
@@ -140,8 +140,7 @@ impl Stage {
     /// Runs the maps and the shading pass.
     fn run(&self, config: &Config, package: &Package) -> Run<'_> {
         let settings = config.settings(&self.settings);
-        let occluders =
-            Occluders::new(&gpu().device, &settings, self.mesh.geometry()).unwrap();
+        let occluders = Occluders::new(&gpu().device, &settings, self.mesh.geometry()).unwrap();
         let indirect = made(config, &settings, package, &occluders).unwrap();
         let vsgls = gpu().device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("test lights"),
@@ -310,7 +309,7 @@ impl Run<'_> {
             let tile = &splats[light * maps.tile * maps.tile..][..maps.tile * maps.tile];
             let tile: Vec<Bounded> =
                 tile.iter().map(|&bits| Bounded::exact(f32::from_bits(bits))).collect();
-            let levels = &self.config.levels as usize;
+            let levels = self.config.levels as usize;
             let expected = light_fill::fill(&tile, maps.tile, levels);
             for (index, (measured, expected)) in
                 self.tile(light).into_iter().zip(expected).enumerate()
@@ -690,7 +689,11 @@ fn settings_that_cannot_be_are_named() {
     let config = Config::new(Axis::Imperfect, Lobes::Both, Precision::F32, 1024);
     let fault = |config: &Config| {
         let settings = config.settings(&small(Lobes::Both, Precision::F32));
-        let made = made(config, &settings, &Package::embedded(), &Occluders::default());
+        // Some triangles, by another number of points.
+        let few = Settings { shadow_points: 1, ..settings.clone() };
+        let mesh = floor().mesh;
+        let occluders = Occluders::new(&gpu().device, &few, mesh.geometry()).unwrap();
+        let made = made(config, &settings, &Package::embedded(), &occluders);
         made.err().map(|error| error.to_string()).unwrap_or_default()
     };
     assert_eq!(fault(&Config { count: 1, points: 1, ..config.clone() }), "");
@@ -705,14 +708,14 @@ fn settings_that_cannot_be_are_named() {
         ),
         (Config { count: 65536, ..config.clone() }, "`splats` is a buffer of 1073741824 bytes"),
         (Config { points: 1 << 20, ..config.clone() }, "`points` is a buffer of 536870912 bytes"),
-        (Config { bias_scale: f32::NAN, ..config.clone() }, "bias_scale is NaN"),
+        (Config { bias_scale: f32::NAN, ..config.clone() }, "`bias_scale` is NaN"),
     ] {
         let found = fault(&config);
         assert!(found.contains(named), "{found}");
     }
     // All at once.
     let found = fault(&Config { tile: 4, levels: 9, ..config });
-    assert!(found.contains("tile is 4") && found.contains("fill_levels is 9"), "{found}");
+    assert!(found.contains("`tile` is 4") && found.contains("`fill_levels` is 9"), "{found}");
     let ragged = Geometry { positions: &[[0.0; 3]], indices: &[0] };
     let made = Occluders::new(&gpu().device, &Settings::default(), ragged);
     assert!(made.unwrap_err().to_string().contains("triangles have three each"));

@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::frame;
-use sglow_runtime::needs::{Assumption, Needs, least_limits, needs};
-use sglow_runtime::plan::{Plan, Surfaces};
-use sglow_runtime::scene::Scene;
+use sglow_renderer::frame;
+use sglow_renderer::needs::{Needs, least_limits, needs};
+use sglow_renderer::plan::{Plan, Surfaces};
+use sglow_runtime::package::Assumption;
 use sglow_runtime::settings::{AXES, Settings};
+use sglow_scene::Scene;
 use sglow_shader_gen::library::{Library, Setting};
 use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
 use sglow_shaders::{Ndf, Specular};

@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::plan::{Plan, Storage, Surfaces};
-use sglow_runtime::scene::Facts;
+use sglow_renderer::plan::{Plan, Storage, Surfaces};
 use sglow_runtime::settings::{AXES, Settings};
+use sglow_scene::Facts;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Saved, Weight};
 use sglow_shader_gen::matrix::{Absent, AllowedValues, Facts as KnownFacts, Variant};
@@ -191,8 +191,9 @@ fn kinds(derivation: &Derivation, allowed: &AllowedValues) -> Surfaces {
     let opacities: Vec<_> = opacities.collect();
     let kinds = materials.flat_map(|material| {
         let surface = move |&opacity: &Opacity| Surface { material, opacity };
-        let legal = opacities.iter().map(surface).filter(Surface::is_legal);
-        legal.map(|Surface { material, opacity }| (material.to_string(), opacity.to_string()))
+        let legal = opacities.iter().map(surface).filter(|one| one.is_legal());
+        legal
+            .map(|Surface { material, opacity }| (material.to_string(), opacity.to_string()))
             .collect::<Vec<_>>()
     });
     let seen = has("emission", Emission::Seen.to_string());
@@ -275,7 +276,7 @@ fn weight(plan: &Plan, weights: &BTreeMap<String, Weight>) -> Weight {
 fn assumed(library: &Library, derivation: &Derivation, set: &[String]) -> Vec<Assumed> {
     let axes: Vec<&str> = library.axis.keys().map(String::as_str).collect();
     let facts: &Facts = &derivation.needs.facts;
-    let with_evidence = |assumption: sglow_runtime::needs::Assumption| Assumed {
+    let with_evidence = |assumption: sglow_runtime::package::Assumption| Assumed {
         evidence: facts.get(&assumption.fact).map(|fact| fact.evidence.clone()).unwrap_or_default(),
         fact: assumption.fact,
         holds: assumption.holds,

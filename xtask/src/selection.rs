@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use clap::Args;
+use sglow_renderer::plan::Plan;
 use sglow_runtime::package::Package;
-use sglow_runtime::plan::Plan;
 use sglow_runtime::settings::AXES;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::{Library, Pass};

@@ -1,10 +1,10 @@
 //! A scene with settings that suit it: what `render` and `report` start from.
 
 use clap::{Args, value_parser};
-use sglow_runtime::device::Gpu;
-use sglow_runtime::needs::Decision;
-use sglow_runtime::scene::{Light, LightKind, Scene};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::needs::Decision;
 use sglow_runtime::settings::Settings;
+use sglow_scene::{Light, LightKind, Scene};
 
 use crate::derivation::{Derivation, Request};
 use crate::failure::{Failure, Result};

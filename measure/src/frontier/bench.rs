@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use sglow_oracle::vsgl::Vsgl;
-use sglow_runtime::frame::occluders;
+use sglow_renderer::frame::occluders;
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::timing::{Clock, Timer};
+use sglow_renderer::{readback, reference};
 use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::stages::Stages as _;
-use sglow_runtime::timing::{Clock, Timer};
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{
     Draw, Filter, Kernel, Precision, Solver, Space, Specular, Visibility as VisibilityAxis,
 };
@@ -146,13 +146,23 @@ fn reflected_by_default(settings: &Settings) -> Settings {
 
 impl Subject<'_> {
     fn lights_alone(&self, settings: &Settings) -> Result<Indirect, FrontierError> {
-        Ok(Indirect::of_parts(self.gpu.source(self.package), settings, &["lights"], &Occluders::default())?)
+        Ok(Indirect::of_parts(
+            self.gpu.source(self.package),
+            settings,
+            &["lights"],
+            &Occluders::default(),
+        )?)
     }
 
     /// Whole indirect light for the light that shines here.
     pub(super) fn indirect(&self, settings: &Settings) -> Result<Indirect, FrontierError> {
         let occluders = occluders(self.gpu, self.scene, settings)?;
-        Ok(Indirect::of_parts(self.gpu.source(self.package), &self.here(settings)?, &PARTS, &occluders)?)
+        Ok(Indirect::of_parts(
+            self.gpu.source(self.package),
+            &self.here(settings)?,
+            &PARTS,
+            &occluders,
+        )?)
     }
 
     /// Level 0 of moments and density, once if `runs` is 0 or timed after a warm-up.
@@ -199,12 +209,22 @@ impl Subject<'_> {
             return Ok(None);
         }
         let occluders = occluders(self.gpu, self.scene, settings)?;
-        Ok(Some(Indirect::of_parts(self.gpu.source(self.package), settings, &["visibility"], &occluders)?))
+        Ok(Some(Indirect::of_parts(
+            self.gpu.source(self.package),
+            settings,
+            &["visibility"],
+            &occluders,
+        )?))
     }
 
     /// What reflects lights.
     pub(super) fn shading(&self, settings: &Settings) -> Result<Indirect, FrontierError> {
-        Ok(Indirect::of_parts(self.gpu.source(self.package), settings, &["shading"], &Occluders::default())?)
+        Ok(Indirect::of_parts(
+            self.gpu.source(self.package),
+            settings,
+            &["shading"],
+            &Occluders::default(),
+        )?)
     }
 
     /// Hides lights.

@@ -1,7 +1,7 @@
 //! What leaving out saves: a frame with everything against a frame with what the scene needs.
 
-use sglow_runtime::frame::Renderer;
-use sglow_runtime::plan::Storage;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::plan::Storage;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Ndf, Specular};
 

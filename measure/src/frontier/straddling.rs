@@ -4,9 +4,9 @@
 //! weights, what remains is the error of where kernels lie and how large they are; the rest is the form of a light.
 
 use sglow_oracle::metrics::{self, Metrics};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::settings::Settings;
-use sglow_runtime::stages::Stages as _;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{Density, Draw, Kernel, SglowKernel, Solver, Space, Visibility};
 
 use super::bench::no_density;

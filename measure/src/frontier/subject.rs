@@ -3,14 +3,14 @@
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::device::{DeviceError, Gpu};
-use sglow_runtime::frame::{Frame, FrameError, Renderer, Surfaces};
+use sglow_renderer::device::{DeviceError, Gpu};
+use sglow_renderer::frame::{Frame, FrameError, Renderer, Surfaces};
+use sglow_renderer::plan::{self, Plan};
 use sglow_runtime::indirect::IndirectError;
 use sglow_runtime::package::{Package, PackageError};
-use sglow_runtime::plan::{self, Plan};
-use sglow_runtime::scene::Scene;
-use sglow_runtime::settings::Settings;
 use sglow_runtime::points::GeometryError;
+use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 

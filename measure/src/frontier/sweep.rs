@@ -4,11 +4,11 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sglow_oracle::rsm::{Moments, Pyramid, Weights};
 use sglow_oracle::vsgl::{self, Vsgl};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::light::LightView;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::stages::Stages as _;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
 
 use super::bench::{RUNS, Timed, no_density};

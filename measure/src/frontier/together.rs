@@ -1,10 +1,10 @@
 //! What is measured of a few ways together: whole frames in turns, and flicker. Among others all is measured again.
 
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::Renderer;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::timing::Timer;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::timing::Timer;
 
 use super::bench::RUNS;
 use super::subject::{Drawn, FrontierError, Subject};

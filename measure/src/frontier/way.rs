@@ -4,7 +4,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_runtime::settings::{PARAMETERS, Settings, SettingsError};
-use sglow_runtime::stages::Stages as _;
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space,
     Specular, Visibility, centres, light_points, light_shadow,

@@ -10,15 +10,15 @@ use sglow_oracle::fis::stress::Random;
 use sglow_oracle::metrics;
 use sglow_oracle::path::Paths;
 use sglow_oracle::surface;
-use sglow_runtime::device::{DeviceError, Gpu};
-use sglow_runtime::frame::{FrameError, Pixels, Renderer, Surfaces, occluders};
+use sglow_renderer::device::{DeviceError, Gpu};
+use sglow_renderer::frame::{FrameError, Pixels, Renderer, Surfaces, occluders};
+use sglow_renderer::reference::path::{SceneMaterials, facets};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::package::Package;
-use sglow_runtime::reference::path::{SceneMaterials, facets};
-use sglow_runtime::scene::{Light, LightKind, Scene};
 use sglow_runtime::settings::Settings;
-use sglow_runtime::stages::Stages as _;
-use sglow_runtime::{readback, reference};
+use sglow_scene::{Light, LightKind, Scene};
 use thiserror::Error;
 
 /// Why nothing could be followed.

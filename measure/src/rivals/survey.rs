@@ -2,13 +2,13 @@
 
 use serde::Serialize;
 use sglow_oracle::metrics;
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::{FrameError, Renderer};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::{FrameError, Renderer};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
-use sglow_runtime::stages::Stages as _;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::SglowKernel;
 
 use super::flicker::{indirect_at, of_pixels, some_pixels};
@@ -107,8 +107,7 @@ pub fn survey(
         reflected.unwrap_or_default().iter().flat_map(|one| one.total().to_array()).collect();
     let missing = || IndirectError::Description("the frame has no density".to_owned());
     let texture = own.density().ok_or_else(missing)?;
-    let density: Vec<f32> =
-        readback::texture(gpu, &texture, 0)?.iter().map(|one| one[0]).collect();
+    let density: Vec<f32> = readback::texture(gpu, &texture, 0)?.iter().map(|one| one[0]).collect();
     let side = texture.width() as usize;
     let moments = reference::moments::<f64>(gpu, own, view, 0)?;
     let photons: f64 = moments.iter().map(|one| one.weight()).sum();
@@ -117,7 +116,8 @@ pub fn survey(
     for &(method, size_factor) in methods {
         let mut settings = method.settings(settings);
         settings.size_factor = size_factor;
-        let indirect = Indirect::of_parts(gpu.source(package), &settings, &PARTS, &Occluders::default())?;
+        let indirect =
+            Indirect::of_parts(gpu.source(package), &settings, &PARTS, &Occluders::default())?;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         indirect.encode_moments(&mut encoder, &inputs, None)?;
         indirect.encode_density_of(&mut encoder, own);

@@ -4,14 +4,14 @@ use std::collections::BTreeSet;
 
 use sglow_graph::formula::evaluated;
 use sglow_oracle::vsgl::Vsgl;
-use sglow_runtime::check::Check;
-use sglow_runtime::frame::{self, Frame, Pixels, Renderer, Surfaces};
+use sglow_renderer::check::Check;
+use sglow_renderer::frame::{self, Frame, Pixels, Renderer, Surfaces};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::indirect::{Indirect, Inputs, PARTS};
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::{Light, Scene};
 use sglow_runtime::settings::Settings;
-use sglow_runtime::stages::Stages as _;
-use sglow_runtime::{readback, reference};
+use sglow_scene::{Light, Scene};
 
 use super::list::Case;
 use super::record::Entry;
@@ -179,10 +179,11 @@ impl Recorder<'_> {
 
     /// Chains of their own by the density of the frame.
     fn move_chains(&mut self, chains: &mut Chains, renderer: &Renderer<'_>) {
-        let density = renderer.indirect().density().unwrap().create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            ..Default::default()
-        });
+        let density =
+            renderer.indirect().density().unwrap().create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            });
         chains.advance(&density);
         self.chains(chains.buffer());
     }

@@ -54,7 +54,7 @@ impl Clusters {
             json!({ "description": "a map", "external": true,
                     "texture": { "format": format, "size": [width, height] } })
         };
-        let mut frame = json!({
+        let frame = json!({
             "let": { "workgroups": "div_ceil(lights, 64)" },
             "resource": {
                 "given_position": image("rgba32float"),
@@ -65,6 +65,10 @@ impl Clusters {
                     "texture": {
                         "format": "r32float", "size": [side, side], "levels": side.ilog2() + 1,
                     },
+                },
+                "given_chains": {
+                    "description": "where chains are, if they draw the centres", "external": true,
+                    "when": "draw == 'metropolis'", "buffer": { "length": "lights", "stride": 8 },
                 },
                 "lights_of_clusters": {
                     "description": "the virtual lights",
@@ -80,17 +84,11 @@ impl Clusters {
                 "names": {
                     "position": "given_position", "normal": "given_normal",
                     "base_color": "given_base_color", "map_light": "light",
-                    "density": "given_density", "vsgls": "lights_of_clusters",
+                    "density": "given_density", "chains": "given_chains",
+                    "vsgls": "lights_of_clusters",
                 },
             } ],
         });
-        if draw == Draw::Metropolis {
-            frame["resource"]["given_chains"] = json!({
-                "description": "where chains are", "external": true,
-                "buffer": { "length": "lights", "stride": 8 },
-            });
-            frame["step"][0]["names"]["chains"] = json!("given_chains");
-        }
         let axes = [
             ("draw", draw.to_string()),
             ("space", settings.space.to_string()),
@@ -153,9 +151,7 @@ impl Clusters {
 /// Sorts on the device by the lowest `bits` of keys; the keys and the values that came out.
 pub(crate) fn sorted(keys: &[u32], bits: u32, package: &Package) -> (Vec<u32>, Vec<u32>) {
     let length = keys.len();
-    let words = |flip: bool| {
-        json!({ "description": "words", "flip": flip, "buffer": { "length": length, "stride": 4 } })
-    };
+    let words = |flip: bool| json!({ "description": "words", "flip": flip, "buffer": { "length": length, "stride": 4 } });
     let frame = json!({
         "resource": { "given_keys": words(false), "given_values": words(true) },
         "step": [ {

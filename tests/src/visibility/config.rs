@@ -79,9 +79,8 @@ impl Config {
         let parts = ["visibility", "shading"].map(str::to_owned).into();
         let mut configuration = settings.configuration();
         let own = BTreeMap::from([("splat_reach", self.reach), ("fill_levels", self.levels)]);
-        let own = own.into_iter().map(|(name, number)| {
-            (name.to_owned(), Number::Whole(number.into()))
-        });
+        let own =
+            own.into_iter().map(|(name, number)| (name.to_owned(), Number::Whole(number.into())));
         configuration.parameters.extend(own);
         Configuration { parts: Some(parts), ..configuration }
     }

@@ -6,10 +6,10 @@ use clap::{Args, ValueEnum};
 use sglow_measure::picture_error::{Display, Pair, PictureError, Radiance, compare};
 use sglow_oracle::estimate::Estimate;
 use sglow_oracle::shade::Reflected;
-use sglow_runtime::frame::{Frame, Pixels, Renderer, Times};
+use sglow_renderer::frame::{Frame, Pixels, Renderer, Times};
+use sglow_renderer::reference;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::Scene;
+use sglow_scene::Scene;
 
 use crate::failure::{Failure, Result};
 use crate::json::Report;

@@ -11,10 +11,10 @@ use sglow_measure::rivals::method::{Method, SIZE_FACTORS};
 use sglow_measure::rivals::stages::{Code, Stages, code, sampling_ratios, stages};
 use sglow_measure::rivals::survey::{Kernels, Row, Survey, survey};
 use sglow_oracle::fis::stress::Stress;
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::Renderer;
-use sglow_runtime::mips;
-use sglow_runtime::stages::Stages as _;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::mips;
+use sglow_renderer::stages::Stages as _;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::matrix::Facts;
@@ -484,7 +484,7 @@ impl Work<'_> {
             let shot = self.shot(scene, [320, 180], density)?;
             let renderer = self.prepared(&shot)?;
             let Some(texture) = renderer.indirect().density() else { continue };
-            let texels = sglow_runtime::readback::texture(self.gpu, &texture, 0)?;
+            let texels = sglow_renderer::readback::texture(self.gpu, &texture, 0)?;
             densities.push((
                 format!("{scene}, {density}"),
                 texels.iter().map(|texel| texel[0]).collect(),

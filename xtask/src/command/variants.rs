@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
-use sglow_runtime::needs::Decision;
-use sglow_runtime::plan::Storage;
-use sglow_runtime::scene::Fact;
+use sglow_renderer::needs::Decision;
+use sglow_renderer::plan::Storage;
+use sglow_scene::Fact;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest::Saved;
 use sglow_shader_gen::matrix::{Excluded, Variant};

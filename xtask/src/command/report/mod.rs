@@ -12,8 +12,8 @@ use sglow_measure::frontier::promise::{self, Promised};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::{RUNS, scene};
 use sglow_measure::picture_error::{Display, flip_map};
-use sglow_runtime::device::Gpu;
-use sglow_runtime::scene::Scene;
+use sglow_renderer::device::Gpu;
+use sglow_scene::Scene;
 
 use crate::derivation::Derivation;
 use crate::failure::{self, Result};

@@ -9,7 +9,7 @@ use sglow_measure::frontier::promise;
 use sglow_measure::frontier::screen::{self, Single};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::way::{self, Allowed};
-use sglow_runtime::device::Gpu;
+use sglow_renderer::device::Gpu;
 use sglow_runtime::settings::Settings;
 
 use super::Case;
