@@ -40,6 +40,10 @@ pub enum Problem {
     /// A requirement that the configuration does not meet.
     #[error("invalid configuration: {0}")]
     Requirement(String),
+    /// A variant that a rule excludes.
+    #[error("invalid configuration: `{variant}` is excluded by `{rule}`: {reason}")]
+    #[expect(missing_docs, reason = "the message says it")]
+    Excluded { variant: String, rule: String, reason: String },
 }
 
 fn expected(names: &[String]) -> String {
@@ -47,6 +51,11 @@ fn expected(names: &[String]) -> String {
 }
 
 impl Problem {
+    /// Whether the configuration is none of the legal ones, which says nothing about the description.
+    pub fn is_illegal(&self) -> bool {
+        matches!(self, Self::Requirement(_) | Self::Excluded { .. })
+    }
+
     pub(crate) fn unknown<'a>(
         kind: &'static str,
         name: &str,

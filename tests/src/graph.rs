@@ -161,8 +161,9 @@ fn difference(
     (kept != known).then(|| format!("the frame keeps {kept:?}, the plan {known:?}"))
 }
 
-/// Settings with a random value on each axis that a renderer takes, and odd numbers.
+/// Legal settings with a random value on each axis that a renderer takes, and odd numbers.
 fn random(library: &Library, random: &mut Random) -> Settings {
+    let description = description(library);
     let mut pick = |count: usize| ((random.uniform() * count as f64) as usize).min(count - 1);
     loop {
         let mut settings = Settings { complete: pick(8) == 0, ..Settings::default() };
@@ -177,9 +178,9 @@ fn random(library: &Library, random: &mut Random) -> Settings {
         }
         settings.set("map", &(4 * numbers[pick(8)]).to_string()).unwrap();
         settings.set("tile", ["8", "16", "64"][pick(3)]).unwrap();
-        let light = settings.light != sglow_shaders::Light::Camera;
-        let clusters = settings.space != sglow_shaders::Space::None;
-        if light && !(clusters && settings.precision == sglow_shaders::Precision::F16) {
+        let illegal =
+            |errors: &sglow_graph::Errors| errors.0.iter().any(|error| error.problem.is_illegal());
+        if !description.evaluate(&settings.configuration()).is_err_and(|errors| illegal(&errors)) {
             return settings;
         }
     }
