@@ -37,13 +37,9 @@ pub enum Problem {
     #[error("parameter `{name}` is {value}; expected {range}")]
     #[expect(missing_docs, reason = "the message says it")]
     Range { name: String, value: String, range: String },
-    /// A requirement that the configuration does not meet.
+    /// A requirement that the configuration does not meet, or a rule that excludes one of its variants.
     #[error("invalid configuration: {0}")]
     Requirement(String),
-    /// A variant that a rule excludes.
-    #[error("invalid configuration: `{variant}` is excluded by `{rule}`: {reason}")]
-    #[expect(missing_docs, reason = "the message says it")]
-    Excluded { variant: String, rule: String, reason: String },
 }
 
 fn expected(names: &[String]) -> String {
@@ -51,11 +47,6 @@ fn expected(names: &[String]) -> String {
 }
 
 impl Problem {
-    /// Whether the configuration is none of the legal ones, which says nothing about the description.
-    pub fn is_illegal(&self) -> bool {
-        matches!(self, Self::Requirement(_) | Self::Excluded { .. })
-    }
-
     pub(crate) fn unknown<'a>(
         kind: &'static str,
         name: &str,

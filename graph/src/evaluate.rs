@@ -426,8 +426,8 @@ impl<'d> Env<'_, 'd> {
         if let Some(rule) =
             exclusion.iter().find(|of| of.excludes(pass, |axis| variant.value(axis)))
         {
-            let (rule, reason) = (rule.name.clone(), rule.reason.clone());
-            return Err(at.error(Problem::Excluded { variant: variant.to_string(), rule, reason }));
+            let text = format!("`{variant}` is excluded by `{}`: {}", rule.name, rule.reason);
+            return Err(at.error(Problem::Requirement(text)));
         }
         Ok(variant)
     }

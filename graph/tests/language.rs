@@ -290,7 +290,7 @@ fn an_excluded_variant_is_an_error_that_names_the_rule() {
     let text = "template.frame.step.4.axes: invalid configuration: `draw-disc` is excluded by \
                 `dot-is-drawn-alone`: discs are not drawn yet";
     assert_eq!(errors.to_string(), text);
-    assert!(errors.0.iter().all(|error| error.problem.is_illegal()));
+    assert!(errors.0.iter().all(|error| matches!(error.problem, Problem::Requirement(_))));
     // Of a pass that lacks one of its axes no rule says anything.
     configuration.axes.insert("shape".into(), "dot".into());
     configuration.axes.insert("wind".into(), "strong".into());

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use sglow_graph::description::Number;
 use sglow_graph::frame::{Frame, Kind};
-use sglow_graph::{Configuration, Description};
+use sglow_graph::{Configuration, Description, Problem};
 use sglow_runtime::plan::{Part, Plan, Surfaces};
 use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::{AXES, PARAMETERS, Settings};
@@ -178,8 +178,9 @@ fn random(library: &Library, random: &mut Random) -> Settings {
         }
         settings.set("map", &(4 * numbers[pick(8)]).to_string()).unwrap();
         settings.set("tile", ["8", "16", "64"][pick(3)]).unwrap();
-        let illegal =
-            |errors: &sglow_graph::Errors| errors.0.iter().any(|error| error.problem.is_illegal());
+        let illegal = |errors: &sglow_graph::Errors| {
+            errors.0.iter().any(|error| matches!(error.problem, Problem::Requirement(_)))
+        };
         if !description.evaluate(&settings.configuration()).is_err_and(|errors| illegal(&errors)) {
             return settings;
         }

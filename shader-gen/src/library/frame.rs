@@ -132,7 +132,7 @@ impl Frame {
                 let configuration = Configuration { parameters, ..configuration.clone() };
                 let Err(Errors(list)) = description.evaluate(&configuration) else { continue };
                 // What is no legal configuration says nothing about the frame.
-                if list.iter().any(|error| error.problem.is_illegal()) {
+                if list.iter().any(|error| matches!(error.problem, Problem::Requirement(_))) {
                     continue;
                 }
                 for error in list {
