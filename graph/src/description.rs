@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::formula::Formula;
@@ -12,7 +11,8 @@ use crate::reference::Reference;
 pub type Table<T> = BTreeMap<String, T>;
 
 /// A frame as data: everything that may run, and under which conditions.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Description {
     /// The library's axes: what the generator fills in.
@@ -27,6 +27,12 @@ pub struct Description {
     pub input: Table<Input>,
     /// Draws of the host's own.
     pub draws: Table<DrawList>,
+    /// Named configurations: what the generator fills in, as the next two.
+    pub preset: Table<Preset>,
+    /// What facts change of the defaults.
+    pub default: Vec<ClassDefault>,
+    /// Combinations of values of axes that no variant has.
+    pub exclusion: Vec<Exclusion>,
     /// What a configuration has to meet, beside the ranges of its parameters.
     pub require: Vec<Requirement>,
     /// Axes that follow from others, in the frame and in every use of a template; without a case that applies, what the
@@ -37,7 +43,8 @@ pub struct Description {
 }
 
 /// The frame, or a part of it that steps use with arguments of their own. Each use has resources of its own.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Template {
     /// What it does and what it takes.
@@ -56,7 +63,8 @@ pub struct Template {
 }
 
 /// An axis of the library.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
     /// The value without a choice.
@@ -66,7 +74,8 @@ pub struct Axis {
 }
 
 /// A value, or the first of several cases that applies.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a value, or a list of cases `{ when, value }`")]
 pub enum Choice<T> {
     /// The same in every configuration.
@@ -76,7 +85,8 @@ pub enum Choice<T> {
 }
 
 /// A case of a [`Choice`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Case<T> {
     /// Its condition; without one it applies whenever no case before it does.
@@ -86,7 +96,8 @@ pub struct Case<T> {
 }
 
 /// A whole or a real number.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a number of at least 0")]
 pub enum Number {
     /// A whole number.
@@ -96,7 +107,8 @@ pub enum Number {
 }
 
 /// Whether a parameter is whole or real.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ParameterType {
     /// Whole; formulas may name it.
@@ -106,7 +118,8 @@ pub enum ParameterType {
 }
 
 /// How often a number may change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Per {
     /// With the size of something: the frame is evaluated again.
@@ -118,7 +131,8 @@ pub enum Per {
 }
 
 /// A number that a person or an engine sets.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Parameter {
     /// What it is, with its unit.
@@ -139,7 +153,8 @@ pub struct Parameter {
 }
 
 /// What the host writes into uniforms.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Input {
     /// What it is and how it is computed, with its unit.
@@ -155,7 +170,8 @@ pub struct Input {
 }
 
 /// Draws of the host's own: it chooses their variants, binds what the frame does not, and issues them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct DrawList {
     /// What is drawn, and what the host binds for it.
@@ -166,7 +182,8 @@ pub struct DrawList {
 }
 
 /// What a configuration has to meet.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Requirement {
     /// What holds.
@@ -175,8 +192,64 @@ pub struct Requirement {
     pub reason: String,
 }
 
+/// A named configuration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Preset {
+    /// What it is.
+    pub description: String,
+    /// Values of axes and parameters; the others keep their defaults.
+    pub set: Table<Setting>,
+}
+
+/// The name of a value on an axis, or the number of a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[serde(untagged, expecting = "the name of a value, or a number of at least 0")]
+#[expect(missing_docs, reason = "said above")]
+pub enum Setting {
+    Number(Number),
+    Name(String),
+}
+
+/// A rule that changes defaults for a class of input.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ClassDefault {
+    /// Its name.
+    pub name: String,
+    /// Facts and what they must be for the rule to hold; it holds for every input if there are none.
+    #[serde(default)]
+    pub when: Table<bool>,
+    /// Values of axes and parameters.
+    pub set: Table<Setting>,
+    /// Axes and parameters that these values make meaningless: the rule does not hold where one of them is set.
+    #[serde(default)]
+    pub unless: Vec<String>,
+    /// Why.
+    pub reason: String,
+}
+
+/// A rule that takes combinations of values out of the space of variants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Exclusion {
+    /// Its name.
+    pub name: String,
+    /// The pass it holds for; without it every pass that has all axes of `when`.
+    pub pass: Option<String>,
+    /// For each axis the values that are illegal together.
+    pub when: Table<Vec<String>>,
+    /// Why.
+    pub reason: String,
+}
+
 /// What is kept in memory: one of a buffer, a texture and a sampler.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Resource {
     /// What it holds.
@@ -204,7 +277,8 @@ fn one() -> Formula {
 }
 
 /// A buffer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Buffer {
     /// Number of elements.
@@ -217,7 +291,8 @@ pub struct Buffer {
 }
 
 /// A two-dimensional texture. What nothing writes is 0.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Texture {
     /// Its format, as WebGPU names it.
@@ -233,7 +308,8 @@ pub struct Texture {
 }
 
 /// How a sampler filters, within a level and between levels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Filter {
     /// It does not.
@@ -243,7 +319,8 @@ pub enum Filter {
 }
 
 /// A member of a uniform.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "a formula, a number, `{ input = … }`, `{ age = … }`, or a list of these"
@@ -264,7 +341,8 @@ pub enum Field {
 }
 
 /// One step: a pass, a clear, the use of a template, or a group of steps.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {
     /// What its time is called; consecutive dispatches of one label are timed as one. Of a group and a use: the label of its
@@ -323,7 +401,8 @@ pub struct Step {
 }
 
 /// Where the arguments of an indirect dispatch or draw are.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Indirect {
     /// The buffer.
@@ -333,7 +412,8 @@ pub struct Indirect {
 }
 
 /// What a step draws in one render pass.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Draw {
     /// The vertex entry point.
@@ -363,7 +443,8 @@ pub struct Draw {
 }
 
 /// A colour target.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Color {
     /// The texture.
@@ -373,7 +454,8 @@ pub struct Color {
 }
 
 /// A depth target.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Depth {
     /// The texture.
@@ -388,7 +470,8 @@ pub struct Depth {
 }
 
 /// A vertex buffer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Vertices {
     /// The buffer; the host's own without it.
@@ -401,7 +484,8 @@ pub struct Vertices {
 }
 
 /// An attribute of a vertex.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Attribute {
     /// Its location in the shader.

@@ -37,7 +37,7 @@ pub enum Problem {
     #[error("parameter `{name}` is {value}; expected {range}")]
     #[expect(missing_docs, reason = "the message says it")]
     Range { name: String, value: String, range: String },
-    /// A requirement that the configuration does not meet.
+    /// A requirement that the configuration does not meet, or a rule that excludes one of its variants.
     #[error("invalid configuration: {0}")]
     Requirement(String),
 }

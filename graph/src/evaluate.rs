@@ -25,8 +25,6 @@ impl Description {
     ///
     /// Everything that is wrong with the configuration, and with the description as far as the configuration shows it.
     pub fn evaluate(&self, configuration: &Configuration) -> Result<Frame, Errors> {
-        let mut errors = Vec::new();
-        configuration.check(self, &mut errors);
         let empty = Template::default();
         let root = Rc::new(Scope::of("frame", self.template.get("frame").unwrap_or(&empty)));
         let of = Evaluation {
@@ -34,7 +32,7 @@ impl Description {
             configuration,
             root: Rc::clone(&root),
             frame: RefCell::default(),
-            errors: RefCell::new(errors),
+            errors: RefCell::new(configuration.check(self)),
             known: RefCell::new(BTreeMap::new()),
             depth: Cell::new(0),
         };
@@ -406,7 +404,7 @@ impl<'d> Env<'_, 'd> {
     }
 
     fn variant(&self, step: &description::Step, pass: &str, at: &At<'_>) -> Result<Variant, Error> {
-        let Description { passes, axes, .. } = self.of.description;
+        let Description { passes, axes, exclusion, .. } = self.of.description;
         let Some(of_pass) = passes.get(pass) else {
             return at.key("pass").unknown("pass", pass, passes.keys());
         };
@@ -424,6 +422,12 @@ impl<'d> Env<'_, 'd> {
                 return at.unknown("value", &value, known);
             }
             variant.axes.push((axis.clone(), value));
+        }
+        if let Some(rule) =
+            exclusion.iter().find(|of| of.excludes(pass, |axis| variant.value(axis)))
+        {
+            let text = format!("`{variant}` is excluded by `{}`: {}", rule.name, rule.reason);
+            return Err(at.error(Problem::Requirement(text)));
         }
         Ok(variant)
     }

@@ -1,10 +1,8 @@
 //! Formulas of whole numbers: what they are, and what they come to.
 
-use std::borrow::Cow;
 use std::cell::Cell;
 use std::fmt;
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Deserialize, Deserializer};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
@@ -185,13 +183,14 @@ impl Serialize for Formula {
     }
 }
 
-impl JsonSchema for Formula {
-    fn schema_name() -> Cow<'static, str> {
+#[cfg(feature = "schemars")]
+impl schemars::JsonSchema for Formula {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
         "Formula".into()
     }
 
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
             "description": "A formula: its text, and its tree of numbers, names and objects of one operation",
             "type": "object",
             "required": ["text", "tree"],

@@ -56,6 +56,13 @@ pub struct Variant {
     pub axes: Vec<(String, String)>,
 }
 
+impl Variant {
+    /// The value on an axis, if the pass has it.
+    pub fn value(&self, axis: &str) -> Option<&str> {
+        self.axes.iter().find(|(name, _)| name == axis).map(|(_, value)| value.as_str())
+    }
+}
+
 impl fmt::Display for Variant {
     /// Its identifier.
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -76,17 +83,6 @@ pub enum Value {
     Age(usize),
     /// Components of a vector or elements of an array.
     List(Vec<Value>),
-}
-
-impl Value {
-    /// Whether it may change from frame to frame.
-    pub fn is_dynamic(&self) -> bool {
-        match self {
-            Self::Number(_) => false,
-            Self::Input(..) | Self::Age(_) => true,
-            Self::List(list) => list.iter().any(Self::is_dynamic),
-        }
-    }
 }
 
 /// What a binding is given: a uniform or a resource.

@@ -36,12 +36,17 @@
 //! ```
 //!
 //! # Numbers
-//! A *parameter* is set by a person or an engine, an *axis* chooses text; the library declares its axes. A *let* is derived.
+//! A *parameter* is set by a person or an engine, an *axis* chooses text; the library declares its axes, presets, defaults and
+//! exclusions. A *let* is derived.
 //! A [`Formula`] is of whole numbers of 64 bits: `|| && == != <= >= < > << >> + - * / % !` (tighter from left to right as in
 //! Rust, comparisons before shifts), brackets, `min(a, b)`, `max(a, b)`, `div_ceil(a, b)`, `log2(a)` (rounded down),
 //! `pow2_ceil(a)`, `bits(a)` (how many hold a), `select(condition, a, b)`, and `axis == 'value'` or `axis != 'value'`. What is
 //! not 0 is true. An overflow, a division by 0, a negative difference and `log2(0)` are errors; `&&`, `||` and `select` evaluate
 //! what decides alone. A *condition* is a formula; a *choice* is a value or the first of `[{ when, value }, …]` that applies.
+//!
+//! # Configurations
+//! [`Description::configure`] makes one of the class of an input (`default`), a `preset` and what is set by hand. It is illegal
+//! if it misses a `require`, or a pass that runs has values that an `exclusion` names together: an error with the rule.
 //!
 //! # Templates
 //! `template.frame` is the frame. A step with `use` runs another template with numbers (`let`), axes, and names of resources

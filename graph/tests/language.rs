@@ -2,9 +2,9 @@
 
 #![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are tests, too")]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_graph::description::Number;
+use sglow_graph::description::{Number, Setting};
 use sglow_graph::frame::{Action, Binding, Geometry, Size, Value};
 use sglow_graph::{Configuration, Description, Frame, Problem};
 
@@ -36,6 +36,24 @@ per = "resize"
 description = "where one looks from"
 type = "vec3<f32>"
 per = "frame"
+[preset.storm]
+description = "sparks in a storm"
+set = { wind = "strong", rounds = 8, speed = 20.0 }
+[[default]]
+name = "slow-in-calm"
+when = { windy = false }
+set = { speed = 0.25, sparks = 50 }
+unless = ["rounds"]
+reason = "nothing drives them"
+[[exclusion]]
+name = "disc-in-wind"
+when = { shape = ["disc"], wind = ["strong"] }
+reason = "no pass has both"
+[[exclusion]]
+name = "dot-is-drawn-alone"
+pass = "draw"
+when = { shape = ["disc"] }
+reason = "discs are not drawn yet"
 [choose]
 wind = [{ when = "windy", value = "strong" }]
 [[require]]
@@ -225,6 +243,58 @@ fn facts_and_uses_set_axes_and_the_host_takes_parts_over() {
     assert_eq!(names(&configuration), set(&["born", "move-strong"]));
     let frame = description.evaluate(&configuration).unwrap();
     assert!(frame.resources[frame.resource("picture").unwrap()].external);
+}
+
+#[test]
+fn a_configuration_is_made_of_the_class_a_preset_and_what_is_set() {
+    let description = sparks();
+    let set = |list: &[(&str, &str)]| -> BTreeMap<String, Setting> {
+        list.iter().map(|(name, text)| ((*name).to_owned(), Setting::read(text))).collect()
+    };
+    let calm = [("windy".to_owned(), false)].into();
+    let made = |preset, list: &[(&str, &str)]| {
+        let made = description.configure(&calm, preset, &set(list)).unwrap();
+        description.evaluate(&made).unwrap();
+        (made.axes, made.parameters)
+    };
+    let axis = |value: &str| [("wind".to_owned(), value.to_owned())].into();
+    let numbers = |list: &[(&str, Number)]| -> BTreeMap<String, Number> {
+        list.iter().map(|(name, number)| ((*name).to_owned(), *number)).collect()
+    };
+    let slow = numbers(&[("speed", Number::Real(0.25)), ("sparks", Number::Whole(50))]);
+    assert_eq!(made(None, &[]), (BTreeMap::new(), slow));
+    // What is set by hand may make the default meaningless.
+    assert_eq!(made(None, &[("rounds", "2")]).1, numbers(&[("rounds", Number::Whole(2))]));
+    let (axes, parameters) = made(Some("storm"), &[("speed", "30"), ("wind", "none")]);
+    assert_eq!(axes, axis("none"));
+    let storm = [("speed", Number::Whole(30)), ("rounds", Number::Whole(8))];
+    assert_eq!(parameters, numbers(&[&storm[..], &[("sparks", Number::Whole(50))]].concat()));
+    let unknown = description.configure(&calm, Some("rain"), &set(&[])).unwrap_err();
+    assert!(unknown.to_string().contains("unknown preset `rain`; expected one of storm"));
+    for (name, text, wanted) in [
+        ("wind", "7", "unknown value `7`"),
+        ("colour", "7", "parameter `colour`"),
+        ("colour", "red", "axis `colour`"),
+    ] {
+        let made = description.configure(&calm, None, &set(&[(name, text)])).unwrap();
+        let errors = description.evaluate(&made).unwrap_err().to_string();
+        assert!(errors.contains(wanted), "{errors}");
+    }
+}
+
+#[test]
+fn an_excluded_variant_is_an_error_that_names_the_rule() {
+    let mut configuration = Configuration::default();
+    configuration.axes.insert("shape".into(), "disc".into());
+    let errors = sparks().evaluate(&configuration).unwrap_err();
+    let text = "template.frame.step.4.axes: invalid configuration: `draw-disc` is excluded by \
+                `dot-is-drawn-alone`: discs are not drawn yet";
+    assert_eq!(errors.to_string(), text);
+    assert!(errors.0.iter().all(|error| matches!(error.problem, Problem::Requirement(_))));
+    // Of a pass that lacks one of its axes no rule says anything.
+    configuration.axes.insert("shape".into(), "dot".into());
+    configuration.axes.insert("wind".into(), "strong".into());
+    assert!(sparks().evaluate(&configuration).is_ok());
 }
 
 #[test]

@@ -1,9 +1,45 @@
 //! What a package says of a variant beside its text: entry points, bindings, the layout of structs, overrides.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 
+/// What the variants of a manifest refer to by key.
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct Shared {
+    entry_points: BTreeMap<String, EntryPoint>,
+    bindings: BTreeMap<String, Binding>,
+    structs: BTreeMap<String, Struct>,
+}
+
+/// The keys by which a variant refers to what is shared, and what it has of its own.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Keys {
+    entry_points: Vec<String>,
+    bindings: Vec<String>,
+    structs: Vec<String>,
+    #[serde(default)]
+    overrides: Vec<Named>,
+}
+
+impl Shared {
+    /// What a variant refers to; the first key that nothing has is the error.
+    pub(crate) fn interface(&self, keys: Keys) -> Result<Interface, String> {
+        fn all<T: Clone>(table: &BTreeMap<String, T>, keys: Vec<String>) -> Result<Vec<T>, String> {
+            let find = |key: String| table.get(&key).cloned().ok_or(key);
+            keys.into_iter().map(find).collect()
+        }
+        Ok(Interface {
+            entry_points: all(&self.entry_points, keys.entry_points)?,
+            bindings: all(&self.bindings, keys.bindings)?,
+            structs: all(&self.structs, keys.structs)?,
+            overrides: keys.overrides,
+        })
+    }
+}
+
 /// What a host has to know of a variant to run it: a part of what a package's manifest says of it.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Interface {
     /// Functions that pipelines start in.
     pub entry_points: Vec<EntryPoint>,

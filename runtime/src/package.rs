@@ -8,7 +8,7 @@ use sglow_graph::Description;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
-use crate::interface::Interface;
+use crate::interface::{Interface, Keys, Shared};
 
 /// Why a package or one of its variants cannot be used.
 #[derive(Debug, Error)]
@@ -105,17 +105,47 @@ impl Asked {
     }
 }
 
+/// What is read of a manifest.
 #[derive(serde::Deserialize)]
 struct Manifest {
-    schema_version: u32,
     #[serde(default)]
     made_for: Option<MadeFor>,
     #[serde(default)]
     left_out: Vec<LeftOut>,
+    #[serde(default)]
     passes: Vec<Pass>,
     #[serde(default)]
     graph: Option<Description>,
+    shared: Shared,
     variants: Vec<Variant>,
+}
+
+impl Manifest {
+    /// A manifest of the format that is read, or what is wrong with it.
+    fn read(text: &[u8]) -> Result<Self, String> {
+        #[derive(serde::Deserialize)]
+        struct Version {
+            schema_version: u32,
+        }
+        let wrong = |error: serde_json::Error| error.to_string();
+        // First of all, for another format need not have anything else of this one.
+        match serde_json::from_slice(text).map_err(wrong)? {
+            Version { schema_version: SCHEMA_VERSION } => {}
+            Version { schema_version } => {
+                return Err(format!(
+                    "is of format {schema_version}, and this version reads format {SCHEMA_VERSION}"
+                ));
+            }
+        }
+        serde_json::from_slice(text).map_err(wrong)
+    }
+
+    /// What is known of how variants run.
+    fn described(self) -> Result<Described, String> {
+        let Self { graph, shared, variants, .. } = self;
+        let interfaces = variants.into_iter().map(|variant| variant.interface(&shared));
+        Ok((Arc::new(interfaces.collect::<Result<_, _>>()?), graph.map(Arc::new)))
+    }
 }
 
 #[derive(serde::Deserialize)]
@@ -160,14 +190,26 @@ impl LeftOut {
 }
 
 /// The format of manifests that is read.
-const SCHEMA_VERSION: u32 = 3;
+const SCHEMA_VERSION: u32 = 4;
 
 #[derive(serde::Deserialize)]
 struct Variant {
     id: String,
+    #[serde(default)]
     files: Vec<File>,
     #[serde(flatten)]
-    interface: Interface,
+    keys: Keys,
+}
+
+impl Variant {
+    /// Its identifier, and what is known of it beside its text.
+    fn interface(self, shared: &Shared) -> Result<(String, Interface), String> {
+        let Self { id, keys, .. } = self;
+        match shared.interface(keys) {
+            Ok(interface) => Ok((id, interface)),
+            Err(key) => Err(format!("variant '{id}' refers to '{key}', which `shared` lacks")),
+        }
+    }
 }
 
 #[derive(serde::Deserialize)]
@@ -177,36 +219,14 @@ struct File {
     sha256: String,
 }
 
-/// What of a manifest says how variants are run.
-#[derive(serde::Deserialize)]
-struct Runs {
-    variants: Vec<Run>,
-    #[serde(default)]
-    graph: Option<Description>,
-}
-
-#[derive(serde::Deserialize)]
-struct Run {
-    id: String,
-    #[serde(flatten)]
-    interface: Interface,
-}
-
 type Described = (Arc<BTreeMap<String, Interface>>, Option<Arc<Description>>);
-
-impl From<Runs> for Described {
-    fn from(runs: Runs) -> Self {
-        let interfaces = runs.variants.into_iter().map(|run| (run.id, run.interface)).collect();
-        (Arc::new(interfaces), runs.graph.map(Arc::new))
-    }
-}
 
 /// What the committed manifest says, read once; a test holds that it can be read.
 fn embedded() -> &'static Described {
     static EMBEDDED: OnceLock<Described> = OnceLock::new();
     EMBEDDED.get_or_init(|| {
-        let runs: Result<Runs, _> = serde_json::from_str(sglow_shaders::MANIFEST);
-        runs.map(Described::from).unwrap_or_default()
+        let manifest = Manifest::read(sglow_shaders::MANIFEST.as_bytes());
+        manifest.and_then(Manifest::described).unwrap_or_default()
     })
 }
 
@@ -231,28 +251,28 @@ impl Package {
             std::fs::read(path)
                 .map_err(|source| PackageError::Unreadable { path: path.to_owned(), source })
         };
-        let manifest: Manifest = serde_json::from_slice(&read(&path).map_err(|error| vec![error])?)
-            .map_err(|error| {
-                vec![PackageError::Manifest { path: path.clone(), reason: error.to_string() }]
-            })?;
-        if manifest.schema_version != SCHEMA_VERSION {
-            let reason = format!(
-                "is of format {}, and this version reads format {SCHEMA_VERSION}",
-                manifest.schema_version
-            );
-            return Err(vec![PackageError::Manifest { path, reason }]);
-        }
+        let no_manifest = |reason| PackageError::Manifest { path: path.clone(), reason };
+        let manifest = read(&path)
+            .and_then(|text| Manifest::read(&text).map_err(no_manifest))
+            .map_err(|error| vec![error])?;
         let made_for = manifest.made_for.map(|made_for| (made_for.assumed, made_for.chosen));
         let (assumed, chosen) = made_for.unwrap_or_default();
         let left_out = manifest.left_out;
         let axes = manifest.passes.into_iter().map(|pass| (pass.name, pass.axes)).collect();
         let (mut texts, mut interfaces) = (BTreeMap::new(), BTreeMap::new());
         let mut errors = Vec::new();
-        for variant in manifest.variants {
-            let Some(file) = variant.files.into_iter().find(|file| file.target == "wgsl") else {
-                let reason = format!("variant '{}' has no WGSL file", variant.id);
-                errors.push(PackageError::Manifest { path: path.clone(), reason });
+        for mut variant in manifest.variants {
+            let file = variant.files.extract_if(.., |file| file.target == "wgsl").next();
+            let Some(file) = file else {
+                errors.push(no_manifest(format!("variant '{}' has no WGSL file", variant.id)));
                 continue;
+            };
+            let (id, interface) = match variant.interface(&manifest.shared) {
+                Ok(known) => known,
+                Err(reason) => {
+                    errors.push(no_manifest(reason));
+                    continue;
+                }
             };
             let shader = folder.join(&file.path);
             match read(&shader).map(String::from_utf8) {
@@ -266,8 +286,8 @@ impl Package {
                 Ok(Ok(text)) => {
                     let found = sha256(text.as_bytes());
                     if found == file.sha256 {
-                        texts.insert(variant.id.clone(), text);
-                        interfaces.insert(variant.id, variant.interface);
+                        texts.insert(id.clone(), text);
+                        interfaces.insert(id, interface);
                     } else {
                         errors.push(PackageError::Changed {
                             path: shader,
@@ -317,11 +337,10 @@ impl Package {
     ///
     /// When it is no manifest.
     pub fn with_manifest(self, text: &str) -> Result<Self, PackageError> {
-        let runs: Runs = serde_json::from_str(text).map_err(|error| PackageError::Manifest {
-            path: PathBuf::from(&self.origin),
-            reason: error.to_string(),
-        })?;
-        let (interfaces, description) = runs.into();
+        let described = Manifest::read(text.as_bytes()).and_then(Manifest::described);
+        let no_manifest =
+            |reason| PackageError::Manifest { path: PathBuf::from(&self.origin), reason };
+        let (interfaces, description) = described.map_err(no_manifest)?;
         Ok(Self { interfaces, description, ..self })
     }
 

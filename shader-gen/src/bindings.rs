@@ -11,8 +11,8 @@ use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
 use crate::library::{Axis, Library, Pass};
-use crate::manifest::reflect::{FieldType, Layout};
 use crate::manifest::{self, Access, Dimension, Resource, SampleType, SamplerType, Stage};
+use crate::manifest::{FieldType, Layout};
 
 /// Why there are no bindings.
 #[derive(Debug, thiserror::Error)]
@@ -47,7 +47,7 @@ pub enum Error {
 /// A variant with the layouts of the structs in its buffers.
 pub struct Described<'a> {
     /// What the manifest says of it.
-    pub variant: &'a manifest::Variant,
+    pub variant: &'a manifest::Described,
     /// Its structs.
     pub layouts: &'a [Arc<Layout>],
 }
@@ -561,7 +561,7 @@ impl<'a> Shared<'a> {
     }
 }
 
-fn signature(variant: &manifest::Variant) -> Signature<'_> {
+fn signature(variant: &manifest::Described) -> Signature<'_> {
     let entry_points = variant.entry_points.iter();
     entry_points.map(|of| (of.name.as_str(), of.stage, of.workgroup_size)).collect()
 }
@@ -596,7 +596,7 @@ fn variant_entry(described: &Described<'_>, variants: &[Described<'_>]) -> Token
     }
 }
 
-fn embedded_entry(variant: &manifest::Variant) -> Option<TokenStream> {
+fn embedded_entry(variant: &manifest::Described) -> Option<TokenStream> {
     let file = variant.files.iter().find(|file| file.target == "wgsl")?;
     let (id, module, sha256) = (&variant.id, ident(&variant.pass), &file.sha256);
     let path = format!("../{}", file.path);
@@ -806,7 +806,8 @@ struct Structs {
 
 impl Structs {
     fn of(library: &Library, variants: &[Described<'_>]) -> Self {
-        let mut found: BTreeMap<String, Vec<(&manifest::Variant, &Arc<Layout>)>> = BTreeMap::new();
+        let mut found: BTreeMap<String, Vec<(&manifest::Described, &Arc<Layout>)>> =
+            BTreeMap::new();
         for described in variants {
             for layout in described.layouts {
                 found.entry(layout.name.clone()).or_default().push((described.variant, layout));
@@ -1006,7 +1007,7 @@ fn same_type(a: &FieldType, b: &FieldType) -> bool {
 fn name_layouts(
     library: &Library,
     name: &str,
-    uses: &[(&manifest::Variant, &Arc<Layout>)],
+    uses: &[(&manifest::Described, &Arc<Layout>)],
 ) -> Vec<Named> {
     let mut distinct: Vec<&Arc<Layout>> = Vec::new();
     let indices: Vec<usize> = uses
@@ -1075,7 +1076,7 @@ fn name_layouts(
 const PASS: &str = "pass";
 
 /// A variant's value, or nothing where its pass lacks the axis.
-fn chosen<'a>(variant: &'a manifest::Variant, choice: &str) -> &'a str {
+fn chosen<'a>(variant: &'a manifest::Described, choice: &str) -> &'a str {
     if choice == PASS { &variant.pass } else { variant.axes.get(choice).map_or("", String::as_str) }
 }
 
@@ -1083,7 +1084,7 @@ fn chosen<'a>(variant: &'a manifest::Variant, choice: &str) -> &'a str {
 /// last resort.
 fn telling_choices<'a>(
     library: &'a Library,
-    uses: &[(&manifest::Variant, &Arc<Layout>)],
+    uses: &[(&manifest::Described, &Arc<Layout>)],
     indices: &[usize],
 ) -> Vec<&'a str> {
     let mut candidates: Vec<&str> = Vec::new();

@@ -9,7 +9,7 @@ use sglow_graph::frame::{Action, Binding, Draw, Frame, Kind, Step, Variant as Ru
 use crate::error::{Code, Diagnostic, Report};
 use crate::library::Library;
 use crate::library::place::Places;
-use crate::manifest::{Access, Dimension, Resource, SampleType, Variant};
+use crate::manifest::{Access, Described, Dimension, Resource, SampleType};
 
 /// Checks the frame, in every configuration that its conditions tell apart, against `variants`. A variant that is not
 /// among them is taken to fit and to write all that it is given.
@@ -19,7 +19,7 @@ use crate::manifest::{Access, Dimension, Resource, SampleType, Variant};
 /// Everything that does not fit: a binding that is given nothing, or what its kind, its format or its size does not fit; a
 /// member of a uniform without a value; what is read before anything has written it. If all variants of a pass are
 /// given, also names that none of them binds.
-pub fn check(library: &Library, variants: &[Variant]) -> Result<(), Report> {
+pub fn check(library: &Library, variants: &[Described]) -> Result<(), Report> {
     let Some(described) = library.frame() else { return Ok(()) };
     let text = library.sources().text(described.file);
     let places = Places::of(described.file, text);
@@ -29,20 +29,13 @@ pub fn check(library: &Library, variants: &[Variant]) -> Result<(), Report> {
         found: BTreeSet::new(),
         bound: BTreeMap::new(),
     };
-    let legal = library.variants();
-    let ids: BTreeSet<_> = legal.iter().map(crate::matrix::Variant::id).collect();
-    let is_legal = |step: &Step| match &step.action {
-        Action::Dispatch(dispatch) => ids.contains(&dispatch.variant.to_string()),
-        // The host chooses what its lists draw.
-        Action::Clear(..) | Action::Draw(_) => true,
-    };
     for configuration in described.configurations(3) {
         // What does not evaluate is among the faults, or no legal configuration.
-        match described.description.evaluate(&configuration) {
-            Ok(frame) if frame.steps.iter().all(is_legal) => checker.frame(&frame),
-            _ => {}
+        if let Ok(frame) = described.description.evaluate(&configuration) {
+            checker.frame(&frame);
         }
     }
+    let legal = library.variants();
     for (pass, (names, places)) in std::mem::take(&mut checker.bound) {
         let of_pass = legal.iter().filter(|variant| variant.pass == pass);
         if of_pass.map(crate::matrix::Variant::id).all(|id| checker.variants.contains_key(&*id)) {
@@ -83,11 +76,15 @@ pub fn json(description: &Description) -> Value {
         }
     }
     let mut value = kept(serde_json::to_value(description).unwrap_or_default()).unwrap_or_default();
-    // A pass without axes is known all the same.
-    if let (Some(map), Ok(passes)) =
-        (value.as_object_mut(), serde_json::to_value(&description.passes))
-    {
-        map.insert("passes".to_owned(), passes);
+    // A pass without axes is known all the same, and a fact that has to be false is a condition.
+    let whole = [
+        ("passes", serde_json::to_value(&description.passes)),
+        ("default", serde_json::to_value(&description.default)),
+    ];
+    for (name, table) in whole {
+        if let (Some(map), Ok(table)) = (value.as_object_mut(), table) {
+            map.insert(name.to_owned(), table);
+        }
     }
     value
 }
@@ -98,7 +95,7 @@ type Place = Vec<String>;
 type Bound = (BTreeSet<String>, BTreeMap<(String, Place), Place>);
 
 struct Checker<'a> {
-    variants: BTreeMap<&'a str, &'a Variant>,
+    variants: BTreeMap<&'a str, &'a Described>,
     found: BTreeSet<(Place, Code, String)>,
     bound: BTreeMap<String, Bound>,
 }

@@ -2,6 +2,7 @@
 
 mod check;
 mod frame;
+mod inputs;
 mod load;
 mod modules;
 pub(crate) mod place;
@@ -13,9 +14,11 @@ use std::sync::Arc;
 use serde::Deserialize;
 
 pub use self::frame::Frame;
-pub use self::preset::{ClassDefault, Measurement, Parameter, Preset, PresetFile, Setting};
+pub use self::inputs::Example;
+pub use self::preset::{Measurement, Preset, PresetFile};
 use crate::link::Graph;
 use crate::source::Sources;
+pub use sglow_graph::description::{ClassDefault, Exclusion, Parameter, Setting};
 
 /// A library of shaders as its `library.toml` declares it.
 #[derive(Clone, Debug, Deserialize)]
@@ -32,9 +35,6 @@ pub struct Library {
     /// Choices that passes offer, by name.
     #[serde(default)]
     pub axis: BTreeMap<String, Axis>,
-    /// Numbers that presets and defaults may set beside axes.
-    #[serde(default)]
-    pub parameter: Vec<Parameter>,
     /// Named configurations: those of the declaration, then those of [`Header::presets`].
     #[serde(default)]
     pub preset: Vec<Preset>,
@@ -55,6 +55,9 @@ pub struct Library {
     pub presence: Vec<Presence>,
     /// The committed selection.
     pub package: PackageSelection,
+    /// What host inputs are for some arguments, by input or `input.member`.
+    #[serde(skip)]
+    pub examples: BTreeMap<String, Vec<Example>>,
     #[serde(skip)]
     frame: Option<Frame>,
     #[serde(skip)]
@@ -86,6 +89,9 @@ pub struct Header {
     /// The file that describes the frame in the language of [`sglow_graph`], relative to `library.toml`.
     #[serde(default)]
     pub frame: Option<String>,
+    /// The file that says what the frame's host inputs are for some arguments, relative to `library.toml`.
+    #[serde(default)]
+    pub inputs: Option<String>,
 }
 
 /// A work that the sources cite.
@@ -171,20 +177,6 @@ pub struct Override {
     pub minimum: f64,
     /// Greatest value allowed.
     pub maximum: f64,
-}
-
-/// A named rule that takes combinations out of the space.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Exclusion {
-    /// Name of the rule.
-    pub name: String,
-    /// The pass it holds for; every pass that has all axes of [`Exclusion::when`] if absent.
-    pub pass: Option<String>,
-    /// Per axis the values that are illegal together.
-    pub when: BTreeMap<String, Vec<String>>,
-    /// Why.
-    pub reason: String,
 }
 
 /// A named rule that narrows axes by facts.

@@ -5,21 +5,27 @@ use std::collections::{BTreeMap, BTreeSet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::library::Library;
-use crate::validate::Validated;
-
+mod comments;
 mod cost;
+mod layout;
 mod memory;
+mod omitted;
 mod purpose;
 pub mod reflect;
+mod shared;
+mod variant;
 
 pub use cost::Cost;
+pub use layout::{FieldType, Layout, LayoutField};
 pub use memory::in_memory;
+pub use omitted::Omissions;
 pub use purpose::{Assumed, LeftOut, MadeFor, Saved, Weight};
 pub use reflect::{Error, Reflection, reflect};
+pub use shared::Shared;
+pub use variant::{Described, variant};
 
 /// The version of what [`Manifest`] says; it grows when a reader of the version before would misread it.
-pub const SCHEMA_VERSION: u32 = 3;
+pub const SCHEMA_VERSION: u32 = 4;
 
 /// A package of shaders: what it contains, by what it was made, and of what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -54,17 +60,17 @@ pub struct Manifest {
     pub targets: Vec<String>,
     /// The choices that passes offer, in alphabetical order.
     pub axes: Vec<Axis>,
-    /// Named configurations.
-    pub presets: Vec<Preset>,
     /// The passes, in the order in which they run.
     pub passes: Vec<Pass>,
-    /// The frame: parameters, inputs, resources and steps, in the language of the crate `sglow-graph`. What is absent is empty
-    /// or false.
+    /// The frame: parameters, presets, exclusions, inputs, resources and steps, in the language of the crate `sglow-graph`. What
+    /// is absent is empty or false.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<sglow_graph::Description>")]
     pub graph: Option<serde_json::Value>,
     /// Files of functions for hosts that bring their own passes.
     pub libraries: Vec<FunctionLibrary>,
+    /// What variants refer to by key.
+    pub shared: Shared,
     /// The variants, sorted by identifier.
     pub variants: Vec<Variant>,
 }
@@ -113,18 +119,6 @@ pub struct AxisValue {
     pub description: String,
 }
 
-/// A named configuration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Preset {
-    /// Its name.
-    pub name: String,
-    /// What it is.
-    pub description: String,
-    /// Values of axes and parameters, by name; the others keep their defaults.
-    pub set: BTreeMap<String, String>,
-}
-
 /// One or more entry points with their bindings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -157,20 +151,21 @@ pub struct Variant {
     pub pass: String,
     /// The value on each axis.
     pub axes: BTreeMap<String, String>,
-    /// Its entry points.
-    pub entry_points: Vec<EntryPoint>,
-    /// What it binds, by group and number.
-    pub bindings: Vec<Binding>,
-    /// The structs in its buffers, each after those within it.
-    pub structs: Vec<Struct>,
+    /// Keys of its entry points.
+    pub entry_points: Vec<String>,
+    /// The static operations that each of them reaches, by its name.
+    pub cost: BTreeMap<String, Cost>,
+    /// Keys of what it binds, by group and number.
+    pub bindings: Vec<String>,
+    /// Keys of the structs in its buffers, each after those within it.
+    pub structs: Vec<String>,
     /// Numbers that may be set when a pipeline is made.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub overrides: Vec<Override>,
-    /// What a device must have.
-    pub requires: Requires,
-    /// Units and ranges of its inputs, one `name: text` each.
-    pub contract: Vec<String>,
-    /// What it does without, and why.
-    pub omitted: Vec<Omitted>,
+    /// Key of what a device must have.
+    pub requires: String,
+    /// Key of the units and ranges of its inputs.
+    pub contract: String,
     /// Where it is written.
     pub files: Vec<File>,
     /// How wrong it is, once measured.
@@ -192,8 +187,6 @@ pub struct EntryPoint {
     /// Invocations of a workgroup in x, y and z; compute only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub workgroup_size: Option<[u32; 3]>,
-    /// The static operations it reaches.
-    pub cost: Cost,
 }
 
 /// A stage of a pipeline.
@@ -250,6 +243,9 @@ pub enum Resource {
         r#type: String,
         /// The least number of bytes to bind: with one element of a runtime-sized array.
         min_size: u64,
+        /// Bytes from one element of an array to the next.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stride: Option<u32>,
     },
     /// A texture that is loaded from or sampled.
     Texture {
@@ -382,6 +378,9 @@ pub struct Field {
     pub offset: u32,
     /// Bytes; those of one element for a runtime-sized array.
     pub size: u32,
+    /// Bytes from one element of an array to the next.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stride: Option<u32>,
 }
 
 /// A number that may be set when a pipeline is made.
@@ -417,18 +416,6 @@ pub struct Requires {
     pub limits_beyond_default: BTreeSet<String>,
 }
 
-/// A declaration that a variant does without.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Omitted {
-    /// Its name.
-    pub name: String,
-    /// What it is: function, struct, alias, const, override or var.
-    pub kind: String,
-    /// Why.
-    pub reason: String,
-}
-
 /// A file of the package.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -447,148 +434,4 @@ pub struct File {
 #[must_use]
 pub fn schema() -> serde_json::Value {
     schemars::schema_for!(Manifest).to_value()
-}
-
-/// Describes a variant. Its files are those of `files`.
-///
-/// # Errors
-///
-/// When it binds a resource of a kind that the manifest cannot describe.
-pub fn variant(
-    library: &Library,
-    validated: &Validated,
-    reflection: &Reflection,
-    files: Vec<File>,
-) -> Variant {
-    let variant = &validated.variant;
-    let pass = library.pass.iter().find(|pass| pass.name == variant.pass);
-    let values = variant.values.iter().filter_map(|(axis, value)| {
-        library.axis.get(axis)?.value.iter().find(|known| known.name == *value)
-    });
-    let mut features = reflection.features.clone();
-    features.extend(values.flat_map(|value| value.requires.iter().cloned()));
-    Variant {
-        id: variant.id(),
-        pass: variant.pass.clone(),
-        axes: variant.values.iter().cloned().collect(),
-        entry_points: reflection.entry_points.clone(),
-        bindings: reflection.bindings.clone(),
-        structs: reflect::structs(&reflection.layouts),
-        overrides: overrides(library, validated),
-        requires: Requires {
-            features,
-            limits_beyond_default: reflection
-                .limits
-                .iter()
-                .filter(|(name, needed)| default_limit(name).is_some_and(|limit| **needed > limit))
-                .map(|(name, _)| name.clone())
-                .collect(),
-            limits: reflection.limits.clone(),
-        },
-        contract: pass.map(|pass| pass.contract.clone()).unwrap_or_default(),
-        omitted: validated
-            .omitted
-            .iter()
-            .map(|omitted| Omitted {
-                name: omitted.name.clone(),
-                kind: omitted.kind.clone(),
-                reason: omitted.reason.clone(),
-            })
-            .collect(),
-        files,
-        accuracy: None,
-        time: None,
-    }
-}
-
-/// What every WebGPU device grants. [WebGPU, Section 3.6.2]
-fn default_limit(name: &str) -> Option<u64> {
-    Some(match name {
-        "maxBindGroups" => 4,
-        "maxUniformBuffersPerShaderStage" => 12,
-        "maxStorageBuffersPerShaderStage" => 8,
-        "maxSampledTexturesPerShaderStage" | "maxSamplersPerShaderStage" => 16,
-        "maxStorageTexturesPerShaderStage" => 4,
-        "maxComputeWorkgroupStorageSize" => 16384,
-        "maxComputeInvocationsPerWorkgroup"
-        | "maxComputeWorkgroupSizeX"
-        | "maxComputeWorkgroupSizeY" => 256,
-        "maxComputeWorkgroupSizeZ" => 64,
-        _ => return None,
-    })
-}
-
-fn overrides(library: &Library, validated: &Validated) -> Vec<Override> {
-    use naga::common::wgsl::TryToWgsl;
-    let module = &validated.module;
-    let declared = library
-        .pass
-        .iter()
-        .filter(|pass| pass.name == validated.variant.pass)
-        .flat_map(|pass| &pass.overrides);
-    let declared: Vec<_> = declared.collect();
-    let mut overrides: Vec<_> = module
-        .overrides
-        .iter()
-        .map(|(_, found)| {
-            let name = found.name.clone().unwrap_or_default();
-            let bare = name.strip_prefix(&library.library.prefix).unwrap_or(&name);
-            let declared = declared.iter().find(|known| known.name == name || known.name == bare);
-            let literal = found.init.and_then(|init| literal(module, init));
-            Override {
-                // A pipeline's constants go by `@id` where there is one.
-                name: found.id.map_or(name, |id| id.to_string()),
-                r#type: module.types[found.ty]
-                    .inner
-                    .scalar()
-                    .and_then(TryToWgsl::try_to_wgsl)
-                    .unwrap_or("unknown")
-                    .to_owned(),
-                default: literal.and_then(number),
-                minimum: declared.and_then(|known| tidy(known.minimum)),
-                maximum: declared.and_then(|known| tidy(known.maximum)),
-                description: declared.map(|known| known.description.clone()).unwrap_or_default(),
-            }
-        })
-        .collect();
-    overrides.sort_by(|a, b| a.name.cmp(&b.name));
-    overrides
-}
-
-/// The value of an expression at module scope; none where it depends on another override.
-fn literal(module: &naga::Module, init: naga::Handle<naga::Expression>) -> Option<naga::Literal> {
-    match module.global_expressions[init] {
-        naga::Expression::Literal(literal) => Some(literal),
-        naga::Expression::Constant(constant) => literal(module, module.constants[constant].init),
-        naga::Expression::ZeroValue(ty) => naga::Literal::zero(module.types[ty].inner.scalar()?),
-        _ => None,
-    }
-}
-
-fn number(literal: naga::Literal) -> Option<serde_json::Number> {
-    use naga::Literal;
-    match literal {
-        Literal::F64(value) => tidy(value),
-        // The shortest decimal that reads back as the same f32.
-        Literal::F32(value) => value.to_string().parse().ok().and_then(tidy),
-        Literal::F16(value) => tidy(f64::from(value.to_f32())),
-        Literal::U16(value) => Some(value.into()),
-        Literal::I16(value) => Some(value.into()),
-        Literal::U32(value) => Some(value.into()),
-        Literal::I32(value) => Some(value.into()),
-        Literal::U64(value) => Some(value.into()),
-        Literal::I64(value) | Literal::AbstractInt(value) => Some(value.into()),
-        Literal::AbstractFloat(value) => tidy(value),
-        Literal::Bool(value) => Some(u32::from(value).into()),
-    }
-}
-
-/// A number without a fraction is written without one.
-fn tidy(value: f64) -> Option<serde_json::Number> {
-    const EXACT: f64 = 9_007_199_254_740_992.0;
-    if value.fract() == 0.0 && value.abs() <= EXACT {
-        Some((value as i64).into())
-    } else {
-        serde_json::Number::from_f64(value)
-    }
 }

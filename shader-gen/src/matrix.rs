@@ -315,14 +315,7 @@ impl Library {
     }
 
     fn exclusion_of(&self, variant: &Variant) -> Option<&Exclusion> {
-        self.exclusion.iter().find(|rule| {
-            let holds = |(axis, values): (&String, &Vec<String>)| {
-                variant
-                    .value(axis)
-                    .is_some_and(|value| values.iter().any(|illegal| illegal == value))
-            };
-            rule.pass.as_ref().is_none_or(|pass| *pass == variant.pass)
-                && rule.when.iter().all(holds)
-        })
+        let value = |axis: &str| variant.value(axis);
+        self.exclusion.iter().find(|rule| rule.excludes(&variant.pass, value))
     }
 }

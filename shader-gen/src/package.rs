@@ -1,8 +1,10 @@
 //! A package: the files of a set of variants, written beside their place and renamed.
 
+mod folder;
+mod text;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -10,15 +12,16 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::bindings::{self, Described};
+pub use self::folder::{Change, Difference, Outcome, compare, verify_hashes, write};
+use self::folder::{SUMS, read_if_there, remember, remembered};
+use crate::bindings;
 use crate::emit::{spirv, wgsl};
 use crate::error::Report;
 use crate::frame;
 use crate::generate::{self, ValidatedLibrary};
 use crate::hash;
 use crate::library::Library;
-use crate::manifest::reflect::Layout;
-use crate::manifest::{self, File, Manifest, reflect};
+use crate::manifest::{self, Described, File, Layout, Manifest, Omissions, Shared, reflect};
 use crate::matrix::Variant;
 use crate::prune::Whole;
 use crate::validate::Validated;
@@ -106,54 +109,6 @@ impl Options {
             check: false,
             cache: None,
         }
-    }
-}
-
-/// What has become of the files of a package, each relative to its folder.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Outcome {
-    /// Written, because they were missing or different.
-    pub written: Vec<String>,
-    /// Left alone, because they were the same.
-    pub unchanged: Vec<String>,
-    /// Removed, because nothing generates them any more.
-    pub removed: Vec<String>,
-}
-
-/// How a file differs from what it should be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Change {
-    /// It is not there.
-    Missing,
-    /// Its hash is not the one in `SHA256SUMS`: it was changed after it was generated.
-    ByHand,
-    /// The sources have changed since it was generated.
-    Outdated,
-    /// It was generated once, but nothing generates it any more.
-    Stale,
-    /// It was never generated.
-    Extra,
-}
-
-/// A file that is not what it should be.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Difference {
-    /// Relative to the folder of the package.
-    pub path: String,
-    /// How it differs.
-    pub change: Change,
-}
-
-impl fmt::Display for Difference {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = match self.change {
-            Change::Missing => "is missing",
-            Change::ByHand => "was changed by hand",
-            Change::Outdated => "is out of date",
-            Change::Stale => "is no longer generated",
-            Change::Extra => "is not part of the package",
-        };
-        write!(f, "{}: {what}", self.path)
     }
 }
 
@@ -337,7 +292,7 @@ pub fn weigh(
                 errors.push(VariantError { variant: one.variant.id(), cause: error.into() });
             }
             Ok(reflection) => {
-                let operations = reflection.entry_points.iter().map(|of| of.cost);
+                let operations = reflection.cost.values();
                 let weight = manifest::Weight {
                     static_operations: operations
                         .map(|cost| cost.arithmetic + cost.transcendental)
@@ -354,7 +309,7 @@ pub fn weigh(
 }
 
 struct Written {
-    manifest: manifest::Variant,
+    described: Described,
     layouts: Vec<Arc<Layout>>,
     files: Vec<(String, Vec<u8>)>,
 }
@@ -381,7 +336,7 @@ pub fn build(
     if !errors.is_empty() {
         return Err(Error::Variants(errors));
     }
-    written.sort_by(|a, b| a.manifest.id.cmp(&b.manifest.id));
+    written.sort_by(|a, b| a.described.id.cmp(&b.described.id));
 
     let mut files = BTreeMap::new();
     for one in &mut written {
@@ -398,20 +353,26 @@ pub fn build(
     if targets.contains(&Target::Rust) {
         let described: Vec<_> = written
             .iter()
-            .map(|one| Described { variant: &one.manifest, layouts: &one.layouts })
+            .map(|one| bindings::Described { variant: &one.described, layouts: &one.layouts })
             .collect();
         files.insert("rust/lib.rs".to_owned(), bindings::write(library, &described)?.into_bytes());
     }
-    let variants: Vec<_> = written.into_iter().map(|one| one.manifest).collect();
+    let variants: Vec<_> = written.into_iter().map(|one| one.described).collect();
     frame::check(library, &variants)?;
-    let manifest = head(parts, targets, libraries, variants);
-    files.insert("README.md".to_owned(), readme(&manifest).into_bytes());
-    files.insert("CHANGELOG.md".to_owned(), changelog(parts).into_bytes());
-    for (name, text) in licenses(library)? {
+    let manifest = manifest(parts, targets, libraries, variants);
+    files.insert("README.md".to_owned(), text::readme(library, &manifest).into_bytes());
+    files.insert("CHANGELOG.md".to_owned(), text::changelog(parts).into_bytes());
+    for (name, text) in text::licenses(library)? {
         files.insert(name.to_owned(), text.into_bytes());
     }
     files.insert("manifest.json".to_owned(), json(&manifest)?);
+    files.insert("omitted.json".to_owned(), json(&Omissions::of(parts.variants))?);
     files.insert("manifest.schema.json".to_owned(), json(&manifest::schema())?);
+    if !library.examples.is_empty() {
+        let version = manifest::SCHEMA_VERSION;
+        let inputs = serde_json::json!({ "schema_version": version, "inputs": library.examples });
+        files.insert("inputs.json".to_owned(), json(&inputs)?);
+    }
     let sums = hash::sums(&files);
     files.insert(SUMS.to_owned(), sums.into_bytes());
     Ok(files)
@@ -432,7 +393,7 @@ fn one(
     }
     let (files, entries) = written.into_iter().unzip();
     Ok(Written {
-        manifest: manifest::variant(library, validated, &reflection, entries),
+        described: manifest::variant(library, validated, &reflection, entries),
         layouts: reflection.layouts,
         files,
     })
@@ -453,13 +414,15 @@ fn file(target: Target, path: String, bytes: Vec<u8>) -> ((String, Vec<u8>), Fil
     ((path, bytes), entry)
 }
 
-fn head(
+fn manifest(
     parts: &Parts<'_>,
     targets: &BTreeSet<Target>,
     libraries: Vec<manifest::FunctionLibrary>,
-    variants: Vec<manifest::Variant>,
+    variants: Vec<Described>,
 ) -> Manifest {
     let library = parts.library;
+    let mut shared = Shared::default();
+    let variants = variants.into_iter().map(|one| shared.intern(one)).collect();
     let mut targets = targets.clone();
     targets.insert(Target::Wgsl);
     let mut names: Vec<_> = targets.iter().map(|target| target.name().to_owned()).collect();
@@ -502,19 +465,6 @@ fn head(
         left_out: parts.purpose.map(|purpose| purpose.left_out.clone()).unwrap_or_default(),
         targets: names,
         axes: library.axis.iter().map(axis).collect(),
-        presets: library
-            .preset
-            .iter()
-            .map(|preset| manifest::Preset {
-                name: preset.name.clone(),
-                description: preset.description.clone(),
-                set: preset
-                    .set
-                    .iter()
-                    .map(|(name, value)| (name.clone(), value.to_string()))
-                    .collect(),
-            })
-            .collect(),
         passes: library
             .pass
             .iter()
@@ -526,6 +476,7 @@ fn head(
             .collect(),
         graph: library.frame().map(|of| frame::json(&of.description)),
         libraries,
+        shared,
         variants,
     }
 }
@@ -534,345 +485,4 @@ fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, Error> {
     let mut bytes = serde_json::to_vec_pretty(value)?;
     bytes.push(b'\n');
     Ok(bytes)
-}
-
-fn readme(manifest: &Manifest) -> String {
-    let mut text = format!(
-        "# {} {}\n\n{}.\n\n\
-         Every file here is generated; `SHA256SUMS` has their hashes. `manifest.json` says of each variant what it binds, \
-         needs and promises (its form: `manifest.schema.json`).\n\n\
-         A shader in `wgsl/` is whole: hand its text to the device, make the bind groups of `bindings`, and set its \
-         `overrides` as constants of the pipeline. Buffers have the layout of `structs`; the units and ranges of all \
-         inputs stand in `contract` and at the top of each shader.",
-        manifest.package, manifest.version, manifest.description
-    );
-    if !manifest.libraries.is_empty() {
-        text.push_str(
-            " `wgsl/lib/` has functions without bindings for hosts that bring their own passes.",
-        );
-    }
-    if manifest.targets.iter().any(|target| target == "spirv") {
-        text.push_str(
-            " `spirv/` has the same variants as SPIR-V 1.3, overrides at their defaults; clip space is WebGPU's (y up).",
-        );
-    }
-    if manifest.targets.iter().any(|target| target == "rust") {
-        text.push_str(" `rust/lib.rs` has the choices as types, the structs, and the bind-group layouts for wgpu.");
-    }
-    text.push('\n');
-    if let Some(made_for) = &manifest.made_for {
-        text.push_str(&format!("\n## Made for {}\n\n", made_for.input));
-        for assumed in &made_for.assumed {
-            text.push_str(&format!(
-                "- {}: {} ({}), by which the rule {} leaves things out\n",
-                assumed.fact,
-                if assumed.holds { "yes" } else { "no" },
-                assumed.evidence,
-                assumed.rule
-            ));
-        }
-        text.push_str("\nOf an input of which this is not so the package does not show all; `left_out` in the manifest says what.\n");
-    }
-    for pass in &manifest.passes {
-        let variants: Vec<_> =
-            manifest.variants.iter().filter(|variant| variant.pass == pass.name).collect();
-        if variants.is_empty() {
-            continue;
-        }
-        text.push_str(&format!("\n## {}\n\n{}.\n\n", pass.name, capital(&pass.description)));
-        text.push_str("| variant | entry points | binds | texture loads + samples | buffer reads | scalar operations |\n");
-        text.push_str("|---|---|---|---|---|---|\n");
-        for variant in variants {
-            let costs = variant.entry_points.iter().map(|of| of.cost);
-            let sum = |of: fn(manifest::Cost) -> u64| costs.clone().map(of).sum::<u64>();
-            text.push_str(&format!(
-                "| [`{id}`](wgsl/{id}.wgsl) | {} | {} | {} + {} | {} | {} |\n",
-                variant
-                    .entry_points
-                    .iter()
-                    .map(|of| format!("`{}`", of.name))
-                    .collect::<Vec<_>>()
-                    .join(", "),
-                variant.bindings.len(),
-                sum(|cost| cost.texture_loads),
-                sum(|cost| cost.texture_samples),
-                sum(|cost| cost.buffer_reads),
-                sum(|cost| cost.arithmetic + cost.transcendental),
-                id = variant.id,
-            ));
-        }
-    }
-    text.push_str(
-        "\nThe numbers are static: a call counts what it calls, a loop counts once, a branch counts all its sides. They \
-         compare texts, not run times.\n",
-    );
-    text
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters
-        .next()
-        .map(|first| first.to_uppercase().to_string() + letters.as_str())
-        .unwrap_or_default()
-}
-
-fn changelog(parts: &Parts<'_>) -> String {
-    let version = &parts.library.library.version;
-    parts
-        .changelog
-        .map_or_else(|| format!("# Changelog\n\n## {version}\n\n- First version.\n"), str::to_owned)
-}
-
-/// The licences of a library by the name of their file.
-fn licenses(library: &Library) -> Result<Vec<(&'static str, String)>, Error> {
-    let words = library.library.license.split(|c: char| c.is_whitespace() || "()".contains(c));
-    let names = words.filter(|word| !["", "OR", "AND", "WITH"].contains(word));
-    names
-        .map(|name| match name {
-            "MIT" => {
-                let text = include_str!("package/LICENSE-MIT");
-                Ok(("LICENSE-MIT", text.replace("{name}", &library.library.name)))
-            }
-            "Apache-2.0" => {
-                Ok(("LICENSE-APACHE", include_str!("package/LICENSE-APACHE").to_owned()))
-            }
-            other => Err(Error::License(other.to_owned())),
-        })
-        .collect()
-}
-
-// ---------------------------------------------------------------- on disk
-
-/// Where the hashes of all other files stand.
-const SUMS: &str = "SHA256SUMS";
-
-/// Writes `files` into `out` and removes what an earlier run has written there and nothing writes now.
-///
-/// What differs is first written beside `out` and then renamed into place, the hashes last; a run that is cut off
-/// leaves whole files only.
-///
-/// # Errors
-///
-/// When a file cannot be read, written, renamed or removed.
-pub fn write(out: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<Outcome, Error> {
-    let before = recorded(out)?;
-    let mut outcome = Outcome::default();
-    for (path, bytes) in files {
-        let same = read_if_there_bytes(&out.join(path))?.is_some_and(|found| found == *bytes);
-        if same { &mut outcome.unchanged } else { &mut outcome.written }.push(path.clone());
-    }
-    outcome.removed = before
-        .into_keys()
-        .filter(|path| !files.contains_key(path) && out.join(path).is_file())
-        .collect();
-    if !outcome.written.is_empty() {
-        replace(out, files, &outcome.written)?;
-    }
-    for path in &outcome.removed {
-        let file = out.join(path);
-        fs::remove_file(&file).map_err(at(&file))?;
-        // A folder is removed with its last file; one that still has files stays.
-        for folder in file.ancestors().skip(1).take_while(|folder| *folder != out) {
-            if fs::remove_dir(folder).is_err() {
-                break;
-            }
-        }
-    }
-    Ok(outcome)
-}
-
-fn replace(out: &Path, files: &BTreeMap<String, Vec<u8>>, paths: &[String]) -> Result<(), Error> {
-    let parent = match out.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    fs::create_dir_all(parent).map_err(at(parent))?;
-    let beside =
-        tempfile::Builder::new().prefix(".package-").tempdir_in(parent).map_err(at(parent))?;
-    let create = |file: &Path| {
-        let folder = file.parent().unwrap_or(file);
-        fs::create_dir_all(folder).map_err(at(folder))
-    };
-    for path in paths {
-        let file = beside.path().join(path);
-        create(&file)?;
-        fs::write(&file, files.get(path).map(Vec::as_slice).unwrap_or_default())
-            .map_err(at(&file))?;
-    }
-    let (sums, others): (Vec<_>, Vec<_>) = paths.iter().partition(|path| *path == SUMS);
-    for path in others.into_iter().chain(sums) {
-        let file = out.join(path);
-        create(&file)?;
-        fs::rename(beside.path().join(path), &file).map_err(at(&file))?;
-    }
-    Ok(())
-}
-
-/// Compares `out` with `files`.
-///
-/// # Errors
-///
-/// Every difference; or that a file cannot be read.
-pub fn compare(out: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<Outcome, Error> {
-    let before = recorded(out)?;
-    let mut differences = Vec::new();
-    let mut unchanged = Vec::new();
-    for (path, bytes) in files {
-        let change = match read_if_there_bytes(&out.join(path))? {
-            None => Change::Missing,
-            Some(found) if found == *bytes => {
-                unchanged.push(path.clone());
-                continue;
-            }
-            Some(found) => match before.get(path) {
-                Some(hash) if *hash != hash::sha256(&found) => Change::ByHand,
-                _ => Change::Outdated,
-            },
-        };
-        differences.push(Difference { path: path.clone(), change });
-    }
-    for path in present(out)? {
-        if !files.contains_key(&path) {
-            let change = if before.contains_key(&path) { Change::Stale } else { Change::Extra };
-            differences.push(Difference { path, change });
-        }
-    }
-    if differences.is_empty() {
-        Ok(Outcome { unchanged, ..Outcome::default() })
-    } else {
-        differences.sort();
-        Err(Error::Differs(differences))
-    }
-}
-
-/// Compares the files of a package with its own `SHA256SUMS`: what was changed by hand, is missing, or was added.
-///
-/// # Errors
-///
-/// When a file cannot be read; a package without `SHA256SUMS` misses that file.
-pub fn verify_hashes(package: &Path) -> Result<Vec<Difference>, Error> {
-    let recorded = recorded(package)?;
-    let present = present(package)?;
-    let mut differences = Vec::new();
-    if !present.contains(SUMS) {
-        differences.push(Difference { path: SUMS.to_owned(), change: Change::Missing });
-    }
-    for (path, hash) in &recorded {
-        let change = match read_if_there_bytes(&package.join(path))? {
-            None => Change::Missing,
-            Some(found) if hash::sha256(&found) != *hash => Change::ByHand,
-            Some(_) => continue,
-        };
-        differences.push(Difference { path: path.clone(), change });
-    }
-    let extra = present.into_iter().filter(|path| path != SUMS && !recorded.contains_key(path));
-    differences.extend(extra.map(|path| Difference { path, change: Change::Extra }));
-    differences.sort();
-    Ok(differences)
-}
-
-/// The hashes in a package's `SHA256SUMS` by path; none if there is no such file.
-fn recorded(package: &Path) -> Result<BTreeMap<String, String>, Error> {
-    let text = read_if_there(&package.join(SUMS))?.unwrap_or_default();
-    let inside = |path: &str| {
-        Path::new(path).components().all(|part| matches!(part, std::path::Component::Normal(_)))
-    };
-    let mut recorded: BTreeMap<_, _> = hash::read_sums(&text)
-        .into_iter()
-        .filter(|(path, _)| inside(path))
-        .map(|(path, hash)| (path.to_owned(), hash.to_owned()))
-        .collect();
-    recorded.remove(SUMS);
-    Ok(recorded)
-}
-
-/// The files that lie in a package.
-fn present(package: &Path) -> Result<BTreeSet<String>, Error> {
-    let mut found = BTreeSet::new();
-    let mut folders = vec![package.to_owned()];
-    while let Some(folder) = folders.pop() {
-        let entries = match fs::read_dir(&folder) {
-            Ok(entries) => entries,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-            Err(error) => return Err(at(&folder)(error)),
-        };
-        for entry in entries {
-            let path = entry.map_err(at(&folder))?.path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                found.insert(crate::source::relative(package, &path));
-            }
-        }
-    }
-    Ok(found)
-}
-
-fn at(path: &Path) -> impl Fn(io::Error) -> Error {
-    let path = path.to_owned();
-    move |source| Error::File { path: path.clone(), source }
-}
-
-fn read_if_there_bytes(path: &Path) -> Result<Option<Vec<u8>>, Error> {
-    match fs::read(path) {
-        Ok(bytes) => Ok(Some(bytes)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(at(path)(error)),
-    }
-}
-
-fn read_if_there(path: &Path) -> Result<Option<String>, Error> {
-    match fs::read_to_string(path) {
-        Ok(text) => Ok(Some(text)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(at(path)(error)),
-    }
-}
-
-// ---------------------------------------------------------------- what is remembered
-
-/// Where it is remembered what a folder was made of.
-fn stamp(options: &Options) -> Option<PathBuf> {
-    let folder = std::path::absolute(&options.out).ok()?;
-    let name = hash::sha256(folder.to_string_lossy().as_bytes());
-    Some(options.cache.as_ref()?.join(name))
-}
-
-/// All that decides on the files of a folder, the folder's own hashes included.
-fn state(source: &str, sums: &[u8]) -> String {
-    hash::of_parts([
-        ("source", source),
-        ("generator", hash::GENERATOR),
-        ("sums", &hash::sha256(sums)),
-    ])
-}
-
-/// The outcome, if the folder is known to be what would be written.
-fn remembered(options: &Options, source: &str) -> Option<Outcome> {
-    let known = fs::read_to_string(stamp(options)?).ok()?;
-    let sums = fs::read(options.out.join(SUMS)).ok()?;
-    if known != state(source, &sums) || !verify_hashes(&options.out).ok()?.is_empty() {
-        return None;
-    }
-    let mut unchanged: Vec<_> = recorded(&options.out).ok()?.into_keys().collect();
-    unchanged.push(SUMS.to_owned());
-    unchanged.sort();
-    Some(Outcome { unchanged, ..Outcome::default() })
-}
-
-fn remember(
-    options: &Options,
-    source: &str,
-    files: &BTreeMap<String, Vec<u8>>,
-) -> Result<(), Error> {
-    let (Some(stamp), Some(sums)) = (stamp(options), files.get(SUMS)) else {
-        return Ok(());
-    };
-    let folder = stamp.parent().unwrap_or(&stamp);
-    fs::create_dir_all(folder).map_err(at(folder))?;
-    let file = tempfile::NamedTempFile::new_in(folder).map_err(at(folder))?;
-    fs::write(file.path(), state(source, sums)).map_err(at(file.path()))?;
-    file.persist(&stamp).map_err(|error| at(&stamp)(error.error))?;
-    Ok(())
 }

@@ -17,14 +17,15 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE / "python"))
 from check import COMMITTED, SHORT, wrong  # noqa: E402
-from graph import Frame, Problem, Table  # noqa: E402
+from graph import Frame, Problem, Table, configured  # noqa: E402
 
 PARTS = ["surfaces", "lights", "visibility", "shading", "picture"]
 NODE = """
-const { Frame, Problem, read } = await import(process.argv[1]);
+const { Frame, Problem, configured, read } = await import(process.argv[1]);
 const [graph, list] = read((await import('node:fs')).readFileSync(0, 'utf8'));
-const frames = list.map(({ axes, parameters, parts, facts }) => {
+const frames = list.map(({ axes, parameters, parts, facts, preset, set }) => {
   try {
+    if (set) [axes, parameters] = configured(graph, facts, preset, set);
     const { resources, steps } = new Frame(graph, axes, parameters, new Set(parts), new Set(facts));
     return { resources, steps };
   } catch (error) {
@@ -49,7 +50,13 @@ def configurations(graph, number, seed):
         parameters |= {"tile": 2 ** chance.randrange(3, 7), "iterations": chance.randrange(1, 25)}
         parts = chance.choice([["lights", "visibility", "shading"], PARTS, None])
         facts = {name: chance.random() < 0.5 for name in graph["facts"]}
-        yield {"axes": axes, "parameters": parameters, "parts": parts, "facts": facts}
+        given = {"parts": parts, "facts": facts}
+        if chance.random() < 0.5:
+            preset = chance.choice([None, *graph["preset"]])
+            few = dict(chance.sample([*axes.items()], min(len(axes), chance.randrange(4))))
+            yield given | {"preset": preset, "set": few | parameters}
+        else:
+            yield given | {"axes": axes, "parameters": parameters}
 
 
 def of_crate(frame):
@@ -146,7 +153,10 @@ def of_host(frame):
 def evaluated(graph, case):
     """The Python host's frame, or None for what it refuses."""
     try:
-        frame = Frame(graph, *(case[key] for key in ("axes", "parameters", "parts", "facts")))
+        own = case["axes"] or {}, case["parameters"] or {}
+        if "set" in case:
+            own = configured(graph, case["facts"], case["preset"], case["set"])
+        frame = Frame(graph, *own, case["parts"], case["facts"])
     except Problem:
         return None
     return json.loads(json.dumps({"resources": frame.resources, "steps": frame.steps}), object_hook=Table)

@@ -1,16 +1,23 @@
-"""Runs both hosts on the same frames, holds what comes out against each other, and each against a frame that is wrong.
+"""Runs both hosts on the same frames, repeats these with the runtime in Rust, and compares the results.
 
-    python3 check.py [--graph FILE] [--xtask COMMAND] [--case NAME] [--work target/hosts]
+    python3 check.py [--graph FILE] [--runtime COMMAND] [--xtask COMMAND] [--case NAME] [--work DIR] [--json FILE]
+    python3 check.py --install [--work DIR]
 
---graph: the description as JSON, if not that of the committed package. --xtask: what generates variants that the package
-lacks [default: cargo xtask]. Both hosts run on the same driver: SwiftShader where a browser brought it, for Dawn takes few
-others; else the system's. The libraries are fetched once, at fixed versions.
+--graph: the description as JSON, if not that of the committed package. --runtime: tests/examples/host_frame.rs [default:
+by cargo]. --xtask: what generates variants that the package lacks [default: cargo xtask]. --work: for libraries and
+results [default: target/hosts]. --json: receives the differences. --install: fetches the libraries alone, once, at fixed
+versions. All run on the same driver: SwiftShader where a browser brought it, for Dawn takes few others; else the
+system's.
+
+Two controls for each frame have to differ: the Python host with one number of the description wrong, and the runtime with
+the light a thousandth brighter.
 """
 
 import argparse
 import array
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -40,6 +47,7 @@ CASES = {
     "visibility": (
         "visibility=shadow_map", "lights=64,tile=32", 1, False,
         ("frame.step.pass=light_shadow.draw.instances.1", SHORT)),
+    "occluders": ("", "lights=64", 1, False, ("sort.step.0.repeat", SHORT)),
     "points": (
         "visibility=imperfect", "lights=64,tile=16,shadow_points=50,fill_levels=2", 1, False,
         ("frame.uniform.light_maps.levels", SHORT)),
@@ -47,6 +55,9 @@ CASES = {
     "chains": (CHAINS, "lights=64,mutations=4", 3, True, ("chain.uniform.metropolis.frame", 0)),
     "clusters-of-chains": (f"{CLUSTERS},{CHAINS}", "lights=64", 3, True, ("clusters.uniform.count.count", SHORT)),
 }  # fmt: skip
+
+FACTS = {"occluders": "occluders"}
+BRIGHTER = "light.intensity=1.001"
 
 
 def install(folder):
@@ -86,8 +97,10 @@ def layout(package, step, name):
     """The members of an element of a result: (first word, words, scalar type), and the words of an element."""
     manifest = json.loads((package / "manifest.json").read_text())
     variant = next(one for one in manifest["variants"] if one["id"] == step)
-    structs = {one["name"]: one for one in variant["structs"]}
-    kind = next((one.get("type") for one in variant["bindings"] if one["name"] == name), None)
+    shared = manifest["shared"]
+    structs = {one["name"]: one for one in (shared["structs"][key] for key in variant["structs"])}
+    bindings = (shared["bindings"][key] for key in variant["bindings"])
+    kind = next((one.get("type") for one in bindings if one["name"] == name), None)
     if kind is None or "<" not in kind:
         return [(0, 3, "f32"), (3, 1, "f32")], 4
     members = []
@@ -108,8 +121,8 @@ def layout(package, step, name):
 def difference(one, other, members, stride):
     """The largest difference of two results, relative to the largest component of the vector that a number stands in.
 
-    Vectors below 1e-6 of the largest of their member are compared relative to that. Whole numbers have to be the same, and so
-    has what is not finite.
+    Vectors below 1e-6 of the largest of their member are compared relative to that. Whole numbers have to be the same, and
+    so has what is not finite.
     """
     results = []
     for path in (one, other):
@@ -136,35 +149,40 @@ def difference(one, other, members, stride):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--graph", type=Path)
+    parser.add_argument("--runtime", default="cargo run -q --workspace --example host_frame --")
     parser.add_argument("--xtask", default="cargo xtask")
     parser.add_argument("--case", choices=CASES, action="append")
     parser.add_argument("--work", type=Path, default=ROOT / "target/hosts")
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--install", action="store_true")
     given = parser.parse_args()
     work = given.work.resolve()
     python, node = install(work)
+    if given.install:
+        return
     environment = dict(os.environ)
     if Path(SWIFTSHADER).exists():
-        environment["VK_ICD_FILENAMES"] = SWIFTSHADER
+        environment |= {"VK_ICD_FILENAMES": SWIFTSHADER, "VK_DRIVER_FILES": SWIFTSHADER}
     hosts = {
-        "python": [python, HERE / "python/host.py"],
-        "javascript": ["node", HERE / "javascript/host.mjs", "--modules", node],
+        "python": [python, HERE / "python/run.py"],
+        "javascript": ["node", HERE / "javascript/run.mjs", "--modules", node],
     }
-    failures = 0
     graph = json.loads((given.graph or COMMITTED / "manifest.json").read_text())
     graph = graph if given.graph else graph["graph"]
 
-    def run(host, package, out, description, arguments):
-        """The results of a host, in a folder."""
+    def run(command, out, description, arguments):
+        """The results of a program, in a folder."""
         file = out.with_suffix(".graph.json")
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(description))
-        command = [*hosts[host], package, out, "--graph", file, *arguments]
+        command = [*command, out, "--graph", file, *arguments]
         ran = subprocess.run(command, env=environment, capture_output=True, text=True)
         if ran.returncode != 0:
-            sys.exit(f"{host}, {out.name}: {ran.stderr[-2000:]}")
+            sys.exit(f"{out}: {ran.stderr[-2000:]}")
         return out
 
-    print(f"{'frame':32}{'size':>8}{'map':>5}  {'output':10}{'apart':>10}{'control':>10}")
+    found = []
+    print(f"{'frame':20}{'size':>8}{'map':>5}  {'results':24}{'apart':>10}{'control':>10}")
     for case in given.case or CASES:
         axes, parameters, frames, generate, control = CASES[case]
         package = work / "packages" / case if generate else COMMITTED
@@ -173,19 +191,33 @@ def main():
             subprocess.run(command, check=True, capture_output=True)
         for size, side in SIZES:
             arguments = ["--set", ",".join(filter(None, (axes, parameters))), "--size", size, "--map", side]
-            arguments += ["--frames", str(frames)]
+            arguments += ["--frames", str(frames), "--facts", FACTS.get(case, "")]
             out = work / "frames" / f"{case}-{size}"
-            results = [run(host, package, out / host, graph, arguments) for host in hosts]
-            results.append(run("python", package, out / "control", wrong(graph, *control), arguments))
-            shade = json.loads((results[0] / "configuration.json").read_text())["steps"][-1]
-            apart, off = [], []
-            for name in (name for name in OUTPUTS if (results[0] / name).exists()):
-                form = layout(package, shade, f"sglow_{name}")
-                apart.append(difference(results[0] / name, results[1] / name, *form))
-                off.append(difference(results[0] / name, results[2] / name, *form))
-                print(f"{case:32}{size:>8}{side:>5}  {name:10}{apart[-1]:>10.1e}{off[-1]:>10.1e}")
-            failures += max(apart) > TOLERANCE or max(off) <= TOLERANCE
-    if failures:
+            shutil.rmtree(out, ignore_errors=True)
+            host = lambda name, description, to: run([*hosts[name], package], out / to, description, arguments)
+            results = {name: host(name, graph, name) for name in hosts}
+            repeat = lambda to, *more: run([*given.runtime.split(), package, out / "python"], out / to, graph, more)
+            results |= {"runtime": repeat("runtime"), "brighter": repeat("brighter", "--scale", BRIGHTER)}
+            results["wrong"] = host("python", wrong(graph, *control), "wrong")
+            shade = json.loads((results["python"] / "configuration.json").read_text())["steps"][-1]
+            outputs = [name for name in OUTPUTS if (results["python"] / name).exists()]
+            forms = {name: layout(package, shade, f"sglow_{name}") for name in outputs}
+            of = lambda a, b, name: min(difference(results[a] / name, results[b] / name, *forms[name]), 1e30)
+            apart = lambda a, b: max(of(a, b, name) for name in outputs)
+            for a, b, off in (
+                ("python", "javascript", "wrong"),
+                ("python", "runtime", "brighter"),
+                ("javascript", "runtime", "brighter"),
+            ):
+                one = {"case": case, "size": size, "map": side, "results": [a, b]}
+                one |= {"apart": apart(a, b), "control": apart(a, off)}
+                one["same"] = one["apart"] <= TOLERANCE < one["control"]
+                found.append(one)
+                pair = f"{a}, {b}"
+                print(f"{case:20}{size:>8}{side:>5}  {pair:24}{one['apart']:>10.1e}{one['control']:>10.1e}", flush=True)
+    if given.json:
+        given.json.write_text(json.dumps(found, indent=1))
+    if failures := sum(not one["same"] for one in found):
         sys.exit(f"{failures} frames are more than {TOLERANCE} apart, or their control is not")
 
 

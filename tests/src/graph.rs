@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::process::Command;
 
-use sglow_graph::{Configuration, Description, Frame};
+use sglow_graph::{Configuration, Description, Frame, Problem};
 use sglow_renderer::plan::Surfaces;
 use sglow_runtime::settings::{AXES, Settings};
 use sglow_scene::Scene;
@@ -25,8 +25,9 @@ fn configuration(settings: &Settings, scene: &Scene) -> Configuration {
     configuration
 }
 
-/// Settings with a random value on each axis that a renderer takes, and odd numbers.
+/// Legal settings with a random value on each axis that a renderer takes, and odd numbers.
 fn random(library: &Library, random: &mut Random) -> Settings {
+    let description = description(library);
     let mut pick = |count: usize| ((random.uniform() * count as f64) as usize).min(count - 1);
     loop {
         let mut settings = Settings { complete: pick(8) == 0, ..Settings::default() };
@@ -41,9 +42,10 @@ fn random(library: &Library, random: &mut Random) -> Settings {
         }
         settings.set("map", &(4 * numbers[pick(8)]).to_string()).unwrap();
         settings.set("tile", ["8", "16", "64"][pick(3)]).unwrap();
-        let light = settings.light != sglow_shaders::Light::Camera;
-        let clusters = settings.space != sglow_shaders::Space::None;
-        if light && !(clusters && settings.precision == sglow_shaders::Precision::F16) {
+        let illegal = |errors: &sglow_graph::Errors| {
+            errors.0.iter().any(|error| matches!(error.problem, Problem::Requirement(_)))
+        };
+        if !description.evaluate(&settings.configuration()).is_err_and(|errors| illegal(&errors)) {
             return settings;
         }
     }

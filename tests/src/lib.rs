@@ -34,6 +34,8 @@ mod graph;
 #[cfg(test)]
 mod half;
 #[cfg(test)]
+mod host;
+#[cfg(test)]
 mod identity;
 #[cfg(test)]
 mod input;

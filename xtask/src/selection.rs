@@ -8,7 +8,7 @@ use sglow_renderer::plan::Plan;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::AXES;
 use sglow_shader_gen::generate;
-use sglow_shader_gen::library::{Library, Pass};
+use sglow_shader_gen::library::{Library, Parameter, Pass, Setting};
 use sglow_shader_gen::matrix::{Absent, AllowedValues, Because, Facts, Variant};
 use sglow_shader_gen::package::Purpose;
 
@@ -146,7 +146,7 @@ impl Choice {
         let scene = shot::load(name, self.light)?;
         let requested = Request { preset: self.preset.clone(), ..Request::of(SIZE) };
         // Axes that no renderer has are for `all` alone.
-        let parameter = |name: &String| library.parameter.iter().any(|one| one.name == *name);
+        let parameter = |name: &String| library.parameter(name).is_some();
         let of_renderer = |(axis, _): &(&String, &Vec<String>)| {
             !self.all || AXES.contains(&axis.as_str()) || parameter(axis)
         };
@@ -216,15 +216,25 @@ fn settings(library: &Library, set: &[String]) -> Result<BTreeMap<String, Vec<St
             wrong.push(format!("`{setting}` is not AXIS=VALUE"));
             continue;
         };
-        let parameter = library.parameter.iter().any(|parameter| parameter.name == axis);
-        match library.axis.get(axis) {
+        let parameter = library.parameter(axis);
+        let allowed = |parameter: &Parameter| match Setting::read(value) {
+            Setting::Number(number) => parameter.allows(number),
+            Setting::Name(_) => false,
+        };
+        match (library.axis.get(axis), parameter) {
             // No variant hangs on it, but what a frame keeps does.
-            None if parameter => values.entry(axis.to_owned()).or_default().push(value.to_owned()),
-            None => {
+            (None, Some(parameter)) if allowed(parameter) => {
+                values.entry(axis.to_owned()).or_default().push(value.to_owned());
+            }
+            (None, Some(parameter)) => {
+                let range = parameter.range();
+                wrong.push(format!("parameter `{axis}` is {value}; expected {range}"));
+            }
+            (None, None) => {
                 let known: Vec<&str> = library.axis.keys().map(String::as_str).collect();
                 wrong.push(format!("unknown axis `{axis}`; known: {}", known.join(", ")));
             }
-            Some(known) if !known.value.iter().any(|known| known.name == value) => {
+            (Some(known), _) if !known.value.iter().any(|known| known.name == value) => {
                 let known: Vec<&str> =
                     known.value.iter().map(|value| value.name.as_str()).collect();
                 wrong.push(format!(
@@ -232,7 +242,7 @@ fn settings(library: &Library, set: &[String]) -> Result<BTreeMap<String, Vec<St
                     known.join(", ")
                 ));
             }
-            Some(_) => values.entry(axis.to_owned()).or_default().push(value.to_owned()),
+            (Some(_), _) => values.entry(axis.to_owned()).or_default().push(value.to_owned()),
         }
     }
     if wrong.is_empty() { Ok(values) } else { Err(Failure::new(wrong.join("\n"))) }
@@ -255,9 +265,15 @@ mod tests {
     #[test]
     fn unknown_axes_and_values_are_told_all_at_once_with_those_that_are_known() {
         let library = library().unwrap();
-        let wrong = choice(&["colour=red", "kernel=cubic", "kernel"], false).select(&library);
-        let text = wrong.unwrap_err().to_string();
-        for part in ["unknown axis `colour`", "known: previous, modified", "not AXIS=VALUE"] {
+        let set = ["colour=red", "kernel=cubic", "kernel", "lights=0", "tile=8.5"];
+        let text = choice(&set, false).select(&library).unwrap_err().to_string();
+        for part in [
+            "unknown axis `colour`",
+            "known: previous, modified",
+            "not AXIS=VALUE",
+            "`lights` is 0; expected a whole number, at least 1, at most 65536",
+            "`tile` is 8.5; expected a whole number",
+        ] {
             assert!(text.contains(part), "{text}");
         }
     }

@@ -5,10 +5,11 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
-use sglow_graph::description::{Axis, Number, Parameter, ParameterType};
+use sglow_graph::description::{Axis, Number, Parameter, ParameterType, Preset};
 use sglow_graph::{Configuration, Description, Errors, Problem};
 
 use super::Library;
+use super::check::is_snake;
 use super::place::Places;
 use crate::error::{Code, Diagnostic};
 use crate::source::{Sources, relative};
@@ -61,6 +62,13 @@ impl Library {
         let passes = self.pass.iter().map(|pass| (pass.name.clone(), pass.axes.clone()));
         description.passes.extend(passes);
         description.facts.extend(self.fact.iter().map(|fact| fact.name.clone()));
+        let preset = |of: &super::Preset| {
+            let (description, set) = (of.description.clone(), of.set.clone());
+            (of.name.clone(), Preset { description, set })
+        };
+        description.preset.extend(self.preset.iter().map(preset));
+        description.default.extend(self.class_default.iter().cloned());
+        description.exclusion.extend(self.exclusion.iter().cloned());
         self.frame = Some(Frame { description, file });
     }
 
@@ -68,8 +76,31 @@ impl Library {
     /// errors.
     pub(super) fn check_frame(&self, sources: &Sources, errors: &mut Vec<Diagnostic>) {
         if let Some(frame) = self.frame.as_ref().filter(|_| errors.is_empty()) {
-            errors.extend(frame.faults(&Places::of(frame.file, sources.text(frame.file)), 1));
+            let places = Places::of(frame.file, sources.text(frame.file));
+            for name in frame.description.parameter.keys() {
+                let (code, text) = if self.axis.contains_key(name) {
+                    (Code::Duplicate, format!("`{name}` is an axis and a parameter"))
+                } else if !is_snake(name) {
+                    (Code::Name, format!("`{name}` is no name for a parameter: snake case"))
+                } else {
+                    continue;
+                };
+                let error = Diagnostic::new(code, text);
+                errors.push(places.mark(error, &["parameter", name], "here"));
+            }
+            errors.extend(frame.faults(&places, 1));
         }
+    }
+
+    /// The numbers that a person or an engine sets: those of the frame.
+    pub fn parameters(&self) -> impl Iterator<Item = (&String, &Parameter)> {
+        self.frame.iter().flat_map(|frame| &frame.description.parameter)
+    }
+
+    /// The parameter called `name`.
+    #[must_use]
+    pub fn parameter(&self, name: &str) -> Option<&Parameter> {
+        self.frame.as_ref()?.description.parameter.get(name)
     }
 
     /// The frame, if the library describes one.
@@ -134,7 +165,7 @@ impl Frame {
 
     /// The configurations that conditions tell apart: on each axis the values that they name, and one that they do not; with
     /// all facts that formulas name either way, and each kind of the host's draws. If there are many, those alone that
-    /// differ from the default on so many axes at most. Those that requirements exclude are among them.
+    /// differ from the default on so many axes at most. Illegal ones are among them.
     #[must_use]
     pub fn configurations(&self, differences: usize) -> Vec<Configuration> {
         let (mut named, mut words) = (BTreeMap::new(), BTreeSet::new());
@@ -185,7 +216,7 @@ impl Frame {
         .collect()
     }
 
-    /// Every kind of each list of the host's draws.
+    /// Every legal kind of each list of the host's draws.
     fn draws(&self) -> BTreeMap<String, BTreeSet<BTreeMap<String, String>>> {
         let kinds = |axes: &[String]| {
             let mut kinds = vec![BTreeMap::new()];
@@ -199,7 +230,11 @@ impl Frame {
                 let each = |kind| values.iter().map(move |value| with(&kind, value));
                 kinds = kinds.into_iter().flat_map(each).collect();
             }
-            kinds.into_iter().collect()
+            let excluded = |kind: &BTreeMap<String, String>| {
+                let value = |axis: &str| kind.get(axis).map(String::as_str);
+                self.description.exclusion.iter().any(|rule| rule.excludes("", value))
+            };
+            kinds.into_iter().filter(|kind| !excluded(kind)).collect()
         };
         let lists = self.description.draws.iter();
         lists.map(|(name, list)| (name.clone(), kinds(&list.axes))).collect()

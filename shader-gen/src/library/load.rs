@@ -51,6 +51,7 @@ impl Library {
         let places = Places::new(text);
         library.read_presets(root, &places, &mut sources, &mut errors);
         library.read_frame(root, &places, &mut sources, &mut errors);
+        library.read_inputs(root, &places, &mut sources, &mut errors);
         library.check(&places, &mut errors);
         library.check_frame(&sources, &mut errors);
         let folder = root.join(&library.library.source);
@@ -92,7 +93,7 @@ impl Library {
         }
     }
 
-    /// The files that were read: `library.toml`, the presets and the frame if there are any, then the modules.
+    /// The files that were read: `library.toml`, the presets, the frame and the examples of its inputs if there are any, then the modules.
     #[must_use]
     pub fn sources(&self) -> &Arc<Sources> {
         &self.sources

@@ -1,57 +1,14 @@
 //! Named configurations, and defaults by class of input.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use serde::{Deserialize, Serialize};
+use sglow_graph::description::Setting;
 
 use super::Library;
 use super::check::{is_kebab, is_snake, names};
 use super::place::Places;
 use crate::error::{Code, Diagnostic, Report};
-
-/// A number that a host sets, beside its axes.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Parameter {
-    /// Its name; no axis is called so.
-    pub name: String,
-    /// What it is, with its unit and range.
-    pub description: String,
-}
-
-/// A value of an axis by its name, or a number for a parameter.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Setting {
-    /// A whole number.
-    Whole(i64),
-    /// A real number.
-    Real(f64),
-    /// The name of a value.
-    Name(String),
-}
-
-impl Setting {
-    /// A setting from what follows the `=` of `name=value`.
-    #[must_use]
-    pub fn read(text: &str) -> Self {
-        if let Ok(whole) = text.parse() {
-            return Self::Whole(whole);
-        }
-        text.parse().map_or_else(|_| Self::Name(text.to_owned()), Self::Real)
-    }
-}
-
-impl fmt::Display for Setting {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Whole(number) => number.fmt(out),
-            Self::Real(number) => number.fmt(out),
-            Self::Name(name) => name.fmt(out),
-        }
-    }
-}
 
 /// A named configuration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -111,36 +68,6 @@ impl PresetFile {
     }
 }
 
-/// A rule that changes defaults for a class of input.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ClassDefault {
-    /// Name of the rule.
-    pub name: String,
-    /// Facts and what they must be for the rule to hold; of every input if there are none.
-    pub when: BTreeMap<String, bool>,
-    /// Values of axes and parameters.
-    pub set: BTreeMap<String, Setting>,
-    /// Axes and parameters that these values make meaningless: the rule does not hold where one of them is set.
-    #[serde(default)]
-    pub unless: Vec<String>,
-    /// Why.
-    pub reason: String,
-}
-
-impl ClassDefault {
-    /// Whether the rule holds: these facts are known, and of axes and parameters these are set by hand.
-    #[must_use]
-    pub fn holds<'a>(
-        &self,
-        facts: &BTreeMap<String, bool>,
-        set: impl IntoIterator<Item = &'a str>,
-    ) -> bool {
-        self.when.iter().all(|(fact, holds)| facts.get(fact) == Some(holds))
-            && !set.into_iter().any(|name| self.unless.iter().any(|unless| unless == name))
-    }
-}
-
 impl Library {
     /// The preset called `name`.
     ///
@@ -155,24 +82,11 @@ impl Library {
         })
     }
 
-    /// Checks parameters, presets and defaults by class.
+    /// Checks presets and defaults by class; not where the frame, which has the parameters, could not be read.
     pub(super) fn check_presets(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
-        let parameters = names(&self.parameter, |one| &one.name);
-        for (index, name) in parameters.iter().enumerate() {
-            let index = index.to_string();
-            let path = ["parameter", index.as_str(), "name"];
-            if !is_snake(name) {
-                let error =
-                    Diagnostic::new(Code::Name, format!("`{name}` is no name for a parameter"));
-                let help = "names of this kind are in snake case";
-                errors.push(places.mark(error.help(help), &path, "here"));
-            }
-            if self.axis.contains_key(*name) {
-                let text = format!("`{name}` is an axis and a parameter");
-                errors.push(places.mark(Diagnostic::new(Code::Duplicate, text), &path, "here"));
-            }
+        if self.library.frame.is_some() && self.frame().is_none() {
+            return;
         }
-        unique("parameter", &parameters, places, errors);
         unique("preset", &names(&self.preset, |one| &one.name), places, errors);
         for (index, preset) in self.preset.iter().enumerate() {
             let index = index.to_string();
@@ -202,7 +116,7 @@ impl Library {
             }
             self.check_settings(&rule.set, &["default", &index, "set"], places, errors);
             for (at, name) in rule.unless.iter().enumerate() {
-                if !self.axis.contains_key(name) && !parameters.contains(&name.as_str()) {
+                if !self.axis.contains_key(name) && self.parameter(name).is_none() {
                     let at = at.to_string();
                     let unknown = self.unknown_setting(name);
                     errors.push(places.mark(unknown, &["default", &index, "unless", &at], "here"));
@@ -214,7 +128,7 @@ impl Library {
     /// An error about a name that is neither an axis nor a parameter.
     fn unknown_setting(&self, name: &str) -> Diagnostic {
         let axes = self.axis.keys().map(String::as_str);
-        let parameters = self.parameter.iter().map(|one| one.name.as_str());
+        let parameters = self.parameters().map(|(name, _)| name.as_str());
         Diagnostic::unknown("axis or parameter", name, axes.chain(parameters))
     }
 
@@ -227,8 +141,8 @@ impl Library {
     ) {
         for (name, setting) in set {
             let path = [path, &[name.as_str()]].concat();
-            let error = match self.axis.get(name) {
-                Some(axis) => {
+            let error = match (self.axis.get(name), self.parameter(name), setting) {
+                (Some(axis), ..) => {
                     let value = setting.to_string();
                     if axis.value.iter().any(|known| known.name == value) {
                         continue;
@@ -236,14 +150,15 @@ impl Library {
                     let known = axis.value.iter().map(|value| value.name.as_str());
                     Diagnostic::unknown(&format!("value of axis `{name}`"), &value, known)
                 }
-                None if !self.parameter.iter().any(|known| known.name == *name) => {
-                    self.unknown_setting(name)
+                (None, None, _) => self.unknown_setting(name),
+                (None, Some(parameter), Setting::Number(number)) if parameter.allows(*number) => {
+                    continue;
                 }
-                None if matches!(setting, Setting::Name(_)) => {
-                    let text = format!("parameter `{name}` is a number, not `{setting}`");
+                (None, Some(parameter), _) => {
+                    let range = parameter.range();
+                    let text = format!("parameter `{name}` is {setting}; expected {range}");
                     Diagnostic::new(Code::Declaration, text)
                 }
-                None => continue,
             };
             errors.push(places.mark(error, &path, "here"));
         }

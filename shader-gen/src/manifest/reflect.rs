@@ -3,19 +3,20 @@
 //! All of it comes from naga's reading of the final text; descriptions are the text's own doc comments.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::sync::Arc;
 
-use naga::common::wgsl::{ToWgsl, TryToWgsl};
+use naga::common::wgsl::ToWgsl;
 use naga::proc::{IndexableLength, Layouter};
 use naga::valid::{GlobalUse, ModuleInfo};
 use naga::{
     AddressSpace, ArraySize, Handle, ImageClass, ImageDimension, Scalar, ScalarKind, ShaderStage,
-    StorageAccess, Type, TypeInner, VectorSize,
+    StorageAccess, Type, TypeInner,
 };
 
+use super::comments::Comments;
 use super::{
-    Access, Binding, Dimension, EntryPoint, Field, Resource, SampleType, SamplerType, Stage, Struct,
+    Access, Binding, Cost, Dimension, EntryPoint, FieldType, Layout, LayoutField, Resource,
+    SampleType, SamplerType, Stage,
 };
 
 /// Why a module cannot be described.
@@ -42,108 +43,13 @@ pub enum Error {
     Layouter(#[from] naga::proc::LayoutError),
 }
 
-/// The memory layout of a struct.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Layout {
-    /// Its name in the text.
-    pub name: String,
-    /// What it is, from its doc comment.
-    pub description: String,
-    /// Bytes, its padding included; with one element of a runtime-sized array.
-    pub size: u32,
-    /// Alignment in bytes.
-    pub align: u32,
-    /// Its fields.
-    pub fields: Vec<LayoutField>,
-}
-
-/// A field of a [`Layout`].
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct LayoutField {
-    /// Its name in the text.
-    pub name: String,
-    /// What it is, from its doc comment.
-    pub description: String,
-    /// Bytes from the start of the struct.
-    pub offset: u32,
-    /// Bytes; those of one element for a runtime-sized array.
-    pub size: u32,
-    /// Its type.
-    pub r#type: FieldType,
-}
-
-/// The type of something in a buffer.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum FieldType {
-    /// A number.
-    Scalar(Scalar),
-    /// A number that is changed atomically.
-    Atomic(Scalar),
-    /// Two to four numbers.
-    Vector(VectorSize, Scalar),
-    /// Columns of vectors.
-    Matrix {
-        /// How many columns.
-        columns: VectorSize,
-        /// How many numbers each has.
-        rows: VectorSize,
-        /// Of which kind.
-        scalar: Scalar,
-    },
-    /// Elements of one type.
-    Array {
-        /// Their type.
-        element: Box<Self>,
-        /// How many; as many as the buffer holds if absent.
-        length: Option<u32>,
-        /// Bytes from one to the next.
-        stride: u32,
-    },
-    /// A struct.
-    Struct(Arc<Layout>),
-}
-
-impl FieldType {
-    /// The layouts of the structs within, the innermost first.
-    pub fn layouts(&self, into: &mut Vec<Arc<Layout>>) {
-        match self {
-            Self::Array { element, .. } => element.layouts(into),
-            Self::Struct(layout) if !into.contains(layout) => {
-                for field in &layout.fields {
-                    field.r#type.layouts(into);
-                }
-                into.push(Arc::clone(layout));
-            }
-            _ => {}
-        }
-    }
-}
-
-/// As WGSL spells it.
-impl fmt::Display for FieldType {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = |scalar: &Scalar| scalar.try_to_wgsl().unwrap_or("unknown");
-        match self {
-            Self::Scalar(scalar) => f.write_str(name(scalar)),
-            Self::Atomic(scalar) => write!(f, "atomic<{}>", name(scalar)),
-            Self::Vector(size, scalar) => write!(f, "vec{}<{}>", *size as u8, name(scalar)),
-            Self::Matrix { columns, rows, scalar } => {
-                write!(f, "mat{}x{}<{}>", *columns as u8, *rows as u8, name(scalar))
-            }
-            Self::Array { element, length: Some(length), .. } => {
-                write!(f, "array<{element}, {length}>")
-            }
-            Self::Array { element, length: None, .. } => write!(f, "array<{element}>"),
-            Self::Struct(layout) => f.write_str(&layout.name),
-        }
-    }
-}
-
 /// What a host has to know of a module.
 #[derive(Clone, Debug)]
 pub struct Reflection {
     /// In the order of the text.
     pub entry_points: Vec<EntryPoint>,
+    /// The static operations that each of them reaches, by its name.
+    pub cost: BTreeMap<String, Cost>,
     /// By group and number.
     pub bindings: Vec<Binding>,
     /// The structs in buffers, each after those within it.
@@ -167,80 +73,12 @@ pub fn reflect(text: &str, module: &naga::Module, info: &ModuleInfo) -> Result<R
     let bindings = reflector.bindings(&mut layouts)?;
     Ok(Reflection {
         entry_points: reflector.entry_points(),
+        cost: reflector.cost(),
         limits: reflector.limits(&bindings),
         features: reflector.features(),
         bindings,
         layouts,
     })
-}
-
-/// What the doc comments (`///`) of a text say of its structs, fields and variables.
-///
-/// Read line by line: naga 30 gives the comment of a struct's nth commented field to its nth field.
-#[derive(Default)]
-struct Comments {
-    structs: BTreeMap<String, String>,
-    /// By the names of struct and field.
-    fields: BTreeMap<(String, String), String>,
-    variables: BTreeMap<String, String>,
-}
-
-impl Comments {
-    fn of(text: &str) -> Self {
-        let mut comments = Self::default();
-        let mut inside: Option<String> = None;
-        let mut prose: Vec<&str> = Vec::new();
-        for line in text.lines().map(str::trim) {
-            if let Some(comment) = line.strip_prefix("///") {
-                prose.push(comment.trim());
-                continue;
-            }
-            let line = without_attributes(line);
-            if line.is_empty() || line.starts_with("//") {
-                continue;
-            }
-            let comment = std::mem::take(&mut prose).join(" ").trim().to_owned();
-            if let Some(name) = &inside {
-                if line.starts_with('}') {
-                    inside = None;
-                } else if let Some((field, _)) = line.split_once(':') {
-                    comments.fields.insert((name.clone(), field.trim().to_owned()), comment);
-                }
-            } else if let Some(rest) = line.strip_prefix("struct ") {
-                let name = leading_name(rest);
-                comments.structs.insert(name.to_owned(), comment);
-                inside = (!line.contains('}')).then(|| name.to_owned());
-            } else if let Some(rest) = line.strip_prefix("var") {
-                let (name, _) = rest.split_once(':').unwrap_or((rest, ""));
-                let name = name.rsplit('>').next().unwrap_or(name).trim();
-                comments.variables.insert(name.to_owned(), comment);
-            }
-        }
-        comments
-    }
-
-    fn field(&self, of: &str, field: &str) -> String {
-        self.fields.get(&(of.to_owned(), field.to_owned())).cloned().unwrap_or_default()
-    }
-}
-
-/// What comes after the attributes that a line starts with.
-fn without_attributes(line: &str) -> &str {
-    let mut rest = line;
-    while let Some(attribute) = rest.strip_prefix('@') {
-        let after = &attribute[leading_name(attribute).len()..];
-        let after = after.trim_start();
-        rest = match after.strip_prefix('(').and_then(|inside| inside.split_once(')')) {
-            Some((_, after)) => after.trim_start(),
-            None => after,
-        };
-    }
-    rest
-}
-
-fn leading_name(text: &str) -> &str {
-    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
-    &text[..end]
 }
 
 struct Reflector<'a> {
@@ -252,16 +90,21 @@ struct Reflector<'a> {
 
 impl Reflector<'_> {
     fn entry_points(&self) -> Vec<EntryPoint> {
-        let entry_points = self.module.entry_points.iter().enumerate();
+        let entry_points = self.module.entry_points.iter();
         entry_points
-            .map(|(index, entry_point)| EntryPoint {
+            .map(|entry_point| EntryPoint {
                 name: entry_point.name.clone(),
                 stage: Stage::of(entry_point.stage),
                 workgroup_size: (entry_point.stage == ShaderStage::Compute)
                     .then_some(entry_point.workgroup_size),
-                cost: super::cost::of(self.module, self.info, index),
             })
             .collect()
+    }
+
+    fn cost(&self) -> BTreeMap<String, Cost> {
+        let entry_points = self.module.entry_points.iter().enumerate();
+        let cost = |index| super::cost::of(self.module, self.info, index);
+        entry_points.map(|(index, of)| (of.name.clone(), cost(index))).collect()
     }
 
     fn bindings(&self, layouts: &mut Vec<Arc<Layout>>) -> Result<Vec<Binding>, Error> {
@@ -307,16 +150,18 @@ impl Reflector<'_> {
         let mut buffer = || {
             let ty = self.field_type(variable.ty, name)?;
             ty.layouts(layouts);
-            Ok::<_, Error>((ty.to_string(), u64::from(self.layouter[variable.ty].size)))
+            let size = u64::from(self.layouter[variable.ty].size);
+            Ok::<_, Error>((ty.to_string(), size, ty.stride()))
         };
         match variable.space {
             AddressSpace::Uniform => {
-                let (r#type, min_size) = buffer()?;
+                let (r#type, min_size, _) = buffer()?;
                 return Ok(Resource::Uniform { r#type, min_size });
             }
             AddressSpace::Storage { access } => {
-                let (r#type, min_size) = buffer()?;
-                return Ok(Resource::Storage { access: Access::of(access), r#type, min_size });
+                let (r#type, min_size, stride) = buffer()?;
+                let access = Access::of(access);
+                return Ok(Resource::Storage { access, r#type, min_size, stride });
             }
             _ => {}
         }
@@ -485,30 +330,6 @@ impl Reflector<'_> {
     }
 }
 
-/// The structs of a [`Reflection`] as a manifest names them.
-pub(super) fn structs(layouts: &[Arc<Layout>]) -> Vec<Struct> {
-    layouts
-        .iter()
-        .map(|layout| Struct {
-            name: layout.name.clone(),
-            description: layout.description.clone(),
-            size: layout.size,
-            align: layout.align,
-            fields: layout
-                .fields
-                .iter()
-                .map(|field| Field {
-                    name: field.name.clone(),
-                    description: field.description.clone(),
-                    r#type: field.r#type.to_string(),
-                    offset: field.offset,
-                    size: field.size,
-                })
-                .collect(),
-        })
-        .collect()
-}
-
 impl Stage {
     fn of(stage: ShaderStage) -> Self {
         match stage {
@@ -654,9 +475,14 @@ mod tests {
         let sizes: Vec<_> = reflection.bindings.iter().map(|binding| &binding.resource).collect();
         assert!(matches!(
             sizes[0],
-            Resource::Storage { min_size: 48, access: Access::ReadWrite, .. }
+            Resource::Storage { min_size: 48, access: Access::ReadWrite, stride: None, .. }
         ));
-        assert!(matches!(sizes[1], Resource::Storage { min_size: 32, access: Access::Read, .. }));
+        assert!(matches!(
+            sizes[1],
+            Resource::Storage { min_size: 32, access: Access::Read, stride: Some(32), .. }
+        ));
+        let strides = reflection.layouts[1].fields.iter().map(|field| field.r#type.stride());
+        assert_eq!(strides.collect::<Vec<_>>(), [None, Some(32)]);
         let names: Vec<_> = reflection.layouts.iter().map(|layout| layout.name.as_str()).collect();
         assert_eq!(names, ["Item", "List"]);
     }

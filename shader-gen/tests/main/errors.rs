@@ -138,16 +138,17 @@ fn with_presets(text: &str) -> String {
 
 #[test]
 fn presets_and_defaults_name_axes_parameters_and_values() {
-    let gain = "[[parameter]]\nname = \"gain\"\ndescription = \"factor\"\n";
     let preset = |set: &str| {
         let preset = "[[preset]]\nname = \"quick\"\ndescription = \"rough\"";
-        with_presets(&format!("{gain}{preset}\nset = {{ {set} }}\n"))
+        with_presets(&format!("{preset}\nset = {{ {set} }}\n"))
     };
-    assert_eq!(preset("channel = \"mean\", gain = 0.5"), "nothing is wrong");
+    assert_eq!(preset("channel = \"mean\", again = 4"), "nothing is wrong");
     for (set, wanted) in [
         ("channel = \"meen\"", "meen"),
         ("colour = \"red\"", "axis or parameter"),
-        ("gain = \"high\"", "is a number"),
+        ("again = \"often\"", "parameter `again` is often; expected a whole number, at most 4"),
+        ("again = 5", "parameter `again` is 5; expected a whole number, at most 4"),
+        ("again = -1", "parameter `again` is -1; expected a whole number"),
     ] {
         let text = preset(set);
         assert!(text.contains(wanted) && text.contains("library.toml"), "{text}");
@@ -161,12 +162,12 @@ fn presets_and_defaults_name_axes_parameters_and_values() {
     assert!(default("colored = false").contains("colored"));
     let unless = |name: &str| {
         with_presets(&format!(
-            "{gain}[[default]]\nname = \"grey\"\nwhen = {{}}\nset = {{}}\nunless = [\"{name}\"]\nreason = \"why\"\n"
+            "[[default]]\nname = \"grey\"\nwhen = {{}}\nset = {{}}\nunless = [\"{name}\"]\nreason = \"why\"\n"
         ))
     };
     assert_eq!(unless("channel"), "nothing is wrong");
-    assert_eq!(unless("gain"), "nothing is wrong");
-    assert!(unless("gein").contains("axis or parameter"), "{}", unless("gein"));
+    assert_eq!(unless("again"), "nothing is wrong");
+    assert!(unless("agein").contains("axis or parameter"), "{}", unless("agein"));
     let twice = "[[preset]]\nname = \"quick\"\ndescription = \"rough\"\nset = {}\n".repeat(2);
     assert!(with_presets(&twice).contains("declared twice"));
 }

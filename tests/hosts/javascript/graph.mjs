@@ -14,7 +14,7 @@ const bits = (a) => (a === 0 ? 0 : a.toString(2).length);
 // What is not written in a table of the description.
 const ABSENT = {
   let: {}, alias: {}, uniform: {}, resource: {}, axes: {}, bind: {}, uniforms: {}, constants: {}, names: {},
-  step: [], steps: [], color: [], vertices: [], initial: [], require: [], prefix: '',
+  step: [], steps: [], color: [], vertices: [], initial: [], require: [], exclusion: [], preset: {}, prefix: '',
   when: null, repeat: null, element: null, level: null, clear: null, bytes: null,
 };
 const isTable = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);
@@ -31,6 +31,18 @@ export class Problem extends Error {}
 export function entry(table, kind, name) {
   if (Object.hasOwn(table, name)) return table[name];
   throw new Problem(`no ${kind} \`${name}\`; there are: ${Object.keys(table).sort().join(', ')}`);
+}
+
+/// Axes and parameters for an input with these facts: defaults of its class, changed by a preset and by one's own.
+export function configured(graph, facts, preset, own) {
+  const given = (name) => Object.hasOwn(own, name);
+  const holds = ({ when, unless }) =>
+    Object.entries(when).every(([fact, value]) => facts.includes(fact) === value) && !unless.some(given);
+  const sets = graph.default.filter(holds).map(({ set }) => set);
+  if (preset) sets.push(entry(graph.preset, 'preset', preset).set);
+  const made = Object.entries(Object.assign({}, ...sets, own));
+  const isNumber = ([name]) => Object.hasOwn(graph.parameter, name);
+  return [made.filter((one) => !isNumber(one)), made.filter(isNumber)].map(Object.fromEntries);
 }
 
 /// The frame for values of axes and parameters by name and facts that hold, as far as it belongs to these parts.
@@ -203,6 +215,13 @@ class Scope {
     if (clear) return work;
     const axes = entry(this.frame.graph.passes, 'pass', step.pass);
     const values = axes.map((axis) => this.resolve(step.axes[axis] ?? null) ?? this.axis(axis));
+    const variant = [step.pass, ...values].join('-');
+    for (const { name, pass, when, reason } of step.draw?.list ? [] : this.frame.graph.exclusion) {
+      const holds = ([axis, illegal]) => illegal.includes(values[axes.indexOf(axis)]);
+      if ((pass ?? step.pass) === step.pass && Object.entries(when).every(holds)) {
+        throw new Problem(`${variant} is excluded by ${name}: ${reason}`);
+      }
+    }
     const known = { ...this.frame.root.template.uniform, ...this.template.uniform };
     const { count = null, instances = null, viewport = null, repeat = null, index = null, ...shared } = step.draw ?? {};
     const { bind, dispatch, indirect } = step;
@@ -211,6 +230,6 @@ class Scope {
     const times = repeat === null ? 1 : this.resolve(repeat);
     const rounds = Array.from({ length: times }, (_, number) => ({ index, number, lets: {} }));
     const calls = rounds.map((round) => this.within([...this.rounds, round]).resolve(call));
-    return { ...work, variant: [step.pass, ...values].join('-'), calls, draw: step.draw && this.resolve(shared) };
+    return { ...work, variant, calls, draw: step.draw && this.resolve(shared) };
   }
 }

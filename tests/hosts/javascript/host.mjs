@@ -1,21 +1,16 @@
-// Runs frames of indirect light from a package's folder alone, manifest.json and WGSL files.
+// Runs a frame on a device: resources, pipelines, bind groups, uniforms, steps.
 //
-//   node host.mjs PACKAGE OUT [--set NAME=VALUE,…] [--size 33x17] [--map 48] [--frames 1] [--graph FILE]
-//     [--modules DIR]
-//
-// Of the frame it runs what reflects light and what makes virtual lights visible; the surfaces are those of scene.mjs.
-// --modules: the folder with node_modules/webgpu, which stands for what a browser has.
+// Nothing here knows a pass, an axis or a resource by name. What it does not do, for what reflects light does not need
+// it: color targets, the host's own draws, indirect dispatches and draws, bind groups beside group 0.
 
-import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
-import { join, resolve } from 'node:path';
-import { pathToFileURL } from 'node:url';
-import { parseArgs } from 'node:util';
-import { Frame, Problem, entry, read } from './graph.mjs';
-import * as scene from './scene.mjs';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { Problem, entry } from './graph.mjs';
 
-const PARTS = new Set(['lights', 'visibility', 'shading']);
-const OUTPUTS = ['diffuse', 'specular', 'vsgls'];
-const READ_AND_WRITE = { buffer: 0x4 | 0x8, texture: 0x1 | 0x2 }; // COPY_SRC, COPY_DST
+// Usages by the numbers of WebGPU, which a browser has as GPUBufferUsage and GPUTextureUsage.
+const BUFFER = 0x4 | 0x8 | 0x10 | 0x20 | 0x80; // COPY_SRC, COPY_DST, INDEX, VERTEX, STORAGE
+const TEXTURE = 0x1 | 0x2 | 0x4; // COPY_SRC, COPY_DST, TEXTURE_BINDING
+const [STORAGE_BINDING, RENDER_ATTACHMENT] = [0x8, 0x10];
 
 /// What of 32 bits 16 bits hold, exactly.
 function half(number) {
@@ -27,53 +22,32 @@ function half(number) {
 }
 
 /// The resources of a frame on a device, and its steps with pipelines and bind groups.
-class Host {
+export class Host {
   pipelines = new Map();
   groups = new Map();
   uniforms = [];
 
   constructor(device, folder, variants, frame, supplied) {
     Object.assign(this, { device, folder, variants, frame, supplied });
-    const usages = this.usages();
-    this.resources = frame.resources.map((resource, index) => this.make(resource, usages[index]));
+    this.resources = frame.resources.map((resource) => this.make(resource));
     this.steps = frame.steps.map((step) => ({ step, ...this.prepare(step) }));
   }
 
-  /// How steps use each resource.
-  usages() {
-    const kinds = {
-      storage: GPUBufferUsage.STORAGE, uniform: GPUBufferUsage.UNIFORM, sampler: 0,
-      texture: GPUTextureUsage.TEXTURE_BINDING, storage_texture: GPUTextureUsage.STORAGE_BINDING,
-    };
-    const uses = [];
-    for (const { clear, variant, calls = [], draw } of this.frame.steps) {
-      uses.push([clear, GPUBufferUsage.COPY_DST]);
-      for (const { bind } of calls) {
-        for (const { name, kind } of this.variants.get(variant).bindings) uses.push([bind[name], kinds[kind]]);
-      }
-      if (!draw) continue;
-      uses.push([draw.depth.target, GPUTextureUsage.RENDER_ATTACHMENT], [draw.indices, GPUBufferUsage.INDEX]);
-      for (const { buffer } of draw.vertices) uses.push([buffer, GPUBufferUsage.VERTEX]);
-    }
-    const usages = this.frame.resources.map(() => 0);
-    for (const [view, usage] of uses) if (view) usages[view.index] |= usage;
-    return usages;
-  }
-
-  /// A resource, if it is used; with its contents, if the host supplies them.
-  make({ name, external, buffer, texture, sampler }, usage) {
-    const { device } = this;
+  /// A resource, with its contents if the host supplies it; null if it should and does not.
+  make({ name, external, buffer, texture, sampler }) {
+    const { device, supplied } = this;
     if (sampler) return device.createSampler({ magFilter: sampler, minFilter: sampler, mipmapFilter: sampler });
-    if (usage === 0) return null;
-    const contents = external ? entry(this.supplied, 'supplied resource', name) : null;
+    const contents = Object.hasOwn(supplied, name) ? supplied[name] : null;
+    if (external && contents === null) return null;
     if (buffer) {
-      const made = device.createBuffer({ size: buffer.length * buffer.stride, usage: usage | READ_AND_WRITE.buffer });
+      const made = device.createBuffer({ size: buffer.length * buffer.stride, usage: BUFFER });
       device.queue.writeBuffer(made, 0, contents ?? new Uint32Array(buffer.initial));
       return made;
     }
     const { format, size: [width, height], layers, levels: mipLevelCount } = texture;
     const size = [width, height, layers];
-    const made = device.createTexture({ size, format, mipLevelCount, usage: usage | READ_AND_WRITE.texture });
+    const target = format.startsWith('depth') ? RENDER_ATTACHMENT : STORAGE_BINDING;
+    const made = device.createTexture({ size, format, mipLevelCount, usage: TEXTURE | target });
     if (contents) {
       const data = format.includes('16float') ? Uint16Array.from(contents, half) : contents;
       const layout = { bytesPerRow: data.byteLength / height, rowsPerImage: height };
@@ -86,7 +60,7 @@ class Host {
   prepare(step) {
     if (step.clear) return {};
     const { device, folder, pipelines } = this;
-    const { id, files, entry_points: points, overrides } = this.variants.get(step.variant);
+    const { id, files, entry_points: points, overrides = [] } = this.variants.get(step.variant);
     const named = overrides.filter(({ name }) => Object.hasOwn(step.constants, name));
     const constants = Object.fromEntries(named.map(({ name }) => [name, step.constants[name]]));
     const key = JSON.stringify([id, step.entry, constants, step.draw]);
@@ -127,8 +101,8 @@ class Host {
         this.uniforms.push({ buffer, type, members: uniforms[name], layouts });
         return { binding, resource: { buffer } };
       }
-      if (!bind[name]) throw new Problem(`nothing is bound to \`${name}\` of ${id}`);
-      const made = resources[bind[name].index];
+      const made = bind[name] ? resources[bind[name].index] : null;
+      if (!made) throw new Problem(`nothing is bound to \`${name}\` of ${id}`);
       if (kind === 'storage') return { binding, resource: { buffer: made } };
       return { binding, resource: kind === 'sampler' ? made : this.view(bind[name], dimension) };
     });
@@ -221,65 +195,18 @@ function pack(data, offset, type, member, given) {
   [value].flat().forEach((number, index) => scalar.call(data, offset + 4 * index, number, true));
 }
 
+/// The variants by identifier, with what they share in place of its keys.
+export function resolved({ shared, variants }) {
+  const tables = ['entry_points', 'bindings', 'structs'];
+  const whole = (one) => tables.map((table) => [table, one[table].map((key) => shared[table][key])]);
+  const requires = (one) => ['requires', shared.requires[one.requires]];
+  const all = (one) => ({ ...one, ...Object.fromEntries([...whole(one), requires(one)]) });
+  return new Map(variants.map((one) => [one.id, all(one)]));
+}
+
 /// The command that generates variants.
-function generate({ passes }, ids) {
+export function generate({ passes }, ids) {
   const axes = ([pass, ...values]) => passes[pass].map((axis, i) => `${axis}=${values[i]}`);
   const values = ids.flatMap((id) => axes(id.split('-')));
   return `cargo xtask gen-shaders --set ${[...new Set(values)].sort()} --out DIR`;
 }
-
-/// A device with what the variants of a frame require.
-async function request(modules, variants, { graph, steps }) {
-  const used = [...new Set(steps.filter(({ clear }) => !clear).map(({ variant }) => variant))];
-  const missing = used.filter((id) => !variants.has(id)).sort();
-  if (missing.length > 0) throw new Problem(`the package lacks ${missing.join(', ')}; type: ${generate(graph, used)}`);
-  if (modules) {
-    const { create, globals } = await import(pathToFileURL(resolve(modules, 'node_modules/webgpu/index.js')).href);
-    Object.assign(globalThis, globals);
-    // Dawn's instance has to outlive what is made of it.
-    globalThis.gpu = create(['backend=vulkan']);
-  }
-  const requiredFeatures = [...new Set(used.flatMap((id) => variants.get(id).requires.features))];
-  const adapter = await (globalThis.gpu ?? navigator.gpu).requestAdapter();
-  if (!adapter) throw new Problem('no adapter; VK_ICD_FILENAMES may name a driver that Dawn accepts');
-  const device = await adapter.requestDevice({ requiredFeatures });
-  device.onuncapturederror = ({ error }) => fail(error);
-  return device;
-}
-
-async function main() {
-  const flags = ['set', 'size', 'map', 'frames', 'graph', 'modules'];
-  const options = Object.fromEntries(flags.map((name) => [name, { type: 'string' }]));
-  const { values, positionals: [folder, out] } = parseArgs({ options, allowPositionals: true });
-  const { set = '', size = '33x17', map = '48', frames = '1', modules } = values;
-  const manifest = read(readFileSync(join(folder, 'manifest.json'), 'utf8'));
-  const graph = values.graph ? read(readFileSync(values.graph, 'utf8')) : entry(manifest, 'key', 'graph');
-  const [width, height] = size.split('x');
-  const given = set.split(',').filter(Boolean).map((one) => one.split('='));
-  const names = { ...Object.fromEntries(given), width, height, map };
-  const [axes, parameters] = [{}, scene.counts()];
-  for (const [name, value] of Object.entries(names)) {
-    if (Object.hasOwn(graph.parameter, name)) parameters[name] = Number(value);
-    else axes[name] = value;
-  }
-  const frame = new Frame(graph, axes, parameters, PARTS);
-  const variants = new Map(manifest.variants.map((variant) => [variant.id, variant]));
-  const [inputs, supplied] = [scene.inputs(frame), scene.supplied(frame)];
-  const host = new Host(await request(modules, variants, frame), folder, variants, frame, supplied);
-  for (let age = 0; age < Number(frames); age++) host.run(inputs, age);
-  mkdirSync(out, { recursive: true });
-  for (const [index, { name }] of frame.resources.entries()) {
-    if (OUTPUTS.includes(name)) writeFileSync(join(out, name), await host.read(index));
-  }
-  for (const [name, data] of Object.entries(supplied)) writeFileSync(join(out, name), data);
-  const steps = frame.steps.map(({ variant = 'clear' }) => variant);
-  const configuration = { axes, parameters, inputs, frames: Number(frames), steps };
-  writeFileSync(join(out, 'configuration.json'), JSON.stringify(configuration, null, 1));
-}
-
-function fail(error) {
-  console.error(`error: ${error instanceof Problem ? error.message : error.stack ?? error.message}`);
-  process.exit(1);
-}
-
-main().then(() => process.exit(0), fail);

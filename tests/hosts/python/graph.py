@@ -16,7 +16,8 @@ OPERATIONS = {
 
 
 EMPTY = dict.fromkeys(("let", "alias", "uniform", "resource", "axes", "bind", "uniforms", "constants", "names"), {})
-EMPTY |= dict.fromkeys(("step", "steps", "flip", "color", "vertices", "initial", "require"), []) | {"prefix": ""}
+EMPTY |= dict.fromkeys(("step", "steps", "flip", "color", "vertices", "initial", "require", "exclusion"), [])
+EMPTY |= {"preset": {}, "prefix": ""}
 
 
 class Table(dict):
@@ -35,6 +36,17 @@ def entry(table, kind, name):
     if name not in table:
         raise Problem(f"no {kind} `{name}`; there are: {', '.join(sorted(table))}")
     return table[name]
+
+
+def configured(graph, facts, preset, own):
+    """Axes and parameters for an input with these facts: the defaults of its class, changed by a preset, then by `own`."""
+    made = {}
+    for rule in graph["default"]:
+        if all((fact in facts) == holds for fact, holds in rule["when"].items()) and not own.keys() & rule["unless"]:
+            made |= rule["set"]
+    made |= (entry(graph["preset"], "preset", preset)["set"] if preset else {}) | own
+    axes = {name: value for name, value in made.items() if name not in graph["parameter"]}
+    return axes, {name: value for name, value in made.items() if name in graph["parameter"]}
 
 
 class Frame:
@@ -200,6 +212,11 @@ class Scope:
             return work
         draw, axes = step["draw"] or Table(), entry(self.frame.graph["passes"], "pass", step["pass"])
         values = [self.resolve(step["axes"].get(axis)) or self.axis(axis) for axis in axes]
+        variant, chosen = "-".join([step["pass"], *values]), dict(zip(axes, values))
+        for rule in [] if draw["list"] else self.frame.graph["exclusion"]:
+            illegal = all(chosen.get(axis) in of for axis, of in rule["when"].items())
+            if illegal and rule["pass"] in (None, step["pass"]):
+                raise Problem(f"{variant} is excluded by {rule['name']}: {rule['reason']}")
         known = self.frame.root.template["uniform"] | self.template["uniform"]
         call = {key: step[key] for key in ("bind", "dispatch", "indirect")}
         call["uniforms"] = {name: entry(known, "uniform", uniform) for name, uniform in step["uniforms"].items()}
@@ -208,4 +225,4 @@ class Scope:
         times = 1 if draw["repeat"] is None else self.resolve(draw["repeat"])
         rounds = [(*self.rounds, (draw["index"], number, {})) for number in range(times)]
         calls = [replace(self, rounds=one).resolve(call) for one in rounds]
-        return work | {"variant": "-".join([step["pass"], *values]), "calls": calls, "draw": self.resolve(shared)}
+        return work | {"variant": variant, "calls": calls, "draw": self.resolve(shared)}

@@ -1,25 +1,18 @@
-"""Runs frames of indirect light from a package's folder alone, manifest.json and WGSL files.
+"""Runs a frame on a device: resources, pipelines, bind groups, uniforms, steps.
 
-    python host.py PACKAGE OUT [--set NAME=VALUE,…] [--size 33x17] [--map 48] [--frames 1] [--graph FILE]
-
-Of the frame it runs what reflects light and what makes virtual lights visible; the surfaces are those of scene.py.
+Nothing here knows a pass, an axis or a resource by name. What it does not do, for what reflects light does not need it:
+color targets, the host's own draws, indirect dispatches and draws, bind groups beside group 0.
 """
 
-import argparse
 import json
 import struct
-import sys
-from pathlib import Path
 
-import scene
 import wgpu
-from graph import Frame, Problem, Table, entry
+from graph import Problem, Table, entry
 from wgpu import BufferUsage, TextureUsage
 
-PARTS = {"lights", "visibility", "shading"}
-OUTPUTS = ("diffuse", "specular", "vsgls")
-USAGE = {"storage": BufferUsage.STORAGE, "uniform": BufferUsage.UNIFORM, "sampler": 0,
-         "texture": TextureUsage.TEXTURE_BINDING, "storage_texture": TextureUsage.STORAGE_BINDING}  # fmt: skip
+BUFFER = BufferUsage.STORAGE | BufferUsage.VERTEX | BufferUsage.INDEX | BufferUsage.COPY_SRC | BufferUsage.COPY_DST
+TEXTURE = TextureUsage.TEXTURE_BINDING | TextureUsage.COPY_SRC | TextureUsage.COPY_DST
 LETTERS = {"f32": "f", "u32": "I", "i32": "i"}
 
 
@@ -31,56 +24,46 @@ def generate(frame, variants):
     return f"cargo xtask gen-shaders --set {','.join(sorted(values))} --out DIR"
 
 
+def resolved(manifest):
+    """The variants by identifier, with what they share in place of its keys."""
+    shared, tables = manifest["shared"], ("entry_points", "bindings", "structs")
+    whole = lambda one: {table: [shared[table][key] for key in one[table]] for table in tables}
+    requires = lambda one: {"requires": shared["requires"][one["requires"]]}
+    return {one["id"]: Table(one | whole(one) | requires(one)) for one in manifest["variants"]}
+
+
 class Host:
     """The resources of a frame on a device, and its steps with pipelines and bind groups."""
 
     def __init__(self, package, manifest, frame, supplied):
         self.package, self.frame, self.supplied = package, frame, supplied
-        self.variants = {variant["id"]: variant for variant in manifest["variants"]}
+        self.variants = resolved(manifest)
         used = {step["variant"] for step in frame.steps if not step["clear"]}
         if missing := used - self.variants.keys():
             raise Problem(f"the package lacks {', '.join(sorted(missing))}; type: {generate(frame, used)}")
         features = {feature for name in used for feature in self.variants[name]["requires"]["features"]}
         self.device = wgpu.gpu.request_adapter_sync().request_device_sync(required_features=sorted(features))
         self.pipelines, self.groups, self.uniforms = {}, {}, []
-        self.resources = [self.make(*one) for one in zip(frame.resources, self.usages())]
+        self.resources = [self.make(one) for one in frame.resources]
         self.steps = [(step, *self.prepare(step)) for step in frame.steps]
 
-    def usages(self):
-        """How steps use each resource."""
-        uses = []
-        for step in self.frame.steps:
-            uses.append((step["clear"], BufferUsage.COPY_DST))
-            for call in step["calls"] or []:
-                for binding in self.variants[step["variant"]]["bindings"]:
-                    uses.append((call["bind"].get(binding["name"]), USAGE[binding["kind"]]))
-            if draw := step["draw"]:
-                uses.append((draw["depth"]["target"], TextureUsage.RENDER_ATTACHMENT))
-                uses.append((draw["indices"], BufferUsage.INDEX))
-                uses += [(one["buffer"], BufferUsage.VERTEX) for one in draw["vertices"]]
-        usages = [0] * len(self.frame.resources)
-        for view, usage in uses:
-            if view:
-                usages[view[0]] |= usage
-        return usages
-
-    def make(self, resource, usage):
-        """A resource, if it is used; with its contents, if the host supplies them."""
+    def make(self, resource):
+        """A resource, with its contents if the host supplies it; none if it should and does not."""
         if filtering := resource["sampler"]:
             return self.device.create_sampler(mag_filter=filtering, min_filter=filtering, mipmap_filter=filtering)
-        if usage == 0:
+        numbers = self.supplied.get(resource["name"])
+        if resource["external"] and numbers is None:
             return None
-        numbers = entry(self.supplied, "supplied resource", resource["name"]) if resource["external"] else []
         if buffer := resource["buffer"]:
-            usage |= BufferUsage.COPY_DST | BufferUsage.COPY_SRC
-            made = self.device.create_buffer(size=buffer["length"] * buffer["stride"], usage=usage)
+            made = self.device.create_buffer(size=buffer["length"] * buffer["stride"], usage=BUFFER)
             if numbers := numbers or buffer["initial"]:
                 letter = "I" if isinstance(numbers[0], int) else "f"
                 self.device.queue.write_buffer(made, 0, struct.pack(f"<{len(numbers)}{letter}", *numbers))
             return made
-        texture, usage = resource["texture"], usage | TextureUsage.COPY_DST | TextureUsage.COPY_SRC
+        texture = resource["texture"]
         size, levels, form = (*texture["size"], texture["layers"]), texture["levels"], texture["format"]
-        made = self.device.create_texture(size=size, mip_level_count=levels, format=form, usage=usage)
+        target = TextureUsage.RENDER_ATTACHMENT if form.startswith("depth") else TextureUsage.STORAGE_BINDING
+        made = self.device.create_texture(size=size, mip_level_count=levels, format=form, usage=TEXTURE | target)
         if numbers:
             data = struct.pack(f"<{len(numbers)}{'e' if '16float' in form else 'f'}", *numbers)
             layout = {"bytes_per_row": len(data) // size[1], "rows_per_image": size[1]}
@@ -92,7 +75,7 @@ class Host:
         if step["clear"]:
             return None, []
         variant, draw = self.variants[step["variant"]], step["draw"]
-        overrides = {override["name"] for override in variant["overrides"]}
+        overrides = {override["name"] for override in variant["overrides"] or []}
         constants = {name: value for name, value in step["constants"].items() if name in overrides}
         key = json.dumps([step["variant"], step["entry"], constants, draw])
         if key not in self.pipelines:
@@ -129,7 +112,7 @@ class Host:
                     size, usage = structs[binding["type"]]["size"], BufferUsage.UNIFORM | BufferUsage.COPY_DST
                     bound = {"buffer": self.device.create_buffer(size=size, usage=usage)}
                     self.uniforms.append((bound["buffer"], binding["type"], call["uniforms"][name], structs))
-                elif view is None:
+                elif view is None or self.resources[view[0]] is None:
                     raise Problem(f"nothing is bound to `{name}` of {variant['id']}")
                 elif binding["kind"] in ("texture", "storage_texture"):
                     bound = self.view(view, binding["dimension"])
@@ -208,45 +191,3 @@ class Host:
         width, height = texture["size"]
         layout = {"bytes_per_row": width * 16, "rows_per_image": height}
         return self.device.queue.read_texture({"texture": made}, layout, (width, height, 1))
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("package", type=Path)
-    parser.add_argument("out", type=Path)
-    for name, default in {"set": "", "size": "33x17", "map": "48", "frames": "1", "graph": None}.items():
-        parser.add_argument(f"--{name}", default=default)
-    given = parser.parse_args()
-    read = lambda path: json.loads(path.read_text(), object_hook=Table)
-    manifest = read(given.package / "manifest.json")
-    graph = read(Path(given.graph)) if given.graph else entry(manifest, "key", "graph")
-    names = dict(one.split("=") for one in given.set.split(",") if one)
-    names |= dict(zip(("width", "height"), given.size.split("x"))) | {"map": given.map}
-    axes, parameters = {}, scene.counts()
-    for name, value in names.items():
-        if name in graph["parameter"]:
-            parameters[name] = int(value) if graph["parameter"][name]["type"] == "whole" else float(value)
-        else:
-            axes[name] = value
-    frame = Frame(graph, axes, parameters, PARTS)
-    supplied, inputs = scene.supplied(frame), scene.inputs(frame)
-    host = Host(given.package, manifest, frame, supplied)
-    for age in range(int(given.frames)):
-        host.run(inputs, age)
-    given.out.mkdir(parents=True, exist_ok=True)
-    for index, resource in enumerate(frame.resources):
-        if resource["name"] in OUTPUTS:
-            (given.out / resource["name"]).write_bytes(host.read(index))
-    for name, numbers in supplied.items():
-        letter = "I" if isinstance(numbers[0], int) else "f"
-        (given.out / name).write_bytes(struct.pack(f"<{len(numbers)}{letter}", *numbers))
-    configuration = {"axes": axes, "parameters": parameters, "inputs": inputs, "frames": int(given.frames)}
-    configuration["steps"] = [step["variant"] or "clear" for step in frame.steps]
-    (given.out / "configuration.json").write_text(json.dumps(configuration, indent=1))
-
-
-if __name__ == "__main__":
-    try:
-        main()
-    except Problem as problem:
-        sys.exit(f"error: {problem}")

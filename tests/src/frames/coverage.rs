@@ -61,7 +61,8 @@ pub(super) fn required(library: &Library) -> BTreeSet<Item> {
     for rule in library.class_default.iter().filter(|rule| !rule.when.is_empty()) {
         items.extend([defaults(rule, true), defaults(rule, false)]);
     }
-    items.extend(library.parameter.iter().map(|one| format!("two values of {}", one.name)));
+    let known = library.parameters().filter(|(name, _)| base().parameter(name).is_some());
+    items.extend(known.map(|(name, _)| format!("two values of {name}")));
     let lasting = library.preset.iter().filter(|preset| preset.measured.is_empty());
     items.extend(lasting.map(|preset| format!("preset {}", preset.name)));
     items.extend(SITUATIONS.map(|(name, _)| name.to_owned()));
@@ -155,10 +156,10 @@ fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Facts) -> 
             items.insert(format!("preset {}", preset.name));
         }
     }
-    for one in &library.parameter {
-        let own = settings.parameter(&one.name);
-        if own.is_some() && own != base().parameter(&one.name) {
-            items.insert(format!("two values of {}", one.name));
+    for (name, _) in library.parameters() {
+        let own = settings.parameter(name);
+        if own.is_some() && own != base().parameter(name) {
+            items.insert(format!("two values of {name}"));
         }
     }
     let situations = SITUATIONS.iter().filter(|(_, holds)| holds(case));

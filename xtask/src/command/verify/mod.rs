@@ -1,4 +1,5 @@
-//! `verify`: compilers that share no code with the generator read every variant of a package, and a browser opens pages.
+//! `verify`: compilers that share no code with the generator read every variant of a package, hosts in other languages run its
+//! frame, and a browser opens pages.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -8,6 +9,7 @@ use serde::Serialize;
 use sglow_shader_gen::package::{self, Options, Target};
 
 use crate::command::verify::chromium::Browser;
+use crate::command::verify::hosts::Hosts;
 use crate::command::verify::spirv_val::Validator;
 use crate::command::verify::subject::Subject;
 use crate::command::verify::tint::{Verdict, Verdicts};
@@ -19,6 +21,7 @@ use crate::say;
 use crate::selection::{library, library_folder};
 
 mod chromium;
+mod hosts;
 mod spirv_val;
 mod subject;
 mod tint;
@@ -39,6 +42,8 @@ Consumers:
   spirv-val    SPIRV-Tools, built from source once (minutes), or the system's; reads the SPIR-V of each variant
   tint         Dawn in Node (npm webgpu); reads each WGSL file, makes a pipeline of each compute entry point
   tint-spirv   Dawn in Python (dawn-python); reads the SPIR-V of each variant, makes pipelines likewise
+  hosts        programs in Python (wgpu) and JavaScript (npm webgpu) run frames of the committed package; the runtime
+               repeats each, and results may differ by 1e-5
   chromium     opens a page of made-up numbers, and those of --page: 400 and 1600 pixels wide, light and dark
 
 Each consumer must also refuse what is broken on purpose. What is fetched or built lies in target/verify; pictures of
@@ -79,6 +84,8 @@ enum Consumer {
     Tint,
     /// Dawn in Python.
     TintSpirv,
+    /// Programs in Python and JavaScript, which run frames.
+    Hosts,
     /// A browser, which reads pages.
     Chromium,
 }
@@ -119,6 +126,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let json = arguments.json.clone().unwrap_or_else(|| repository().join("out/verify.json"));
     if arguments.asks_for_shaders() {
         shaders(arguments, &mut report, &mut missing)?;
+    }
+    if arguments.asks(Consumer::Hosts) {
+        match Hosts::find() {
+            Ok(found) => {
+                let folder = tempfile::tempdir().context("no temporary folder")?;
+                hosts::record(&mut report, &found.compare(folder.path())?)?;
+            }
+            Err(failure) => missing.push(Missing { consumer: "hosts", why: failure.to_string() }),
+        }
     }
     if arguments.asks(Consumer::Chromium) {
         match Browser::find() {
@@ -219,13 +235,18 @@ fn install(arguments: &Arguments) -> Result {
         (Consumer::Tint, "node", "nodejs"),
         (Consumer::Tint, "npm", "npm"),
         (Consumer::TintSpirv, "python3", "python3-venv"),
+        (Consumer::Hosts, "node", "nodejs"),
+        (Consumer::Hosts, "npm", "npm"),
+        (Consumer::Hosts, "python3", "python3-venv"),
     ] {
         if arguments.asks(consumer) && program(tool).is_none() {
             packages.push(package);
         }
     }
-    let dawn = arguments.asks(Consumer::Tint) || arguments.asks(Consumer::TintSpirv);
-    if dawn && swiftshader().is_none() {
+    packages.sort_unstable();
+    packages.dedup();
+    let dawn = [Consumer::Tint, Consumer::TintSpirv, Consumer::Hosts];
+    if dawn.iter().any(|one| arguments.asks(*one)) && swiftshader().is_none() {
         packages.extend(SWIFTSHADER_PACKAGES);
     }
     if arguments.asks(Consumer::Chromium) && Browser::find().is_err() {

@@ -1,6 +1,6 @@
 //! What consumers read: the variants of a package, and modules that are broken on purpose.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -37,15 +37,20 @@ pub(crate) struct EntryPoint {
 /// The part of a manifest that is needed here; a package is read as a stranger would.
 #[derive(Deserialize)]
 struct Manifest {
+    shared: Shared,
     variants: Vec<Variant>,
+}
+
+#[derive(Deserialize)]
+struct Shared {
+    requires: BTreeMap<String, Requires>,
 }
 
 #[derive(Deserialize)]
 struct Variant {
     id: String,
     files: Vec<File>,
-    #[serde(default)]
-    requires: Requires,
+    requires: String,
 }
 
 #[derive(Deserialize)]
@@ -54,9 +59,8 @@ struct File {
     path: String,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Deserialize)]
 struct Requires {
-    #[serde(default)]
     features: Vec<String>,
 }
 
@@ -80,7 +84,9 @@ pub(crate) fn read_package(package: &Path, folder: &Path) -> Result<Vec<Subject>
                 .help("generate the package with `--target wgsl`")
         })?;
         let wgsl = package.join(&wgsl.path);
-        subjects.push(read(variant.id, wgsl, variant.requires.features, folder)?);
+        let requires = manifest.shared.requires.get(&variant.requires);
+        let features = requires.map(|requires| requires.features.clone()).unwrap_or_default();
+        subjects.push(read(variant.id, wgsl, features, folder)?);
     }
     let libraries = package.join("wgsl/lib");
     if libraries.is_dir() {
@@ -208,8 +214,8 @@ mod tests {
         fs::write(package.path().join("wgsl/lib/one.wgsl"), "fn one() -> f32 { return 1.0; }")
             .unwrap();
         fs::write(package.path().join("wgsl/swap.wgsl"), SOUND).unwrap();
-        let manifest = r#"{"schema_version": 1, "variants": [{"id": "swap", "requires": {"features": []},
-            "files": [{"target": "wgsl", "path": "wgsl/swap.wgsl"}]}]}"#;
+        let manifest = r#"{"shared": {"requires": {"swap": {"features": []}}}, "variants": [{"id": "swap",
+            "requires": "swap", "files": [{"target": "wgsl", "path": "wgsl/swap.wgsl"}]}]}"#;
         fs::write(package.path().join("manifest.json"), manifest).unwrap();
         let subjects = read_package(package.path(), folder.path()).unwrap();
         let names: Vec<&str> = subjects.iter().map(|subject| subject.name.as_str()).collect();

@@ -200,7 +200,7 @@ fn install_once(
 /// # Errors
 ///
 /// When it fails; with the end of what it said.
-fn succeed(command: &mut Command) -> Result {
+pub(crate) fn succeed(command: &mut Command) -> Result {
     let shown = Path::new(command.get_program()).display().to_string();
     let output = command.output().context(&shown)?;
     if output.status.success() {

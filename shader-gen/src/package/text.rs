@@ -1,0 +1,116 @@
+//! The texts of a package for people: what it has, what changed, its licences.
+
+use super::{Error, Parts};
+use crate::library::Library;
+use crate::manifest::{self, Manifest};
+
+pub(super) fn readme(library: &Library, manifest: &Manifest) -> String {
+    let mut text = format!(
+        "# {} {}\n\n{}.\n\n\
+         Every file here is generated; `SHA256SUMS` has their hashes. `manifest.json` says of each variant what it binds, \
+         needs and promises (its form: `manifest.schema.json`). What several variants have in common stands once, under `shared`; \
+         variants refer to it by key. `omitted.json` says what pruning has left out of each variant: for each the keys of \
+         `left_out`, which has the declarations by reason.\n\n\
+         A shader in `wgsl/` is whole: hand its text to the device, make the bind groups of `bindings`, and set its \
+         `overrides` as constants of the pipeline. Buffers have the layout of `structs`; the units and ranges of all \
+         inputs stand in `contract` and at the top of each shader.",
+        manifest.package, manifest.version, manifest.description
+    );
+    if !library.examples.is_empty() {
+        text.push_str(
+            " `inputs.json` has for what a host computes (`input` in the frame) some arguments and results, to test a host with.",
+        );
+    }
+    if !manifest.libraries.is_empty() {
+        text.push_str(
+            " `wgsl/lib/` has functions without bindings for hosts that bring their own passes.",
+        );
+    }
+    if manifest.targets.iter().any(|target| target == "spirv") {
+        text.push_str(
+            " `spirv/` has the same variants as SPIR-V 1.3, overrides at their defaults; clip space is WebGPU's (y up).",
+        );
+    }
+    if manifest.targets.iter().any(|target| target == "rust") {
+        text.push_str(" `rust/lib.rs` has the choices as types, the structs, and the bind-group layouts for wgpu.");
+    }
+    text.push('\n');
+    if let Some(made_for) = &manifest.made_for {
+        text.push_str(&format!("\n## Made for {}\n\n", made_for.input));
+        for assumed in &made_for.assumed {
+            text.push_str(&format!(
+                "- {}: {} ({}), by which the rule {} leaves things out\n",
+                assumed.fact,
+                if assumed.holds { "yes" } else { "no" },
+                assumed.evidence,
+                assumed.rule
+            ));
+        }
+        text.push_str("\nOf an input of which this is not so the package does not show all; `left_out` in the manifest says what.\n");
+    }
+    for pass in &manifest.passes {
+        let variants: Vec<_> =
+            manifest.variants.iter().filter(|variant| variant.pass == pass.name).collect();
+        if variants.is_empty() {
+            continue;
+        }
+        text.push_str(&format!("\n## {}\n\n{}.\n\n", pass.name, capital(&pass.description)));
+        text.push_str("| variant | entry points | binds | texture loads + samples | buffer reads | scalar operations |\n");
+        text.push_str("|---|---|---|---|---|---|\n");
+        for variant in variants {
+            let sum =
+                |of: fn(manifest::Cost) -> u64| variant.cost.values().copied().map(of).sum::<u64>();
+            text.push_str(&format!(
+                "| [`{id}`](wgsl/{id}.wgsl) | {} | {} | {} + {} | {} | {} |\n",
+                variant
+                    .entry_points
+                    .iter()
+                    .map(|key| format!("`{}`", key.split(':').next().unwrap_or(key)))
+                    .collect::<Vec<_>>()
+                    .join(", "),
+                variant.bindings.len(),
+                sum(|cost| cost.texture_loads),
+                sum(|cost| cost.texture_samples),
+                sum(|cost| cost.buffer_reads),
+                sum(|cost| cost.arithmetic + cost.transcendental),
+                id = variant.id,
+            ));
+        }
+    }
+    text.push_str(
+        "\nThe numbers are static: a call counts what it calls, a loop counts once, a branch counts all its sides. They \
+         compare texts, not run times.\n",
+    );
+    text
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters
+        .next()
+        .map(|first| first.to_uppercase().to_string() + letters.as_str())
+        .unwrap_or_default()
+}
+
+pub(super) fn changelog(parts: &Parts<'_>) -> String {
+    let version = &parts.library.library.version;
+    parts
+        .changelog
+        .map_or_else(|| format!("# Changelog\n\n## {version}\n\n- First version.\n"), str::to_owned)
+}
+
+/// The licences of a library by the name of their file.
+pub(super) fn licenses(library: &Library) -> Result<Vec<(&'static str, String)>, Error> {
+    let words = library.library.license.split(|c: char| c.is_whitespace() || "()".contains(c));
+    let names = words.filter(|word| !["", "OR", "AND", "WITH"].contains(word));
+    names
+        .map(|name| match name {
+            "MIT" => {
+                let text = include_str!("LICENSE-MIT");
+                Ok(("LICENSE-MIT", text.replace("{name}", &library.library.name)))
+            }
+            "Apache-2.0" => Ok(("LICENSE-APACHE", include_str!("LICENSE-APACHE").to_owned())),
+            other => Err(Error::License(other.to_owned())),
+        })
+        .collect()
+}

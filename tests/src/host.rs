@@ -1,0 +1,125 @@
+//! What a host computes, against the examples that a package has for hosts in other languages.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+use sglow_runtime::host;
+use sglow_runtime::light::LightView;
+use sglow_scene::{Bounds, Light, LightKind};
+
+use crate::common::library;
+
+/// Arguments of an example.
+struct Given<'a>(&'a BTreeMap<String, Value>);
+
+impl Given<'_> {
+    fn number(&self, name: &str) -> f32 {
+        self.0[name].as_f64().unwrap() as f32
+    }
+
+    fn whole(&self, name: &str) -> u32 {
+        self.0[name].as_u64().unwrap() as u32
+    }
+
+    fn is(&self, name: &str, value: &str) -> bool {
+        self.0[name] == value
+    }
+
+    /// The width of a texel of the light's map at the distance of the scene's radius.
+    fn texel(&self) -> f32 {
+        let extent = match () {
+            () if self.is("light", "directional") => self.number("half_extent"),
+            () if self.is("light", "point") => self.number("radius"),
+            () => self.number("tan_half_angle") * self.number("radius"),
+        };
+        2.0 * extent / self.number("map")
+    }
+
+    /// The power of the brightest photon that the light can give.
+    fn brightest(&self) -> f64 {
+        let square = |name| f64::from(self.number(name)).powi(2);
+        let image = match () {
+            () if self.is("light", "directional") => 4.0 * square("half_extent"),
+            () if self.is("light", "point") => 32.0,
+            () => 4.0 * square("tan_half_angle"),
+        };
+        let intensity = self.0["intensity"].as_array().unwrap().iter();
+        let largest = intensity.filter_map(Value::as_f64).fold(0.0, f64::max);
+        largest * image / square("map")
+    }
+
+    fn view(&self) -> LightView {
+        let kind = match () {
+            () if self.is("light", "directional") => LightKind::Directional,
+            () if self.is("light", "point") => LightKind::Point,
+            () => LightKind::Spot { inner: self.number("inner"), outer: self.number("outer") },
+        };
+        let light = Light {
+            name: String::new(),
+            kind,
+            position: [0.0, 2.0, 0.0],
+            direction: [0.0, 0.0, -1.0],
+            intensity: [1.0; 3],
+            range: None,
+        };
+        LightView::new(&light, &Bounds { min: [-1.0; 3], max: [1.0; 3] }, 16)
+    }
+}
+
+/// An input as the runtime computes it.
+fn computed(name: &str, given: &Given<'_>) -> f64 {
+    let lobe = || given.is("emitter", "lobe");
+    let sharpness = || f64::from(given.number("emission_sharpness"));
+    f64::from(match name {
+        "minimum_variance" => host::minimum_variance(given.texel()),
+        "power_unit" => host::power_unit(given.brightest()),
+        "power_scale" => 1.0 / host::power_unit(given.brightest()),
+        "diffuse_mean_length" if !lobe() => 1.0,
+        "diffuse_mean_length" if given.is("sharpness", "toksvig") => {
+            return host::mean_length_toksvig(sharpness());
+        }
+        "diffuse_mean_length" => return host::mean_length(sharpness()),
+        "least_near" => host::least_near(given.number("radius")),
+        "bias" => host::bias(given.number("bias_scale"), given.whole("tile")),
+        "depth_bias" => host::DEPTH_BIAS,
+        "normal_offset" => {
+            host::normal_offset(given.number("minimum_variance"), given.whole("map"), 2048)
+        }
+        "light.cone_scale" => given.view().uniform.cone_scale,
+        "light.cone_offset" => given.view().uniform.cone_offset,
+        _ => panic!("the runtime computes no input `{name}`"),
+    })
+}
+
+/// Whether a result is that of an example, within what 32 bits and a few operations leave.
+fn agrees(result: f64, expected: f64) -> bool {
+    (result - expected).abs() <= 4e-6 * expected.abs()
+}
+
+#[test]
+fn inputs_are_what_the_examples_say() {
+    let library = library();
+    let names: Vec<_> = library.examples.keys().map(String::as_str).collect();
+    assert!(names.len() >= 9, "{names:?}");
+    for (name, examples) in &library.examples {
+        for (index, example) in examples.iter().enumerate() {
+            let result = computed(name, &Given(&example.given));
+            assert!(agrees(result, example.result), "{name}, {index}: {result}, {example:?}");
+            // A term too many is seen.
+            assert!(example.result == 0.0 || !agrees(1.0001 * result, example.result), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_package_has_the_examples() {
+    let library = library();
+    let text = include_str!("../../shaders/packages/sglow/inputs.json");
+    let file: Value = serde_json::from_str(text).unwrap();
+    assert_eq!(file["inputs"], serde_json::to_value(&library.examples).unwrap());
+    let words = |name: &str| {
+        let input = &library.frame().unwrap().description.input[name.split('.').next().unwrap()];
+        input.description.clone()
+    };
+    assert!(library.examples.keys().all(|name| !words(name).is_empty()));
+}
