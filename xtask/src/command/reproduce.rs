@@ -27,7 +27,6 @@ use crate::page::reproduce as page;
 use crate::picture::density::Density as DensityImage;
 use crate::picture::kernels::{self, Square};
 use crate::picture::{compare, png, tone};
-use crate::selection::library;
 use crate::shot::{self, Numbers, Shot};
 use crate::{progress, say, write};
 
@@ -204,7 +203,7 @@ pub(crate) struct Findings {
 ///
 /// When a scene or the device does not allow it, or a promise is not kept.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    let package = package(None)?;
+    let package = package(None, &arguments.numbers.over)?;
     let gpu = shot::gpu(&arguments.numbers)?;
     std::fs::create_dir_all(&arguments.out)
         .map_err(|error| Failure::new(format!("{}: {error}", arguments.out.display())))?;
@@ -463,7 +462,11 @@ impl Work<'_> {
         let size = self.rsm();
         let base = Settings {
             rsm_size: size,
-            ..self.numbers().request([1, 1]).settings(&library()?, &Facts::new(), &[])?
+            ..self.numbers().request([1, 1]).settings(
+                &self.arguments.numbers.over.library()?,
+                &Facts::new(),
+                &[],
+            )?
         };
         let mut densities: Vec<(String, Vec<f32>)> = Stress::ALL
             .into_iter()

@@ -18,7 +18,7 @@ use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
 use crate::measured::Measured;
 use crate::say;
-use crate::selection::{Choice, Derived, Selection, library};
+use crate::selection::{Choice, Derived, Selection};
 use crate::table;
 
 /// What `--help` shows below the options.
@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
 ///
 /// When the library or the choice is wrong, or the committed selection is empty.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    let library = library()?;
+    let library = arguments.choice.over.library()?;
     let selection = arguments.choice.select(&library)?;
     let (space, excluded, committed) = (library.variants(), library.excluded(), library.selected());
 
