@@ -128,8 +128,15 @@ pub struct Axis {
     pub description: String,
     /// Name of the value that is taken when none is given.
     pub default: String,
+    /// Whether a person or an engine sets it; else it follows from other axes, from what is drawn, or from the step.
+    #[serde(default = "yes")]
+    pub setting: bool,
     /// The values, in the author's order.
     pub value: Vec<AxisValue>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// One value of an [`Axis`].

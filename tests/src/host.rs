@@ -62,7 +62,7 @@ impl Given<'_> {
             intensity: [1.0; 3],
             range: None,
         };
-        LightView::new(&light, &Bounds { min: [-1.0; 3], max: [1.0; 3] }, 16)
+        sglow_renderer::light::view(&light, &Bounds { min: [-1.0; 3], max: [1.0; 3] }, 16)
     }
 }
 
