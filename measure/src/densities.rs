@@ -73,8 +73,8 @@ fn measure(gpu: &Gpu, package: &Package, iterations: u32) -> Result<Vec<OnDensit
             density.iter().map(|weight| weight * (0.4 + 0.4 * random.uniform() as f32)).collect();
         for (kernel, solver) in KERNELS {
             let settings = Settings {
-                rsm_size: SIZE,
-                count: COUNT,
+                map: SIZE,
+                lights: COUNT,
                 iterations,
                 kernel,
                 solver,

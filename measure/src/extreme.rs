@@ -7,8 +7,9 @@ use sglow_renderer::density;
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{Frame, FrameError, Renderer};
 use sglow_renderer::reference;
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::package::{Package, PackageError};
-use sglow_runtime::settings::{AXES, Settings, SettingsError};
+use sglow_runtime::settings::{Settings, SettingsError};
 use sglow_scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
 use sglow_shaders::{
     Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Solver, Specular, SpecularPower,
@@ -110,15 +111,15 @@ const CASES: &[Case] = &[
     Case {
         name: "one light",
         description: "one virtual light for the whole map",
-        settings: |settings| settings.count = 1,
+        settings: |settings| settings.lights = 1,
         ..PLAIN
     },
     Case {
         name: "65536 lights",
         description: "as many virtual lights as texels of a 256 x 256 map, on a picture of 16 x 9",
         settings: |settings| {
-            settings.count = 65_536;
-            settings.rsm_size = 256;
+            settings.lights = 65_536;
+            settings.map = 256;
             settings.size = [16, 9];
         },
         ..PLAIN
@@ -150,8 +151,8 @@ const CASES: &[Case] = &[
         },
         settings: |settings| {
             settings.size = [32, 32];
-            settings.rsm_size = 32;
-            settings.count = 1024;
+            settings.map = 32;
+            settings.lights = 1024;
         },
         ..PLAIN
     },
@@ -333,7 +334,7 @@ pub fn names() -> Vec<&'static str> {
 
 /// What every case starts from.
 fn base() -> Settings {
-    Settings { size: [48, 27], rsm_size: 64, count: 256, ..Settings::default() }
+    Settings { size: [48, 27], map: 64, lights: 256, ..Settings::default() }
 }
 
 /// Tries the extreme case of this name; nothing if there is none.
@@ -366,7 +367,7 @@ fn in_scene(gpu: &Gpu, package: &Package, case: &Case) -> Result<ExtremeReport, 
         change(&mut plain);
     }
     let mut tried = Vec::new();
-    for (name, plain_settings) in variants(&base(), &AXES, gpu) {
+    for (name, plain_settings) in variants(&base(), Settings::AXES, gpu) {
         let mut settings = plain_settings.clone();
         (case.settings)(&mut settings);
         let expected = match case.expected {
@@ -432,7 +433,7 @@ fn of_density(
     #[expect(clippy::cast_possible_truncation, reason = "power is f32")]
     let power: Vec<f32> =
         texels.iter().map(|weight| weight * (0.4 + 0.4 * random.uniform() as f32)).collect();
-    let base = Settings { rsm_size: STRESS_SIZE, count: STRESS_COUNT, ..Settings::default() };
+    let base = Settings { map: STRESS_SIZE, lights: STRESS_COUNT, ..Settings::default() };
     let bound = bound::extreme("density");
     let mut tried = Vec::new();
     for (variant, settings) in variants(&base, &["kernel", "solver", "filter", "precision"], gpu) {

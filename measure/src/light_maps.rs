@@ -172,7 +172,7 @@ pub fn choices() -> Vec<Choice> {
         }
         for light_tile in TILES {
             let name = format!("`visibility={visibility},tile={light_tile}`");
-            add(name, false, Settings { light_tile, ..with.clone() });
+            add(name, false, Settings { tile: light_tile, ..with.clone() });
         }
     }
     all

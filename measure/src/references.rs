@@ -186,7 +186,7 @@ pub fn measure(
     scene: &Scene,
 ) -> Result<ReferenceErrors, ReferenceError> {
     let drawn = |rsm_size: u32| {
-        let settings = Settings { size: SIZE, rsm_size, count: 8, ..Settings::default() };
+        let settings = Settings { size: SIZE, map: rsm_size, lights: 8, ..Settings::default() };
         Drawn::new(gpu, package, scene.clone(), &settings)
     };
     let finest = drawn(FINEST)?.facets();

@@ -47,7 +47,7 @@ pub fn padded([width, height]: [usize; 2], texels: &[f32]) -> (usize, Vec<f32>) 
     (side, square)
 }
 
-/// Draws `settings.count` kernels by a density of `settings.rsm_size` squared texels, row by row from the top, each at
+/// Draws `settings.lights` kernels by a density of `settings.map` squared texels, row by row from the top, each at
 /// least 0, and sums `power`, the power of the same texels' photons on a wall that reflects diffusely.
 ///
 /// Where power is proportional to density the modified kernels keep its total by construction; give them a power that
@@ -146,7 +146,7 @@ fn prepare(
     settings.size = [1, 1];
     let indirect =
         Indirect::of_parts(gpu.source(package), &settings, &["lights"], &Occluders::default())?;
-    let size = settings.rsm_size;
+    let size = settings.map;
     // A wall of side one, so that positions are those of the image.
     let mut position = Vec::with_capacity(density.len());
     let mut powers = Vec::with_capacity(density.len());

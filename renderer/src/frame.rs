@@ -250,7 +250,7 @@ impl<'a> Renderer<'a> {
         settings.light = kind(light);
         let bounds = scene.bounds();
         let size = settings.size;
-        let view_of_light = light::view(light, &bounds, settings.rsm_size);
+        let view_of_light = light::view(light, &bounds, settings.map);
         let (near, far) = scene.camera.planes(&bounds);
         let eye = Vec3::from(scene.camera.position);
         let aspect = size[0] as f32 / size[1] as f32;
@@ -283,7 +283,7 @@ impl<'a> Renderer<'a> {
             eye,
             rsm: surfaces(["rsm_position", "rsm_normal", "rsm_base_color"])?,
             gbuffer: surfaces(["gbuffer_position", "gbuffer_normal", "gbuffer_base_color"])?,
-            shadow_bias: shadow_bias(&view_of_light, settings.rsm_size),
+            shadow_bias: shadow_bias(&view_of_light, settings.map),
             bounds,
             light: view_of_light,
             occluder_bytes: occluders
@@ -306,7 +306,7 @@ impl<'a> Renderer<'a> {
         if was != is {
             return Err(FrameError::AnotherLight { was, is });
         }
-        let size = self.frame.settings().rsm_size;
+        let size = self.frame.settings().map;
         self.light = light::view(light, &self.bounds, size);
         self.shadow_bias = shadow_bias(&self.light, size);
         Ok(())

@@ -19,3 +19,4 @@ pub mod readback;
 pub mod reference;
 pub mod stages;
 pub mod timing;
+pub mod variants;

@@ -122,7 +122,7 @@ pub fn needs(scene: &Scene, light: usize, wished: &Settings, limits: &wgpu::Limi
 }
 
 fn size_of_map(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
-    let wished = needs.settings.rsm_size;
+    let wished = needs.settings.map;
     let mut most = 1 << limits.max_texture_dimension_2d.max(1).ilog2();
     let mut why =
         format!("this device's textures are at most {} wide", limits.max_texture_dimension_2d);
@@ -138,11 +138,11 @@ fn size_of_map(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
         size = (size / 4).max(1) * 4;
         reason = format!("{reason}; a multiple of 4, for its faces are tiles of it");
     }
-    needs.settings.rsm_size = needs.decide("size of the map", wished, size, reason);
+    needs.settings.map = needs.decide("size of the map", wished, size, reason);
 }
 
 fn number_of_lights(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
-    let Settings { count: wished, rsm_size, lobes, precision, .. } = needs.settings;
+    let Settings { lights: wished, map: rsm_size, lobes, precision, .. } = needs.settings;
     // Two of the eight tiles of a point light's map are empty.
     let texels = u64::from(rsm_size).pow(2);
     let texels = if point { texels / 8 * 6 } else { texels };
@@ -161,14 +161,14 @@ fn number_of_lights(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
     let least = choices.into_iter().min_by_key(|(count, _)| *count);
     if let Some((count, reason)) = least {
         let count = count.max(1) as u32;
-        needs.settings.count = needs.decide("number of VSGLs", wished, count, reason);
+        needs.settings.lights = needs.decide("number of VSGLs", wished, count, reason);
     }
     if needs.settings.density == Density::Bidirectional {
-        let wished = needs.settings.camera_count;
+        let wished = needs.settings.camera_lights;
         let pixels: u64 = needs.settings.size.into_iter().map(u64::from).product();
         let count = u64::from(wished).min(pixels.max(1)) as u32;
         let reason = if count < wished { "no more than pixels" } else { "as asked" };
-        needs.settings.camera_count =
+        needs.settings.camera_lights =
             needs.decide("number of the camera's VSGLs", wished, count, reason.to_owned());
     }
 }
@@ -184,7 +184,7 @@ fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
         maps.atlas().iter().all(|side| *side <= most)
             && (!imperfect || maps.splat_bytes() <= binding)
     };
-    let (tile, count) = (needs.settings.light_tile, needs.settings.count);
+    let (tile, count) = (needs.settings.tile, needs.settings.lights);
     let mut maps = Maps { tile, count };
     while !fits(&maps) && maps.tile > LEAST_TILE {
         maps.tile /= 2;
@@ -201,10 +201,10 @@ fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
             "as asked; the atlas of all maps is within the device's limits".to_owned()
         }
     };
-    needs.settings.light_tile =
+    needs.settings.tile =
         needs.decide("tile of a light's map", tile, maps.tile, reason(tile != maps.tile));
     if count != maps.count {
-        needs.settings.count =
+        needs.settings.lights =
             needs.decide("number of VSGLs with maps", count, maps.count, reason(true));
     }
     if imperfect {
@@ -296,30 +296,30 @@ mod tests {
     fn what_is_too_much_is_brought_within_the_limits() {
         let scene = Scene::builtin("cornell").unwrap();
         let decided = |wished: Settings| needs(&scene, 0, &wished, &limits());
-        let few = decided(Settings { rsm_size: 8, ..Settings::default() });
+        let few = decided(Settings { map: 8, ..Settings::default() });
         assert_eq!(
-            (few.settings.count, value(&few, "number of VSGLs")),
+            (few.settings.lights, value(&few, "number of VSGLs")),
             (64, ("64".to_owned(), true))
         );
-        let large = decided(Settings { rsm_size: 20000, ..Settings::default() });
-        assert_eq!(large.settings.rsm_size, 8192);
+        let large = decided(Settings { map: 20000, ..Settings::default() });
+        assert_eq!(large.settings.map, 8192);
         // 256 x 256 tiles: of 32 texels they are 8192 wide.
         let many =
-            Settings { count: 65536, visibility: Visibility::ShadowMap, ..Settings::default() };
-        assert_eq!(decided(many.clone()).settings.light_tile, 32);
+            Settings { lights: 65536, visibility: Visibility::ShadowMap, ..Settings::default() };
+        assert_eq!(decided(many.clone()).settings.tile, 32);
         // 4 * 65536 * 16^2 bytes are 64 MiB.
         let splats = Settings { visibility: Visibility::Imperfect, ..many.clone() };
-        assert_eq!(decided(splats).settings.light_tile, 16);
+        assert_eq!(decided(splats).settings.tile, 16);
         let small = wgpu::Limits { max_texture_dimension_2d: 1024, ..limits() };
         let fewer = needs(&scene, 0, &many, &small).settings;
-        assert_eq!((fewer.light_tile, fewer.count), (8, 16384));
+        assert_eq!((fewer.tile, fewer.lights), (8, 16384));
         let space = Space::Image;
         let small = wgpu::Limits { max_storage_buffer_binding_size: 40_000, ..limits() };
         let sorted = needs(&scene, 0, &Settings { space, ..Settings::default() }, &small).settings;
-        assert_eq!(sorted.rsm_size, 100);
-        for settings in [many, Settings { count: 0, rsm_size: 0, ..Settings::default() }] {
+        assert_eq!(sorted.map, 100);
+        for settings in [many, Settings { lights: 0, map: 0, ..Settings::default() }] {
             let found = decided(settings).settings;
-            assert!(found.count > 0 && found.rsm_size > 0);
+            assert!(found.lights > 0 && found.map > 0);
         }
     }
 
@@ -327,10 +327,10 @@ mod tests {
     fn a_point_light_has_a_deep_map_of_tiles() {
         let mut scene = Scene::builtin("cornell").unwrap();
         scene.lights[0].kind = LightKind::Point;
-        let wished = Settings { rsm_size: 18, ..Settings::default() };
+        let wished = Settings { map: 18, ..Settings::default() };
         let needs = needs(&scene, 0, &wished, &limits());
         assert_eq!(needs.settings.light, sglow_shaders::Light::Point);
-        assert_eq!((needs.settings.rsm_size, needs.settings.count), (16, 192));
+        assert_eq!((needs.settings.map, needs.settings.lights), (16, 192));
         assert_eq!(value(&needs, "reflective shadow map").0, "deep");
     }
 

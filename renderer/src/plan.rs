@@ -135,7 +135,7 @@ impl Plan {
         let mut plan = Self::new(description, settings, surfaces)?;
         // Lengths of chains repeat after three levels.
         for side in [8, 16, 32] {
-            let other = Settings { size: [side; 2], rsm_size: side, ..settings.clone() };
+            let other = Settings { size: [side; 2], map: side, ..settings.clone() };
             plan.variants.extend(Self::new(description, &other, surfaces)?.variants);
         }
         Ok(plan)

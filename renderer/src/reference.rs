@@ -4,6 +4,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::variants::Variants as _;
 use glam::Vec3;
 use sglow_oracle::brdf;
 use sglow_oracle::light::{Light, LightKind};
@@ -301,7 +302,7 @@ pub fn moments<R: Real>(
 /// What kernels have in common.
 pub fn sample_settings(settings: &Settings, view: &LightView) -> SampleSettings {
     SampleSettings {
-        count: settings.count,
+        count: settings.lights,
         kernel: match settings.sample().solver {
             Solver::None => OracleKernel::Previous,
             Solver::Bisection => {
@@ -368,7 +369,7 @@ pub fn counted_facets(
     rsm: &Surfaces,
     counted: impl Fn([usize; 2]) -> f64,
 ) -> TexelFacets {
-    let size = [settings.rsm_size as usize; 2];
+    let size = [settings.map as usize; 2];
     let light = light(view, settings.light);
     TexelFacets::of_counted_map(&light, &texels(rsm), size, ndf(settings.ndf), counted)
 }

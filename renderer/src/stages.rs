@@ -214,7 +214,7 @@ pub trait Stages {
     /// The texels of the map in the order of their clusters, a word each; nothing with kernels.
     fn order(&self) -> Option<wgpu::Buffer> {
         // As many digits were sorted by as the numbers of clusters have.
-        let bits = u32::BITS - (self.indirect().settings().count - 1).leading_zeros();
+        let bits = u32::BITS - (self.indirect().settings().lights - 1).leading_zeros();
         self.indirect()
             .buffer(["texels_values.0", "texels_values.1"][bits.div_ceil(4) as usize % 2])
     }

@@ -3,6 +3,7 @@
 use glam::{Vec3, Vec4};
 use sglow_graph::Configuration;
 use sglow_graph::description::Number;
+use sglow_shaders::frame::{input, parameter};
 use sglow_shaders::{SglowLight, SglowView};
 
 use crate::execute::{Input, Inputs};
@@ -68,41 +69,45 @@ pub fn light(inputs: &mut Inputs<'_>, view: &LightView) {
     // All faces share it.
     let position = view.faces.first().map_or(Vec3::ZERO, |face| face.position);
     inputs
-        .set("light", uniform(&view.uniform))
-        .set("light_eye", view.eye().to_array())
-        .set("light_origin", position.to_array())
-        .set("light_clip_from_view", matrices)
-        .set("origin", view.origin.to_array())
-        .set("minimum_variance", view.minimum_variance)
-        .set("power_unit", view.power_unit)
-        .set("power_scale", 1.0 / view.power_unit);
+        .set(input::LIGHT, uniform(&view.uniform))
+        .set(input::LIGHT_EYE, view.eye().to_array())
+        .set(input::LIGHT_ORIGIN, position.to_array())
+        .set(input::LIGHT_CLIP_FROM_VIEW, matrices)
+        .set(input::ORIGIN, view.origin.to_array())
+        .set(input::MINIMUM_VARIANCE, view.minimum_variance)
+        .set(input::POWER_UNIT, view.power_unit)
+        .set(input::POWER_SCALE, 1.0 / view.power_unit);
 }
 
 /// Gives the camera.
 pub fn camera(inputs: &mut Inputs<'_>, view: &SglowView) {
     let eye = Vec4::from(view.eye);
     eye_at(inputs, eye.truncate());
-    inputs.set("camera_view_eye", eye.to_array()).set("camera_clip_from_view", view.clip_from_view);
+    inputs
+        .set(input::CAMERA_VIEW_EYE, eye.to_array())
+        .set(input::CAMERA_CLIP_FROM_VIEW, view.clip_from_view);
 }
 
 /// Gives the camera's position alone: what passes need that draw nothing.
 pub fn eye_at(inputs: &mut Inputs<'_>, eye: Vec3) {
-    inputs.set("eye", eye.to_array()).set("camera_light", uniform(&of_camera(eye)));
+    inputs.set(input::EYE, eye.to_array()).set(input::CAMERA_LIGHT, uniform(&of_camera(eye)));
 }
 
 /// Gives what keeps surfaces from shadowing themselves in a shadow map.
 pub fn shadow(inputs: &mut Inputs<'_>, depth_bias: f32, normal_offset: f32) {
-    inputs.set("depth_bias", depth_bias).set("normal_offset", normal_offset);
+    inputs.set(input::DEPTH_BIAS, depth_bias).set(input::NORMAL_OFFSET, normal_offset);
 }
 
 /// Gives what the maps of virtual lights are made by.
 pub fn light_maps(inputs: &mut Inputs<'_>, least_near: f32, bias: f32) {
-    inputs.set("least_near", least_near).set("bias", bias);
+    inputs.set(input::LEAST_NEAR, least_near).set(input::BIAS, bias);
 }
 
 /// Adds the numbers of the vertices and indices of what occludes virtual lights.
 pub fn occluder_counts(configuration: &mut Configuration, counts: [u64; 2]) {
-    for (name, count) in ["occluder_vertex_count", "occluder_index_count"].into_iter().zip(counts) {
+    for (name, count) in
+        [parameter::OCCLUDER_VERTEX_COUNT, parameter::OCCLUDER_INDEX_COUNT].into_iter().zip(counts)
+    {
         configuration.parameters.insert(name.to_owned(), Number::Whole(count));
     }
 }

@@ -5,6 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::Vec3;
 use sglow_graph::Configuration;
+use sglow_shaders::frame::{input, part, resource};
 use thiserror::Error;
 
 use crate::execute::{self, Executor, Fault, Faults, Lists};
@@ -13,15 +14,15 @@ use crate::light::LightView;
 use crate::occluders::Occluders;
 use crate::package::Package;
 use crate::pipeline::PipelineError;
-use crate::settings::{Settings, SettingsError};
+use crate::settings::Settings;
 use crate::timing::PassTimer;
 
 /// Errors of [`Indirect`].
 #[derive(Debug, Error)]
 pub enum IndirectError {
     /// Invalid settings.
-    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Settings(Vec<SettingsError>),
+    #[error(transparent)]
+    Settings(sglow_graph::Errors),
     /// A variant does not become a pipeline.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
@@ -72,7 +73,7 @@ pub struct Inputs<'a> {
 }
 
 /// The parts of a frame that an engine leaves to [`Indirect`].
-pub const PARTS: [&str; 3] = ["lights", "visibility", "shading"];
+pub const PARTS: [&str; 3] = [part::LIGHTS, part::VISIBILITY, part::SHADING];
 
 /// A frame, or parts of one, with all that it keeps between its passes.
 ///
@@ -140,10 +141,6 @@ impl Indirect {
         occluders: &Occluders,
         lists: &Lists<'_>,
     ) -> Result<Self, IndirectError> {
-        let faults = settings.faults(device);
-        if !faults.is_empty() {
-            return Err(IndirectError::Settings(faults));
-        }
         let frame = frame(package, configuration, occluders)?;
         let executor = Executor::new(device, queue, package, &frame, lists)?;
         let (settings, occluders) = (settings.clone(), occluders.clone());
@@ -162,10 +159,6 @@ impl Indirect {
         settings: &Settings,
         parts: &[&str],
     ) -> Result<(), IndirectError> {
-        let faults = settings.faults(source.device);
-        if !faults.is_empty() {
-            return Err(IndirectError::Settings(faults));
-        }
         let parts = parts.iter().map(|part| (*part).to_owned()).collect::<BTreeSet<_>>();
         let configuration = Configuration { parts: Some(parts), ..settings.configuration() };
         let frame = frame(source.package, configuration, &self.occluders)?;
@@ -219,10 +212,10 @@ impl Indirect {
     /// What follows from the light and the settings.
     pub fn lit<'a>(&self, light: &LightView) -> execute::Inputs<'a> {
         let mut given = execute::Inputs::new();
-        let Settings { bias_scale, light_tile, .. } = self.settings;
+        let Settings { bias_scale, tile, .. } = self.settings;
         host::light(&mut given, light);
-        host::light_maps(&mut given, light.least_near, host::bias(bias_scale, light_tile));
-        given.set("diffuse_mean_length", self.settings.diffuse_mean_length());
+        host::light_maps(&mut given, light.least_near, host::bias(bias_scale, tile));
+        given.set(input::DIFFUSE_MEAN_LENGTH, self.settings.diffuse_mean_length());
         self.occluders.supply(&mut given);
         given
     }
@@ -230,7 +223,11 @@ impl Indirect {
     /// Adds what follows from the camera.
     pub fn seen(&self, given: &mut execute::Inputs<'_>, gbuffer: SurfaceViews<'_>, eye: Vec3) {
         host::eye_at(given, eye);
-        supply(given, ["gbuffer_position", "gbuffer_normal", "gbuffer_base_color"], gbuffer);
+        supply(
+            given,
+            [resource::GBUFFER_POSITION, resource::GBUFFER_NORMAL, resource::GBUFFER_BASE_COLOR],
+            gbuffer,
+        );
     }
 
     /// Lets Markov chains begin again with the next frame.
@@ -276,9 +273,7 @@ fn frame(
         return Err(IndirectError::Description(text));
     };
     host::occluder_counts(&mut configuration, occluders.counts().map(u64::from));
-    description
-        .evaluate(&configuration)
-        .map_err(|errors| IndirectError::Description(errors.to_string()))
+    description.evaluate(&configuration).map_err(IndirectError::Settings)
 }
 
 fn supply(given: &mut execute::Inputs<'_>, names: [&'static str; 3], views: SurfaceViews<'_>) {

@@ -13,7 +13,7 @@
 //! use sglow_runtime::settings::Settings;
 //!
 //! // Once: pipelines and buffers for 1920 x 1088 pixels and 1024 virtual lights.
-//! let settings = Settings { size: [1920, 1088], rsm_size: 512, ..Settings::default() };
+//! let settings = Settings { size: [1920, 1088], map: 512, ..Settings::default() };
 //! let indirect = Indirect::new(device, queue, &settings)?;
 //! // Every frame: `rsm` and `gbuffer` are three textures each that the engine has rendered.
 //! indirect.encode(encoder, &Inputs { rsm, gbuffer, light, eye }, None)?;

@@ -1,5 +1,6 @@
 //! The triangles that occlude virtual lights, on a device.
 
+use sglow_shaders::frame::resource;
 use sglow_shaders::{SglowShadowPoint, Visibility};
 use wgpu::util::DeviceExt as _;
 
@@ -48,12 +49,12 @@ impl Occluders {
                 let indices = if indices.is_empty() { &[0] } else { indices };
                 vec![
                     make(
-                        "occluder_positions",
+                        resource::OCCLUDER_POSITIONS,
                         bytemuck::cast_slice(positions),
                         wgpu::BufferUsages::VERTEX,
                     ),
                     make(
-                        "occluder_indices",
+                        resource::OCCLUDER_INDICES,
                         bytemuck::cast_slice(indices),
                         wgpu::BufferUsages::INDEX,
                     ),
@@ -69,7 +70,7 @@ impl Occluders {
                     );
                 }
                 let bytes = bytemuck::cast_slice(&points);
-                vec![make("points", bytes, wgpu::BufferUsages::STORAGE)]
+                vec![make(resource::POINTS, bytes, wgpu::BufferUsages::STORAGE)]
             }
         };
         Ok(Self { buffers, counts })

@@ -344,17 +344,17 @@ pub(crate) struct Run {
 impl Run {
     pub(crate) fn new(settings: &Settings, kind: LightKind, package: &Package, seed: u64) -> Self {
         let gpu = gpu();
-        let rsm = random_surfaces([settings.rsm_size; 2], seed);
+        let rsm = random_surfaces([settings.map; 2], seed);
         let gbuffer = random_surfaces(settings.size, seed + 1);
         let indirect = indirect(settings, package);
         let run = Self {
             indirect,
-            light: light(kind, settings.rsm_size),
+            light: light(kind, settings.map),
             rsm,
             gbuffer,
             eye: Vec3::new(0.5, 1.8, 3.0),
         };
-        let rsm = Uploaded::new(&run.rsm, [settings.rsm_size; 2]);
+        let rsm = Uploaded::new(&run.rsm, [settings.map; 2]);
         let gbuffer = Uploaded::new(&run.gbuffer, settings.size);
         let inputs =
             Inputs { rsm: rsm.views(), gbuffer: gbuffer.views(), light: &run.light, eye: run.eye };
@@ -368,5 +368,5 @@ impl Run {
 
 /// Settings small enough for a test.
 pub(crate) fn small() -> Settings {
-    Settings { size: [24, 16], rsm_size: 32, count: 48, camera_count: 40, ..Settings::default() }
+    Settings { size: [24, 16], map: 32, lights: 48, camera_lights: 40, ..Settings::default() }
 }

@@ -84,7 +84,7 @@ fn check(
         Check::new(&gpu().device, &gpu().queue, &Package::embedded(), Lobes::Both, precision)
             .unwrap();
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    check.encode(&mut encoder, uploaded.views(), vsgls, settings.count, settings.size);
+    check.encode(&mut encoder, uploaded.views(), vsgls, settings.lights, settings.size);
     gpu().queue.submit([encoder.finish()]);
     check.read(gpu()).unwrap()
 }

@@ -14,9 +14,9 @@ use crate::common::{KINDS, Uploaded, gpu, indirect, light, random_surfaces, smal
 fn run(settings: &Settings, rsm: &Surfaces, gbuffer: &Surfaces) -> (Vec<[f32; 4]>, bool) {
     let gpu = gpu();
     let indirect = indirect(settings, whole_space());
-    let view = light(KINDS[0], settings.rsm_size);
+    let view = light(KINDS[0], settings.map);
     let (rsm, gbuffer) =
-        (Uploaded::new(rsm, [settings.rsm_size; 2]), Uploaded::new(gbuffer, settings.size));
+        (Uploaded::new(rsm, [settings.map; 2]), Uploaded::new(gbuffer, settings.size));
     let inputs = Inputs {
         rsm: rsm.views(),
         gbuffer: gbuffer.views(),
@@ -40,7 +40,7 @@ fn run(settings: &Settings, rsm: &Surfaces, gbuffer: &Surfaces) -> (Vec<[f32; 4]
 fn methods() -> Vec<Settings> {
     let mut all = Vec::new();
     for density in Density::ALL {
-        let base = Settings { density, count: 40, ..small() };
+        let base = Settings { density, lights: 40, ..small() };
         all.push(Settings { kernel: Kernel::Previous, ..base.clone() });
         all.push(Settings { solver: Solver::Bisection, ..base.clone() });
         all.push(Settings { draw: Draw::Metropolis, ..base.clone() });
@@ -73,7 +73,7 @@ fn what_has_no_light_is_black() {
             "{}, {}, {}, {}",
             settings.density, settings.kernel, settings.draw, settings.space
         );
-        let rsm = random_surfaces([settings.rsm_size; 2], 11);
+        let rsm = random_surfaces([settings.map; 2], 11);
         let gbuffer = random_surfaces(settings.size, 12);
         // Negative control: with light it is not.
         let (lit, finite) = run(&settings, &rsm, &gbuffer);
@@ -92,7 +92,7 @@ fn what_has_no_light_is_black() {
 #[test]
 fn a_camera_that_sees_nothing_shows_black() {
     for settings in methods() {
-        let rsm = random_surfaces([settings.rsm_size; 2], 13);
+        let rsm = random_surfaces([settings.map; 2], 13);
         let gbuffer = absent(random_surfaces(settings.size, 14));
         let (dark, finite) = run(&settings, &rsm, &gbuffer);
         assert!(finite && is_black(&dark), "{}, {}", settings.density, settings.space);
@@ -104,7 +104,12 @@ fn a_camera_that_sees_nothing_shows_black() {
 fn any_number_of_lights_keeps_the_picture_finite() {
     for settings in methods() {
         for (count, camera_count, rsm_size) in [(1, 1, 32), (500, 700, 8)] {
-            let settings = Settings { count, camera_count, rsm_size, ..settings.clone() };
+            let settings = Settings {
+                lights: count,
+                camera_lights: camera_count,
+                map: rsm_size,
+                ..settings.clone()
+            };
             let rsm = random_surfaces([rsm_size; 2], 15);
             let (lit, finite) = run(&settings, &rsm, &random_surfaces(settings.size, 16));
             let what = format!("{count} lights, {}, {}", settings.density, settings.space);

@@ -5,6 +5,7 @@ use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, density, rsm};
 use sglow_renderer::stages::Stages as _;
+use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -42,7 +43,7 @@ fn unpadded<T: Copy + Into<[f32; 4]>>(texels: &[T], padded: usize, size: [usize;
 /// The density at level 0 of the light's map.
 fn compare(run: &Run) -> Comparison {
     let settings = run.indirect.settings();
-    let size = [settings.rsm_size as usize; 2];
+    let size = [settings.map as usize; 2];
     let padded = run.indirect.density().unwrap().width() as usize;
     let measured = readback::texture(gpu(), &run.indirect.density().unwrap(), 0).unwrap();
     let measured = unpadded(&measured, padded, size);
@@ -178,11 +179,8 @@ fn maps_of_any_size_are_padded() {
     for (size, padded) in [(1, 1), (7, 8), (24, 32), (33, 64)] {
         for density in Density::ALL {
             for light in &KINDS[..2] {
-                let settings = Settings {
-                    rsm_size: size,
-                    light: kind(*light),
-                    ..settings(density, Lobes::Both)
-                };
+                let settings =
+                    Settings { map: size, light: kind(*light), ..settings(density, Lobes::Both) };
                 let run = Run::new(&settings, *light, &Package::embedded(), 8);
                 assert_eq!(run.indirect.density().unwrap().width(), padded);
                 let comparison = compare(&run);
@@ -195,14 +193,14 @@ fn maps_of_any_size_are_padded() {
             }
         }
     }
-    let settings = Settings { rsm_size: 20, light: Light::Point, ..small() };
+    let settings = Settings { map: 20, light: Light::Point, ..small() };
     compare(&Run::new(&settings, KINDS[2], &Package::embedded(), 8)).assert_holds("a point light");
 }
 
 #[test]
 fn padding_keeps_the_power() {
     let total = |size: u32| {
-        let settings = Settings { rsm_size: size, lobes: Lobes::Diffuse, ..small() };
+        let settings = Settings { map: size, lobes: Lobes::Diffuse, ..small() };
         let run = Run::new(&settings, KINDS[0], &Package::embedded(), 9);
         let moments: Vec<Moments> =
             reference::moments(gpu(), &run.indirect, &run.light, 0).unwrap();

@@ -23,7 +23,7 @@ fn run(kind: LightKind, ndf: Ndf, package: &Package) -> Comparison {
     }
     let specular = if ndf == Ndf::None { Specular::None } else { Specular::Asg };
     let size = [64, 48];
-    let settings = Settings { size, rsm_size: 32, count: 4, specular, ndf, ..Settings::default() };
+    let settings = Settings { size, map: 32, lights: 4, specular, ndf, ..Settings::default() };
     let axis = match kind {
         LightKind::Spot { .. } => Light::Spot,
         LightKind::Directional => Light::Directional,

@@ -31,7 +31,7 @@ fn frame(package: &Package, settings: &Settings, scene: &Scene, parts: Option<&[
 }
 
 fn base() -> Settings {
-    Settings { size: [40, 24], rsm_size: 48, count: 60, camera_count: 70, ..Settings::default() }
+    Settings { size: [40, 24], map: 48, lights: 60, camera_lights: 70, ..Settings::default() }
 }
 
 /// A light that moves and changes from frame to frame.
@@ -172,13 +172,13 @@ fn chains_begin_again_and_sizes_change() {
 
     let pipelines = embedded.executor.made().pipelines;
     let Embedded { package, scene, settings, executor, .. } = &mut embedded;
-    let fewer = Settings { count: 7, ..settings.clone() };
+    let fewer = Settings { lights: 7, ..settings.clone() };
     let frame = frame(package, &fewer, scene, Some(&PARTS));
     executor.resize(package, &frame, &Lists::new()).unwrap();
     embedded.run();
     assert_eq!(embedded.executor.made().pipelines, pipelines);
     assert!(embedded.lights().len() < first.len());
-    let same = Embedded::new(Settings { draw, count: 7, ..base() });
+    let same = Embedded::new(Settings { draw, lights: 7, ..base() });
     assert!(embedded.lights() == lights(&same.renderer));
 }
 

@@ -10,7 +10,7 @@ use crate::common::{gpu, whole_space};
 
 fn run(kernel: Kernel, count: u32, size: [usize; 2], texels: &[f32]) -> (f64, Sampled) {
     let (side, square) = padded(size, texels);
-    let settings = Settings { kernel, count, rsm_size: side as u32, ..Settings::default() };
+    let settings = Settings { kernel, lights: count, map: side as u32, ..Settings::default() };
     (side as f64, sample(gpu(), whole_space(), &settings, &square, &square).unwrap())
 }
 

@@ -6,6 +6,7 @@ use sglow_oracle::vsgl::{Lobe, PackedLobe, Vsgl, sample};
 use sglow_oracle::{Vector3, metrics, shade};
 use sglow_renderer::frame::{Frame, Renderer};
 use sglow_renderer::reference;
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
@@ -14,7 +15,7 @@ use sglow_shaders::{Diffuse, Emitter, Kernel, Precision, Specular};
 use crate::common::{broken, gpu, whole_space};
 
 fn settings() -> Settings {
-    Settings { size: [48, 32], rsm_size: 64, count: 128, ..Settings::default() }
+    Settings { size: [48, 32], map: 64, lights: 128, ..Settings::default() }
 }
 
 /// Relative difference of indirect light, root mean square over mean, between a frame and the oracle's.
@@ -26,7 +27,7 @@ fn difference(name: &str, settings: &Settings, package: &Package) -> f64 {
     let settings = renderer.indirect().settings();
     let view = renderer.light();
 
-    let size = settings.rsm_size as usize;
+    let size = settings.map as usize;
     let light = reference::light(view, settings.light);
     let origin = reference::vector(view.origin);
     let texels: Vec<SurfaceTexel> = reference::texels(&renderer.read_rsm().unwrap());
@@ -52,7 +53,7 @@ fn difference(name: &str, settings: &Settings, package: &Package) -> f64 {
     };
     let density = Pyramid::build::<f64>(size, density).unwrap();
     let sampling = reference::sample_settings(settings, view);
-    let lights: Vec<Vsgl> = (0..settings.count)
+    let lights: Vec<Vsgl> = (0..settings.lights)
         .map(|index| sample(index, &density, &moments, &sampling).light)
         .map(|light| {
             let stored = |lobe: Lobe| if half { PackedLobe::of_lobe(&lobe).lobe() } else { lobe };
@@ -163,7 +164,7 @@ fn a_broken_stage_is_noticed() {
 #[test]
 fn the_times_of_the_passes_add_up_to_the_frame() {
     let scene = Scene::builtin("cornell-glossy").unwrap();
-    let settings = Settings { size: [256, 192], count: 512, ..settings() };
+    let settings = Settings { size: [256, 192], lights: 512, ..settings() };
     let renderer = Renderer::new(gpu(), &Package::embedded(), &scene, &settings, 0).unwrap();
     renderer.render().unwrap();
     let start = std::time::Instant::now();

@@ -32,8 +32,8 @@ impl Progress for Silent {
 fn base() -> Settings {
     Settings {
         size: [24, 18],
-        rsm_size: 32,
-        count: 16,
+        map: 32,
+        lights: 16,
         lobes: Lobes::Diffuse,
         specular: Specular::None,
         ndf: Ndf::None,

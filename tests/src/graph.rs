@@ -5,7 +5,7 @@ use std::process::Command;
 
 use sglow_graph::{Configuration, Description, Frame, Problem};
 use sglow_renderer::plan::Surfaces;
-use sglow_runtime::settings::{AXES, Settings};
+use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::validate::Validated;
@@ -31,7 +31,7 @@ fn random(library: &Library, random: &mut Random) -> Settings {
     let mut pick = |count: usize| ((random.uniform() * count as f64) as usize).min(count - 1);
     loop {
         let mut settings = Settings { complete: pick(8) == 0, ..Settings::default() };
-        for axis in AXES {
+        for axis in Settings::AXES.iter().copied() {
             let values = &library.axis[axis].value;
             settings.set(axis, &values[pick(values.len())].name).unwrap();
         }

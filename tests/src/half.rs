@@ -16,7 +16,7 @@ fn run(name: &str, settings: &Settings) -> Halved {
 }
 
 fn settings() -> Settings {
-    Settings { size: [48, 32], rsm_size: 64, count: 128, ..Settings::default() }
+    Settings { size: [48, 32], map: 64, lights: 128, ..Settings::default() }
 }
 
 /// Indirect light of a scene whose lights are `factor` times as strong, over that factor.
@@ -93,8 +93,7 @@ fn lights_keep_their_lobes() {
 fn halves_save_bytes() {
     let size = 256;
     for (lobes, expected) in [(Lobes::Both, [84, 60]), (Lobes::Diffuse, [52, 36])] {
-        let mut settings =
-            Settings { size: [8, 8], rsm_size: size, count: 1024, lobes, ..settings() };
+        let mut settings = Settings { size: [8, 8], map: size, lights: 1024, lobes, ..settings() };
         if lobes == Lobes::Diffuse {
             settings.set("specular", "none").unwrap();
             settings.set("ndf", "none").unwrap();

@@ -24,10 +24,10 @@ fn refused(settings: &Settings) -> String {
 fn settings_that_cannot_be_are_told_all_at_once() {
     let settings = Settings {
         size: [0, 1_000_000],
-        rsm_size: 0,
-        camera_count: 0,
+        map: 0,
+        camera_lights: 0,
         light: Light::Camera,
-        count: 0,
+        lights: 0,
         size_factor: f32::NAN,
         iterations: 25,
         specular: Specular::None,
@@ -115,6 +115,6 @@ fn a_lost_device_is_an_error() {
 
 #[test]
 fn a_point_light_needs_a_map_of_tiles() {
-    let text = refused(&Settings { rsm_size: 33, light: Light::Point, ..small() });
+    let text = refused(&Settings { map: 33, light: Light::Point, ..small() });
     assert!(text.contains("is 33, and must be a multiple of 4"), "{text}");
 }

@@ -7,6 +7,7 @@ use sglow_oracle::vsgl::{self, Kernel as OracleKernel, Lobe, Vsgl, packed};
 use sglow_oracle::{Bounded, Vector3};
 use sglow_renderer::density::sample;
 use sglow_renderer::stages::Stages as _;
+use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -60,7 +61,7 @@ fn compare(run: &Run) -> Comparisons {
         undecided: 0,
     };
     for (index, (kernel, light)) in kernels.iter().zip(&lights).enumerate() {
-        let warped = warp(&density, lattice::point::<Bounded>(index as u32, settings.count));
+        let warped = warp(&density, lattice::point::<Bounded>(index as u32, settings.lights));
         if !warped.certain {
             // Rounding may lead the warp into another texel, and all that follows with it.
             comparisons.uncertain += 1;
@@ -139,7 +140,7 @@ const KERNELS: [(Kernel, Solver); 3] = [
 ];
 
 fn settings(kernel: Kernel, lobes: Lobes) -> Settings {
-    Settings { kernel, lobes, count: 200, ..small() }
+    Settings { kernel, lobes, lights: 200, ..small() }
 }
 
 fn halves() -> Settings {
@@ -199,7 +200,7 @@ fn lights_of_every_variance_and_sharpness_agree_with_the_oracle() {
 fn a_map_of_one_texel_has_one_level() {
     for (kernel, solver) in KERNELS {
         for count in [1, 16] {
-            let settings = Settings { kernel, solver, count, rsm_size: 1, ..small() };
+            let settings = Settings { kernel, solver, lights: count, map: 1, ..small() };
             let sampled = sample(gpu(), whole_space(), &settings, &[3.0], &[2.0]).unwrap();
             assert!(
                 sampled.kernels.iter().all(|one| one.level == 0.0),

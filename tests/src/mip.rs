@@ -97,7 +97,7 @@ fn a_broken_shader_is_noticed() {
 #[test]
 fn the_density_is_the_weight() {
     let run = Run::new(&small(), KINDS[0], &Package::embedded(), 2);
-    let size = small().rsm_size as usize;
+    let size = small().map as usize;
     let moments = readback::texture(gpu(), &run.indirect.moments().unwrap(), 0).unwrap();
     let density = readback::texture(gpu(), &run.indirect.density().unwrap(), 0).unwrap();
     let compare = |channel: usize| {

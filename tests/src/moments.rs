@@ -5,6 +5,7 @@ use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::{Bounded, Vector3};
 use sglow_renderer::reference;
 use sglow_renderer::stages::Stages as _;
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::LightKind;
@@ -24,7 +25,7 @@ fn settings(kind: LightKind, lobes: Lobes) -> Settings {
 fn compare(run: &Run) -> Comparison {
     let settings = run.indirect.settings();
     let measured: Vec<Moments> = reference::moments(gpu(), &run.indirect, &run.light, 0).unwrap();
-    let size = settings.rsm_size as usize;
+    let size = settings.map as usize;
     let light = reference::light(&run.light, settings.light);
     let lobes = reference::lobes(settings.lobes);
     let origin = Vector3::constant(reference::vector(run.light.origin));

@@ -19,7 +19,7 @@ use sglow_shaders::Specular;
 use crate::common::gpu;
 
 fn settings() -> Settings {
-    Settings { size: [48, 32], rsm_size: 64, count: 8, ..Settings::default() }
+    Settings { size: [48, 32], map: 64, lights: 8, ..Settings::default() }
 }
 
 /// Rays through a texel's centre and the rasteriser find the same place, but at outlines.
@@ -70,7 +70,7 @@ fn visibility_takes_light_away_and_only_so_much() {
     let settings = Settings {
         specular: Specular::None,
         ndf: sglow_shaders::Ndf::None,
-        rsm_size: 256,
+        map: 256,
         size: [24, 16],
         ..settings()
     };
@@ -115,7 +115,7 @@ fn drawn(name: &str, settings: &Settings) -> Drawn {
 /// What points with bounded distances give at diffuse surfaces: facets as they are not.
 fn as_points(drawn: &Drawn) -> Vec<[f64; 3]> {
     let light = reference::light(&drawn.light, drawn.settings.light);
-    let size = [drawn.settings.rsm_size as usize; 2];
+    let size = [drawn.settings.map as usize; 2];
     let texels: Vec<SurfaceTexel> = reference::texels(&drawn.rsm);
     let points: Vec<(Vector3, Vector3, Vector3, f64)> = texels
         .iter()
@@ -204,7 +204,7 @@ fn guided_paths_find_the_same_with_less_noise() {
     for (name, at_most, gain) in
         [("cornell", 0.04, 2.0), ("columns", 0.03, 1.7), ("caustic", 0.15, 5.0)]
     {
-        let drawn = drawn(name, &Settings { rsm_size: 256, ..settings() });
+        let drawn = drawn(name, &Settings { map: 256, ..settings() });
         let guided = drawn.halves(1024, 256, 1).unwrap();
         let plain = drawn.halves(1024, 0, 2).unwrap();
         let (guided_mean, plain_mean) = (means(&guided), means(&plain));
@@ -250,7 +250,7 @@ fn guided_paths_find_the_same_with_less_noise() {
 #[test]
 fn facets_are_nearer_than_points_to_what_rays_through_everything_find() {
     for (name, at_most) in [("cornell", 0.06), ("columns", 0.04)] {
-        let drawn = drawn(name, &Settings { rsm_size: 256, ..settings() });
+        let drawn = drawn(name, &Settings { map: 256, ..settings() });
         let halves = through_everything(&drawn);
         let off = |picture: &[[f64; 3]]| {
             let found = metrics::compare(picture, halves.each_ref().map(Vec::as_slice), None);
@@ -269,7 +269,7 @@ fn facets_are_nearer_than_points_to_what_rays_through_everything_find() {
 #[test]
 fn facets_of_a_coarse_map_are_near_those_of_a_fine_one() {
     for name in ["cornell", "columns"] {
-        let of = |rsm_size| drawn(name, &Settings { rsm_size, ..settings() }).facets();
+        let of = |rsm_size| drawn(name, &Settings { map: rsm_size, ..settings() }).facets();
         let fine = of(512);
         let [found, control] = [256, 32].map(|map| {
             let found = metrics::compare_exact(&of(map), &fine).unwrap();

@@ -4,7 +4,8 @@
 use std::collections::BTreeSet;
 
 use sglow_renderer::frame::Renderer;
-use sglow_runtime::settings::{AXES, Settings};
+use sglow_renderer::variants::Variants as _;
+use sglow_runtime::settings::Settings;
 use sglow_scene::{LightKind, Scene};
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::{Facts, Variant};
@@ -18,11 +19,11 @@ use crate::common::{KINDS, gpu, library, plan, whole_space};
 fn base() -> Settings {
     Settings {
         size: [24, 17],
-        rsm_size: 20,
-        count: 33,
-        camera_count: 19,
+        map: 20,
+        lights: 33,
+        camera_lights: 19,
         shadow_points: 50,
-        light_tile: 8,
+        tile: 8,
         ..Settings::default()
     }
 }
@@ -58,7 +59,7 @@ fn many() -> Vec<Settings> {
     }
     for space in [Space::Image, Space::World] {
         for count in [1, 1100] {
-            all.push(Settings { space, count, lobes: Lobes::Diffuse, ..plain() });
+            all.push(Settings { space, lights: count, lobes: Lobes::Diffuse, ..plain() });
         }
     }
     all
@@ -120,10 +121,10 @@ fn left_by_rules(
     let mut keep = |axis: &str, values: &[String]| {
         allowed.get_mut(axis).unwrap().values.retain(|known| values.contains(known));
     };
-    for axis in AXES {
+    for axis in Settings::AXES.iter().copied() {
         let value = match axis {
             "solver" => settings.sample().solver.to_string(),
-            _ => settings.value(axis).unwrap(),
+            _ => settings.get(axis).unwrap(),
         };
         let mut values = vec![value];
         match axis {
@@ -179,7 +180,7 @@ fn a_plan_of_other_settings_is_noticed() {
     let scene = Scene::builtin("cornell").unwrap();
     for other in [
         Settings { lobes: Lobes::Diffuse, ..base() },
-        Settings { rsm_size: 33, ..base() },
+        Settings { map: 33, ..base() },
         Settings { complete: true, ..base() },
         Settings { visibility: Visibility::ShadowMap, ..base() },
     ] {

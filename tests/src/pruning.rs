@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{Frame, FrameError, Renderer};
 use sglow_renderer::plan::Storage;
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::package::Assumption;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -159,7 +160,7 @@ fn facts_are_those_of_the_scenes() {
 }
 
 fn base() -> Settings {
-    Settings { size: [40, 30], rsm_size: 32, count: 32, ..Settings::default() }
+    Settings { size: [40, 30], map: 32, lights: 32, ..Settings::default() }
 }
 
 /// The settings after the needs of a scene, by the rules of the library.
@@ -167,7 +168,7 @@ fn pruned(scene: &Scene) -> Settings {
     let library = library();
     let needed = library.needed(&scene.facts().known()).unwrap();
     let mut settings = base();
-    for axis in sglow_runtime::settings::AXES {
+    for axis in Settings::AXES.iter().copied() {
         if let [value] = needed[axis].values.as_slice() {
             settings.set(axis, value).unwrap();
         }
@@ -269,7 +270,7 @@ fn where_nothing_occludes_maps_of_the_lights_change_nothing_in_front_of_them() {
     };
     for (occluders, changes) in [(false, false), (true, true)] {
         let scene = lit_floor(occluders);
-        let settings = Settings { count: 64, assumed: Vec::new(), ..pruned(&lit_floor(false)) };
+        let settings = Settings { lights: 64, assumed: Vec::new(), ..pruned(&lit_floor(false)) };
         let without = render(&scene, &settings, whole_space());
         let visibility = Visibility::ShadowMap;
         let with = render(&scene, &Settings { visibility, ..settings }, whole_space());
@@ -300,11 +301,11 @@ fn allocated(gpu: &Gpu) -> BTreeMap<String, u64> {
 #[test]
 fn what_is_left_out_takes_no_memory_of_the_device_and_no_binding() {
     let scene = scene(PLAIN);
-    let pruned = Settings { size: [200, 150], rsm_size: 128, ..pruned(&scene) };
+    let pruned = Settings { size: [200, 150], map: 128, ..pruned(&scene) };
     let full = Settings {
         complete: true,
         visibility: Visibility::ShadowMap,
-        ..Settings { size: pruned.size, rsm_size: pruned.rsm_size, ..base() }
+        ..Settings { size: pruned.size, map: pruned.map, ..base() }
     };
     let left_out = ["specular", "emission", "light_maps"];
     let bindings = |package: &Package| {

@@ -4,6 +4,7 @@ use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, shade};
 use sglow_renderer::stages::{Seen, Stages as _};
+use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;

@@ -18,7 +18,7 @@ fn run(stress: Stress, kernel: Kernel, package: &Package) -> Sampled {
 }
 
 fn run_solver(stress: Stress, kernel: Kernel, solver: Solver, package: &Package) -> Sampled {
-    let settings = Settings { rsm_size: SIZE, count: 1024, kernel, solver, ..Settings::default() };
+    let settings = Settings { map: SIZE, lights: 1024, kernel, solver, ..Settings::default() };
     let density = stress.texels(SIZE as usize, 1);
     // Power that follows the density but for a reflectance; with the density itself Eq. (5) is exact by construction.
     let mut random = Random::new(2);
@@ -156,8 +156,7 @@ fn the_bracketed_levels_agree_with_the_oracle() {
 /// Times are for people to read; here they have to come out at all, one for each of the settings.
 #[test]
 fn settings_are_timed_in_turn() {
-    let settings =
-        |kernel, solver| Settings { rsm_size: 64, kernel, solver, ..Settings::default() };
+    let settings = |kernel, solver| Settings { map: 64, kernel, solver, ..Settings::default() };
     let candidates = [
         settings(Kernel::Previous, Solver::None),
         settings(Kernel::Modified, Solver::Bisection),

@@ -16,7 +16,7 @@ use crate::common::{Comparison, broken, gpu};
 const HALF_ULP: f64 = 1.0 / 1024.0;
 
 fn settings() -> Settings {
-    Settings { size: [96, 72], rsm_size: 64, count: 8, ..Settings::default() }
+    Settings { size: [96, 72], map: 64, lights: 8, ..Settings::default() }
 }
 
 fn triangles(scene: &Scene) -> Vec<Triangle> {
@@ -128,7 +128,7 @@ fn run(name: &str, package: &Package) -> [Comparison; 2] {
     let rsm = renderer.read_rsm().unwrap();
     let light = reference::light(renderer.light(), sglow_shaders::Light::Spot);
     let lit =
-        compare(&scene, &rsm, &light.cameras()[0], light.position, [settings.rsm_size as usize; 2]);
+        compare(&scene, &rsm, &light.cameras()[0], light.position, [settings.map as usize; 2]);
     [seen, lit]
 }
 

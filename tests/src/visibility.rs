@@ -11,6 +11,7 @@ use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, shade};
 use sglow_renderer::frame::{Renderer, Surfaces};
 use sglow_renderer::stages::Stages as _;
+use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
 use sglow_runtime::execute::{Inputs, Lists};
 use sglow_runtime::host;
@@ -114,8 +115,8 @@ impl Stage {
         Self {
             settings: Settings {
                 size: [receivers.len() as u32, 1],
-                count: lights.len() as u32,
-                rsm_size: 8,
+                lights: lights.len() as u32,
+                map: 8,
                 lobes: Lobes::Diffuse,
                 specular: Specular::None,
                 ndf: Ndf::None,
@@ -133,7 +134,7 @@ impl Stage {
     }
 
     fn config(&self, visibility: Axis) -> Config {
-        let Settings { lobes, precision, count, .. } = self.settings;
+        let Settings { lobes, precision, lights: count, .. } = self.settings;
         Config { points: 2048, levels: 2, ..Config::new(visibility, lobes, precision, count) }
     }
 
@@ -141,7 +142,7 @@ impl Stage {
     fn run(&self, config: &Config, package: &Package) -> Run<'_> {
         let settings = config.settings(&self.settings);
         let occluders = Occluders::new(&gpu().device, &settings, self.mesh.geometry()).unwrap();
-        let indirect = made(config, &settings, package, &occluders).unwrap();
+        let indirect = made(&settings, package, &occluders).unwrap();
         let vsgls = gpu().device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("test lights"),
             contents: &self.lights,
@@ -172,12 +173,11 @@ impl Stage {
 
 /// The maps of given lights, and what reflects them.
 fn made(
-    config: &Config,
     settings: &Settings,
     package: &Package,
     occluders: &Occluders,
 ) -> Result<Indirect, IndirectError> {
-    let configuration = config.configuration(settings);
+    let configuration = Config::configuration(settings);
     let source = gpu().source(package);
     Indirect::of_configuration(source, settings, configuration, occluders, &Lists::new())
 }
@@ -417,7 +417,7 @@ impl Run<'_> {
 }
 
 fn small(lobes: Lobes, precision: Precision) -> Settings {
-    Settings { size: [32, 24], rsm_size: 32, count: 20, lobes, precision, ..Settings::default() }
+    Settings { size: [32, 24], map: 32, lights: 20, lobes, precision, ..Settings::default() }
 }
 
 #[test]
@@ -693,7 +693,7 @@ fn settings_that_cannot_be_are_named() {
         let few = Settings { shadow_points: 1, ..settings.clone() };
         let mesh = floor().mesh;
         let occluders = Occluders::new(&gpu().device, &few, mesh.geometry()).unwrap();
-        let made = made(config, &settings, &Package::embedded(), &occluders);
+        let made = made(&settings, &Package::embedded(), &occluders);
         made.err().map(|error| error.to_string()).unwrap_or_default()
     };
     assert_eq!(fault(&Config { count: 1, points: 1, ..config.clone() }), "");

@@ -6,7 +6,7 @@ use sglow_renderer::frame;
 use sglow_renderer::needs::{Needs, least_limits, needs};
 use sglow_renderer::plan::{Plan, Surfaces};
 use sglow_runtime::package::Assumption;
-use sglow_runtime::settings::{AXES, Settings};
+use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shader_gen::library::{Library, Setting};
 use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
@@ -43,7 +43,8 @@ impl Request {
         facts: &Facts,
         set: &[String],
     ) -> Result<Settings> {
-        let mut settings = Settings { size: self.size, ..Settings::default() };
+        let others = others(library);
+        let mut settings = Settings { size: self.size, others, ..Settings::default() };
         let by_hand = || self.numbers.iter().chain(set).filter_map(|one| one.split('=').next());
         for rule in library.class_default.iter().filter(|rule| rule.holds(facts, by_hand())) {
             apply(&rule.set, &mut settings)?;
@@ -106,11 +107,22 @@ impl Derivation {
         }
         let needs = needs(scene, 0, &settings, &least_limits());
         let mut settings = needs.settings.clone();
-        settings.assumed = assumptions(library, &allowed, &AXES, set);
+        settings.assumed = assumptions(library, &allowed, Settings::AXES, set);
         let surfaces = Surfaces::of(scene, settings.complete);
         let plan = plan(library, &settings, &surfaces)?;
         Ok(Self { request: request.clone(), needs, allowed, settings, surfaces, plan })
     }
+}
+
+/// The defaults of what a library that is laid over this one adds: axes and parameters.
+fn others(library: &Library) -> BTreeMap<String, String> {
+    let own = Settings::default();
+    let axes = library.axis.iter().filter(|(_, axis)| axis.setting);
+    let axes = axes.map(|(name, axis)| (name.clone(), axis.default.clone()));
+    let parameters = library.parameters().filter(|(_, parameter)| !parameter.host);
+    let parameters =
+        parameters.map(|(name, parameter)| (name.clone(), parameter.default.real().to_string()));
+    axes.chain(parameters).filter(|(name, _)| own.get(name).is_none()).collect()
 }
 
 /// What a frame takes, at any size.
@@ -169,8 +181,8 @@ pub(crate) fn settle(
     requested: &Settings,
 ) -> Result<Settings> {
     let mut settings = requested.clone();
-    for axis in AXES {
-        let (Some(allowed), Some(value)) = (allowed.get(axis), settings.value(axis)) else {
+    for axis in Settings::AXES.iter().copied() {
+        let (Some(allowed), Some(value)) = (allowed.get(axis), settings.get(axis)) else {
             continue;
         };
         if let Some(value) = nearest(library, axis, allowed, &value) {

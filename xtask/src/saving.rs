@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_renderer::plan::{Plan, Storage, Surfaces};
-use sglow_runtime::settings::{AXES, Settings};
+use sglow_renderer::variants::Variants as _;
+use sglow_runtime::settings::Settings;
 use sglow_scene::Facts;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Saved, Weight};
@@ -73,9 +74,9 @@ pub(crate) fn purpose(
         made_for: MadeFor {
             input: name.to_owned(),
             assumed: assumed(library, derivation, set),
-            chosen: AXES
+            chosen: Settings::AXES
                 .iter()
-                .filter_map(|axis| Some(((*axis).to_owned(), derivation.settings.value(axis)?)))
+                .filter_map(|axis| Some(((*axis).to_owned(), derivation.settings.get(axis)?)))
                 .collect(),
             saved: weight(&everything, &weights) - own,
         },
@@ -113,15 +114,15 @@ fn without(
     let own = &derivation.settings;
     let mut settings = settled(library, derivation, &known, &allowed, set)?;
     let differs = |settings: &Settings| {
-        let differs = |axis: &&&str| settings.value(axis) != own.value(axis);
-        AXES.iter().filter(differs).copied().collect::<Vec<_>>()
+        let differs = |axis: &&&str| settings.get(axis) != own.get(axis);
+        Settings::AXES.iter().filter(differs).copied().collect::<Vec<_>>()
     };
     if differs(&settings).is_empty() {
         // The default remains: what the rule has spared is what else might have been chosen.
         for (axis, removed) in &values {
             if let Some(value) = removed.first()
                 && axis != "light"
-                && AXES.contains(&axis.as_str())
+                && Settings::AXES.contains(&axis.as_str())
                 && !asks(set, axis)
             {
                 settings.set(axis, value)?;
@@ -131,7 +132,7 @@ fn without(
     }
     let mut against: Vec<_> = differs(&settings)
         .into_iter()
-        .filter_map(|axis| Some(format!("{axis}={}", settings.value(axis)?)))
+        .filter_map(|axis| Some(format!("{axis}={}", settings.get(axis)?)))
         .collect();
     let mut surfaces = derivation.surfaces.clone();
     if values.keys().any(|axis| SURFACE_AXES.contains(&axis.as_str())) {
@@ -171,8 +172,8 @@ fn settled(
     let mut requested = derivation.settings.clone();
     // The defaults of an input with these facts, as in `Derivation::new`.
     let defaults = derivation.request.settings(library, facts, set)?;
-    for axis in AXES {
-        if let Some(value) = defaults.value(axis) {
+    for axis in Settings::AXES.iter().copied() {
+        if let Some(value) = defaults.get(axis) {
             requested.set(axis, &value)?;
         }
     }
@@ -219,10 +220,10 @@ fn everything(library: &Library, derivation: &Derivation, set: &[String]) -> Res
 fn absent(library: &Library, derivation: &Derivation) -> Vec<Absent> {
     let mut allowed = derivation.allowed.clone();
     let settings = &derivation.settings;
-    for axis in AXES {
+    for axis in Settings::AXES.iter().copied() {
         let chosen = match axis {
             "solver" => Some(settings.sample().solver.to_string()),
-            _ => settings.value(axis),
+            _ => settings.get(axis),
         };
         let camera = (axis == "light").then(|| Light::Camera.to_string());
         let chosen: Vec<_> = chosen.into_iter().chain(camera).collect();

@@ -88,8 +88,8 @@ impl Timed {
 pub(super) fn of_maps(settings: &Settings) -> Settings {
     let space = if settings.space == Space::None { Space::None } else { Space::Image };
     // The maps depend on the number of the camera's lights, not of the light's.
-    let count = Settings::default().count;
-    reflected_by_default(&Settings { space, count, ..made_by_default(settings) })
+    let count = Settings::default().lights;
+    reflected_by_default(&Settings { space, lights: count, ..made_by_default(settings) })
 }
 
 /// The settings of what makes lights, whatever reflects them.
@@ -109,7 +109,7 @@ pub(super) fn of_shading(settings: &Settings) -> Settings {
         size_factor: usual.size_factor,
         emission_sharpness: usual.emission_sharpness,
         iterations: usual.iterations,
-        camera_count: usual.camera_count,
+        camera_lights: usual.camera_lights,
         ..made_by_default(settings)
     }
 }
@@ -137,7 +137,7 @@ fn reflected_by_default(settings: &Settings) -> Settings {
         ndf: sglow_shaders::Ndf::None,
         visibility: VisibilityAxis::None,
         shadow_points: Settings::default().shadow_points,
-        light_tile: Settings::default().light_tile,
+        tile: Settings::default().tile,
         near_scale: Settings::default().near_scale,
         bias_scale: Settings::default().bias_scale,
         ..settings.clone()
@@ -392,7 +392,7 @@ pub(super) fn no_density() -> FrontierError {
 /// Whether two ways' lights are held alike, so that what reflects the ones reflects the others.
 pub(super) fn held_alike(one: &Settings, other: &Settings) -> bool {
     let held = |settings: &Settings| {
-        (settings.lobes, settings.precision == Precision::F16, settings.count)
+        (settings.lobes, settings.precision == Precision::F16, settings.lights)
     };
     held(one) == held(other)
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Kernel, Precision, Sharpness, Solver, Space, Specular,
@@ -39,7 +40,7 @@ const LIGHTS: u32 = 1024;
 /// is a preset, which the caller adds.
 #[must_use]
 pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
-    let base = &Settings { count: LIGHTS, ..base.clone() };
+    let base = &Settings { lights: LIGHTS, ..base.clone() };
     let bare = Settings { visibility: Visibility::None, ..base.clone() };
     let specular = if base.specular == Specular::None { Specular::None } else { Specular::Asg };
     let old = Settings {
@@ -64,8 +65,8 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
     vec![
         (named::DEFAULT, base.clone()),
         (named::OLD, old),
-        (named::BARE_64, Settings { count: 64, ..bare.clone() }),
-        (named::BARE_16384, Settings { count: 16_384, ..bare.clone() }),
+        (named::BARE_64, Settings { lights: 64, ..bare.clone() }),
+        (named::BARE_16384, Settings { lights: 16_384, ..bare.clone() }),
         (named::BARE, bare),
         (named::LOBE, emitter("lobe")),
         (named::COSINE, emitter("cosine")),

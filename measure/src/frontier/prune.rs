@@ -2,6 +2,7 @@
 
 use sglow_renderer::frame::Renderer;
 use sglow_renderer::plan::Storage;
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Ndf, Specular};
 

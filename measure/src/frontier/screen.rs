@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Precision, Sharpness, Solver, Space,

@@ -4,6 +4,7 @@ use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 
@@ -38,7 +39,7 @@ impl<'a, 's> Shared<'a, 's> {
         &self,
         settings: &Settings,
     ) -> Result<Option<Rc<Indirect>>, FrontierError> {
-        let Settings { count, lobes, precision, .. } = settings;
+        let Settings { lights: count, lobes, precision, .. } = settings;
         let id = format!("{} {count} {lobes} {precision}", hiding_id(settings));
         if let Some(made) = self.hidings.borrow().get(&id) {
             return Ok(Some(made.clone()));
@@ -138,7 +139,8 @@ impl<'a> Lights<'a> {
 
 /// What tells maps that hide lights from others, whatever the lights.
 fn hiding_id(settings: &Settings) -> String {
-    let Settings { visibility, shadow_points, light_tile, near_scale, bias_scale, .. } = settings;
+    let Settings { visibility, shadow_points, tile: light_tile, near_scale, bias_scale, .. } =
+        settings;
     format!("{visibility} {shadow_points} {light_tile} {near_scale} {bias_scale}")
 }
 

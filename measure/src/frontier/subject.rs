@@ -183,8 +183,8 @@ impl<'a> Subject<'a> {
             ("size", &size),
             ("what", what),
             ("way", name),
-            ("lights", &settings.count.to_string()),
-            ("map", &settings.rsm_size.to_string()),
+            ("lights", &settings.lights.to_string()),
+            ("map", &settings.map.to_string()),
         ]);
         Ok(key
             .on("scene", &self.hash)
@@ -203,7 +203,7 @@ impl<'a> Subject<'a> {
         let draws = ["surface", "shadow", "emission", "direct"];
         let mut variants = self.plan(&self.base)?.variants;
         variants.retain(|id| draws.contains(&id.split('-').next().unwrap_or_default()));
-        let Settings { size: [width, height], rsm_size, .. } = self.base;
+        let Settings { size: [width, height], map: rsm_size, .. } = self.base;
         let (size, map) = (format!("{width}x{height}"), rsm_size.to_string());
         let what =
             [("scene", self.scene.name.as_str()), ("size", &size), ("map", &map), ("what", what)];

@@ -92,7 +92,7 @@ pub(super) fn sweeps(
     }
     let mut lights = Vec::new();
     for count in LIGHTS {
-        let settings = Settings { count, ..base.clone() };
+        let settings = Settings { lights: count, ..base.clone() };
         lights.push(point(f64::from(count), &at(&settings)?, "", None));
     }
     Ok(vec![
@@ -208,7 +208,7 @@ impl Pyramids {
         let density = self.density.clone().sampled_by(weights);
         let moments = self.moments.clone().sampled_by(weights);
         let how = reference::sample_settings(settings, view);
-        (0..settings.count)
+        (0..settings.lights)
             .into_par_iter()
             .map(|index| vsgl::sample(index, &density, &moments, &how).light)
             .collect()

@@ -3,64 +3,41 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::settings::{PARAMETERS, Settings, SettingsError};
+use sglow_renderer::variants::Variants as _;
+use sglow_runtime::settings::{Settings, SettingsError};
 use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space,
-    Specular, Visibility, centres, light_points, light_shadow,
+    Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Precision, Solver, Space,
+    Specular, SpecularPower, Visibility, centres, light_points, light_shadow,
 };
 
-/// The axes that ways differ in, in the order in which names tell them.
-pub const AXES: [&str; 15] = [
-    "density",
-    "draw",
-    "space",
-    "kernel",
-    "solver",
-    "filter",
-    "lobes",
-    "specular_power",
-    "precision",
-    "variance",
-    "sharpness",
-    "emitter",
-    "diffuse",
-    "specular",
-    "visibility",
-];
-
-/// The value on each axis.
-#[must_use]
-pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
-    BTreeMap::from([
-        ("density", settings.density.name()),
-        ("draw", settings.draw.name()),
-        ("space", settings.space.name()),
-        ("kernel", settings.kernel.name()),
-        ("solver", settings.sample().solver.name()),
-        ("filter", settings.filter.name()),
-        ("lobes", settings.lobes.name()),
-        ("specular_power", settings.specular_power().name()),
-        ("precision", settings.precision.name()),
-        ("variance", settings.variance.name()),
-        ("sharpness", settings.sharpness.name()),
-        ("emitter", settings.emitter.name()),
-        ("diffuse", settings.diffuse.name()),
-        ("specular", settings.specular.name()),
-        ("ndf", settings.ndf.name()),
-        ("visibility", settings.visibility.name()),
-    ])
+/// The axes that configurations differ in, in the order of their names: the light is the scene's.
+fn compared() -> impl Iterator<Item = &'static str> {
+    Settings::AXES.iter().copied().filter(|axis| *axis != Light::AXIS)
 }
 
-/// The value of each parameter, in the order in which names tell them.
-pub fn parameters(settings: &Settings) -> impl Iterator<Item = (&'static str, String)> {
-    PARAMETERS.iter().map(|(name, _)| (*name, settings.parameter(name).unwrap_or_default()))
+/// The value on each axis, of those that follow from others as well.
+#[must_use]
+pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
+    let value = |axis| match axis {
+        Solver::AXIS => Some(settings.sample().solver.name()),
+        SpecularPower::AXIS => Some(settings.specular_power().name()),
+        _ => settings.axis(axis),
+    };
+    compared().filter_map(|axis| Some((axis, value(axis)?))).collect()
+}
+
+/// The value of each parameter, and of what a library that was laid over this one adds.
+pub fn parameters(settings: &Settings) -> impl Iterator<Item = (&str, String)> {
+    let own = Settings::PARAMETERS.iter().copied();
+    own.chain(settings.others.keys().map(String::as_str))
+        .map(|name| (name, settings.get(name).unwrap_or_default()))
 }
 
 /// The value on an axis, or of a parameter; nothing if there is neither.
 #[must_use]
 pub fn value(settings: &Settings, axis: &str) -> Option<String> {
     let of_axis = axes(settings).get(axis).map(|value| (*value).to_owned());
-    of_axis.or_else(|| settings.parameter(axis))
+    of_axis.or_else(|| settings.get(axis))
 }
 
 /// Values that one axis or parameter each may have; one that is not named may have any.
@@ -79,9 +56,9 @@ pub fn allowed(only: &[String]) -> Result<Allowed, Vec<String>> {
             wrong.push(format!("`{one}` is not AXIS=VALUE"));
             continue;
         };
-        let parameters = PARAMETERS.iter().map(|(name, _)| *name);
-        let known: Vec<&str> = AXES.into_iter().chain(parameters).collect();
-        if !known.contains(&axis) {
+        let known = compared().chain(Settings::PARAMETERS.iter().copied()).map(str::to_owned);
+        let known: Vec<String> = known.collect();
+        if !known.iter().any(|known| known == axis) {
             wrong.push(SettingsError::UnknownAxis { axis: axis.to_owned(), known }.to_string());
         } else if let Err(error) = Settings::default().set(axis, value) {
             wrong.push(format!("axis {axis}: {error}"));
@@ -104,13 +81,14 @@ pub fn fits(settings: &Settings, allowed: &Allowed) -> bool {
 #[must_use]
 pub fn name(settings: &Settings, base: &Settings) -> String {
     let (ours, theirs) = (axes(settings), axes(base));
-    let differs = |axis: &&&str| {
-        // What follows from another value is not told.
-        let follows = **axis == "solver" && settings.kernel == Kernel::Previous;
-        ours[**axis] != theirs[**axis] && !follows
+    let differs = |axis: &&str| {
+        // What follows from another value is left out.
+        let follows =
+            *axis == Solver::AXIS && settings.kernel == Kernel::Previous || *axis == Ndf::AXIS;
+        ours.get(axis) != theirs.get(axis) && !follows
     };
-    let mut told: Vec<String> =
-        AXES.iter().filter(differs).map(|axis| format!("{axis}={}", ours[*axis])).collect();
+    let value = |axis| Some(format!("{axis}={}", ours.get(axis)?));
+    let mut told: Vec<String> = compared().filter(differs).filter_map(value).collect();
     let numbers = parameters(settings).zip(parameters(base));
     told.extend(
         numbers
@@ -254,7 +232,7 @@ mod tests {
             again.ndf = distribution(again.specular, &base);
             assert_eq!(axes(&again), axes(&way));
         }
-        let few = Settings { count: 64, size_factor: 0.25, ..base.clone() };
+        let few = Settings { lights: 64, size_factor: 0.25, ..base.clone() };
         assert_eq!(name(&few, &base), "lights=64,size_factor=0.25");
         assert!(fits(&few, &allowed(&["lights=64".to_owned()]).unwrap()));
         assert!(!fits(&base, &allowed(&["lights=64".to_owned()]).unwrap()));

@@ -160,9 +160,8 @@ pub fn indirect_at(
 
 /// Whether two settings draw by the same density.
 fn shares(one: &Settings, other: &Settings) -> bool {
-    let drawn_by = |settings: &Settings| {
-        (settings.density, settings.lobes, settings.precision, settings.rsm_size)
-    };
+    let drawn_by =
+        |settings: &Settings| (settings.density, settings.lobes, settings.precision, settings.map);
     drawn_by(one) == drawn_by(other)
 }
 

@@ -8,6 +8,7 @@ use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{FrameError, Renderer};
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::timing::Timer;
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;

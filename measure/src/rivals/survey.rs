@@ -132,10 +132,10 @@ pub fn survey(
         let (overlap, weighted) = match indirect.assignment() {
             Some(assignment) => {
                 let assigned: Vec<u32> = readback::buffer(gpu, &assignment)?;
-                let map = settings.rsm_size as usize;
+                let map = settings.map as usize;
                 let inside: Vec<f32> =
                     (0..map * map).map(|at| density[at / map * side + at % map]).collect();
-                let count = settings.count as usize;
+                let count = settings.lights as usize;
                 (Overlap::of_clusters(&inside, &assigned, count), Weighted::PARTITION)
             }
             None => {

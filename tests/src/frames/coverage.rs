@@ -61,7 +61,7 @@ pub(super) fn required(library: &Library) -> BTreeSet<Item> {
     for rule in library.class_default.iter().filter(|rule| !rule.when.is_empty()) {
         items.extend([defaults(rule, true), defaults(rule, false)]);
     }
-    let known = library.parameters().filter(|(name, _)| base().parameter(name).is_some());
+    let known = library.parameters().filter(|(name, _)| base().get(name).is_some());
     items.extend(known.map(|(name, _)| format!("two values of {name}")));
     let lasting = library.preset.iter().filter(|preset| preset.measured.is_empty());
     items.extend(lasting.map(|preset| format!("preset {}", preset.name)));
@@ -81,16 +81,16 @@ type Situation = (&'static str, fn(&Case) -> bool);
 
 /// What a frame may stumble over, whatever it runs.
 const SITUATIONS: [Situation; 12] = [
-    ("one light", |case| case.settings.count == 1),
-    ("seven lights", |case| case.settings.count == 7),
-    ("more lights than a block of the sort has keys", |case| case.settings.count > 1024),
-    ("a map that is no power of two", |case| !case.settings.rsm_size.is_power_of_two()),
-    ("a map of an odd size", |case| case.settings.rsm_size % 2 == 1 && case.settings.rsm_size > 1),
+    ("one light", |case| case.settings.lights == 1),
+    ("seven lights", |case| case.settings.lights == 7),
+    ("more lights than a block of the sort has keys", |case| case.settings.lights > 1024),
+    ("a map that is no power of two", |case| !case.settings.map.is_power_of_two()),
+    ("a map of an odd size", |case| case.settings.map % 2 == 1 && case.settings.map > 1),
     ("a map whose chain ends in part of a workgroup", |case| {
-        let side = case.settings.rsm_size;
+        let side = case.settings.map;
         side.div_ceil(8).div_ceil(8) > (side / 8).div_ceil(8)
     }),
-    ("a map of one texel", |case| case.settings.rsm_size == 1),
+    ("a map of one texel", |case| case.settings.map == 1),
     ("a picture of one pixel", |case| case.settings.size == [1, 1]),
     ("three frames in a row", |case| case.frames == 3 && case.chains.is_none()),
     ("chains that begin again", |case| case.restarts && case.frames > 1),
@@ -136,7 +136,7 @@ fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Facts) -> 
     }
 
     let has = |name: &str, expected: &str| {
-        settings.value(name).or_else(|| settings.parameter(name)).is_none_or(|own| own == expected)
+        settings.get(name).or_else(|| settings.get(name)).is_none_or(|own| own == expected)
     };
     let mut default: BTreeMap<&str, String> =
         library.axis.iter().map(|(name, axis)| (name.as_str(), axis.default.clone())).collect();
@@ -157,8 +157,8 @@ fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Facts) -> 
         }
     }
     for (name, _) in library.parameters() {
-        let own = settings.parameter(name);
-        if own.is_some() && own != base().parameter(name) {
+        let own = settings.get(name);
+        if own.is_some() && own != base().get(name) {
             items.insert(format!("two values of {name}"));
         }
     }
@@ -190,7 +190,7 @@ pub(super) fn missing(required: &BTreeSet<Item>, covered: &[BTreeSet<Item>]) -> 
 
 /// Whether a chain of the size of the map runs a pass of this many levels: three at once, and what is left over.
 fn dispatched(settings: &Settings, variant: &Variant) -> bool {
-    let levels = settings.rsm_size.next_power_of_two().ilog2();
+    let levels = settings.map.next_power_of_two().ilog2();
     match variant.value("levels") {
         Some("one") => levels % 3 == 1,
         Some("two") => levels % 3 == 2,
@@ -209,7 +209,7 @@ fn allowed(library: &Library, settings: &Settings, variants: &[&Variant]) -> All
         let of_variants = variants.iter().filter_map(|variant| variant.value(axis));
         let mut values: Vec<String> = of_variants.map(ToOwned::to_owned).collect();
         if values.is_empty() {
-            values.extend(settings.value(axis));
+            values.extend(settings.get(axis));
         }
         assert!(!values.is_empty(), "no value of {axis}");
         allowed.get_mut(axis).unwrap().values.retain(|value| values.contains(value));

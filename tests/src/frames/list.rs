@@ -1,5 +1,7 @@
 //! The configurations whose frames are kept, each with all its settings written out: no default of today stands behind one.
 
+use std::collections::BTreeMap;
+
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Precision, Sharpness,
@@ -35,9 +37,9 @@ pub(super) struct Case {
 pub(super) fn base() -> Settings {
     Settings {
         size: [33, 17],
-        rsm_size: 64,
-        count: 64,
-        camera_count: 40,
+        map: 64,
+        lights: 64,
+        camera_lights: 40,
         size_factor: 1.0,
         iterations: 12,
         light: Light::Spot,
@@ -59,11 +61,18 @@ pub(super) fn base() -> Settings {
         ndf: Ndf::Ggx,
         visibility: Visibility::None,
         shadow_points: 512,
-        light_tile: 16,
+        tile: 16,
         near_scale: 1.5,
         bias_scale: 1.0,
+        splat_reach: 2,
+        fill_levels: 0,
+        mutations: 1,
+        small_step: 0.01,
+        large_steps: 0.02,
+        seed: 1,
         complete: false,
         assumed: Vec::new(),
+        others: BTreeMap::new(),
     }
 }
 
@@ -112,6 +121,7 @@ pub(super) fn list() -> Vec<Case> {
     visibility(&mut list);
     lights(&mut list);
     darkness(&mut list);
+    points(&mut list);
     sizes(&mut list);
     scenes(&mut list);
     named(&mut list);
@@ -207,12 +217,20 @@ fn chains(list: &mut List) {
     }
     for count in [1, 7] {
         let name = format!("draw=metropolis lights={count}");
-        list.three(name, Settings { draw, count, ..base() });
+        list.three(name, Settings { draw, lights: count, ..base() });
     }
     let density = Density::Bidirectional;
     let settings = Settings { draw, density, ..base() };
     list.three("draw=metropolis density=bidirectional eye", settings).eye_moves = true;
     list.three("draw=metropolis restart", Settings { draw, ..base() }).restarts = true;
+    for (name, settings) in [
+        ("mutations=3", Settings { mutations: 3, ..base() }),
+        ("small_step=0.1", Settings { small_step: 0.1, ..base() }),
+        ("large_steps=0.5", Settings { large_steps: 0.5, ..base() }),
+        ("seed=7", Settings { seed: 7, ..base() }),
+    ] {
+        list.three(format!("draw=metropolis {name}"), Settings { draw, ..settings });
+    }
     for start in Start::ALL {
         list.three(format!("start={start}"), base()).chains = Some(start);
     }
@@ -229,7 +247,7 @@ fn clusters(list: &mut List) {
         }
         for count in [1, 7, 1100] {
             let name = format!("space={space} lights={count}");
-            list.three(name, Settings { space, count, ..base() });
+            list.three(name, Settings { space, lights: count, ..base() });
         }
         let name = format!("space={space} lobes=diffuse");
         list.one(name, Settings { space, lobes: Lobes::Diffuse, ..base() });
@@ -260,10 +278,10 @@ fn visibility(list: &mut List) {
         }
         for count in [1, 7] {
             let name = format!("visibility={visibility} lights={count}");
-            list.three(name, Settings { visibility, count, ..base() });
+            list.three(name, Settings { visibility, lights: count, ..base() });
         }
         let named = |what: &str| format!("visibility={visibility} {what}");
-        list.one(named("tile=64"), Settings { visibility, light_tile: 64, ..base() });
+        list.one(named("tile=64"), Settings { visibility, tile: 64, ..base() });
         list.one(named("near_scale=0.5"), Settings { visibility, near_scale: 0.5, ..base() });
         list.one(named("bias_scale=2"), Settings { visibility, bias_scale: 2.0, ..base() });
         list.one(named("emitter=disc"), Settings { visibility, emitter: Emitter::Disc, ..base() });
@@ -296,6 +314,13 @@ fn lights(list: &mut List) {
     }
 }
 
+/// Numbers of maps of points.
+fn points(list: &mut List) {
+    let base = Settings { visibility: Visibility::Imperfect, ..base() };
+    list.one("splat_reach=1", Settings { splat_reach: 1, ..base.clone() });
+    list.one("fill_levels=2", Settings { fill_levels: 2, ..base });
+}
+
 /// A light that lights nothing: no density to draw by, lights without power.
 fn darkness(list: &mut List) {
     let visibility = Visibility::ShadowMap;
@@ -317,25 +342,22 @@ fn darkness(list: &mut List) {
 /// up to 9, which is more than a workgroup makes of the third level of a chain.
 fn sizes(list: &mut List) {
     for map in [1, 2, 4, 16, 32, 48, 63, 71] {
-        list.one(format!("map={map}"), Settings { rsm_size: map, ..base() });
+        list.one(format!("map={map}"), Settings { map: map, ..base() });
         let precision = Precision::F16;
-        list.one(
-            format!("map={map} precision=f16"),
-            Settings { rsm_size: map, precision, ..base() },
-        );
+        list.one(format!("map={map} precision=f16"), Settings { map: map, precision, ..base() });
     }
     for map in [1, 48, 63, 71] {
         let space = Space::World;
-        list.three(format!("map={map} space=world"), Settings { rsm_size: map, space, ..base() });
+        list.three(format!("map={map} space=world"), Settings { map: map, space, ..base() });
     }
-    let lights = Settings { rsm_size: 63, draw: Draw::Metropolis, ..base() };
+    let lights = Settings { map: 63, draw: Draw::Metropolis, ..base() };
     list.three("map=63 draw=metropolis", lights);
-    let point = Settings { rsm_size: 48, ..base() };
+    let point = Settings { map: 48, ..base() };
     list.one("map=48 light=point", point.clone()).lamp = Lamp::Point;
     let clusters = Settings { space: Space::Image, ..point };
     list.one("map=48 light=point space=image", clusters).lamp = Lamp::Point;
     for count in [1, 7, 65, 1100] {
-        list.one(format!("lights={count}"), Settings { count, ..base() });
+        list.one(format!("lights={count}"), Settings { lights: count, ..base() });
     }
     for size in [[1, 1], [9, 1], [17, 33], [64, 48], [71, 13]] {
         let [width, height] = size;
@@ -345,7 +367,7 @@ fn sizes(list: &mut List) {
     for camera_count in [1, 7] {
         let density = Density::Bidirectional;
         let name = format!("density=bidirectional camera_lights={camera_count}");
-        list.one(name, Settings { density, camera_count, ..base() });
+        list.one(name, Settings { density, camera_lights: camera_count, ..base() });
     }
 }
 
@@ -380,7 +402,7 @@ fn scenes(list: &mut List) {
 fn named(list: &mut List) {
     let today = Settings { size_factor: 0.25, ..base() };
     list.one("kernels of a scene without occluders", today.clone()).place = Place::GlossyWalls;
-    let shadowed = Settings { visibility: Visibility::ShadowMap, light_tile: 64, ..today.clone() };
+    let shadowed = Settings { visibility: Visibility::ShadowMap, tile: 64, ..today.clone() };
     list.three("kernels of a scene with occluders", shadowed.clone());
     let disc = Settings { space: Space::World, emitter: Emitter::Disc, ..today };
     list.three("clusters of a scene without occluders", disc.clone()).place = Place::GlossyWalls;
@@ -396,7 +418,7 @@ fn named(list: &mut List) {
         diffuse: Diffuse::Constant,
         visibility: Visibility::Imperfect,
         shadow_points: 8192,
-        light_tile: 64,
+        tile: 64,
         ..base()
     };
     list.three("tokuyoshi2016", printed);

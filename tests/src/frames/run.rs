@@ -37,7 +37,7 @@ impl Case {
 
     fn own_chains(&self) -> Option<ChainSettings> {
         let start = self.chains?;
-        Some(ChainSettings { start, ..ChainSettings::of(self.settings.count) })
+        Some(ChainSettings { start, ..ChainSettings::of(self.settings.lights) })
     }
 
     /// The variants that it runs.
@@ -63,7 +63,7 @@ impl Case {
 
     /// What the first frame is made from: the same for many configurations, and so kept once.
     fn maps(&self) -> String {
-        let Settings { size: [width, height], rsm_size, complete, .. } = self.settings;
+        let Settings { size: [width, height], map: rsm_size, complete, .. } = self.settings;
         let (place, lamp) = (self.place.name(), self.lamp.name());
         let complete = if complete { ", complete" } else { "" };
         format!("maps of {place}, light {lamp}, map {rsm_size}, picture {width}x{height}{complete}")
@@ -146,7 +146,7 @@ impl Recorder<'_> {
     /// The textures that the first frame is made from.
     fn maps(&mut self, renderer: &Renderer<'_>) {
         let [rsm, gbuffer] = [renderer.read_rsm().unwrap(), renderer.read_gbuffer().unwrap()];
-        let Settings { size, rsm_size, .. } = self.case.settings;
+        let Settings { size, map: rsm_size, .. } = self.case.settings;
         for (output, surfaces, width) in
             [("light map", rsm, rsm_size), ("G-buffer", gbuffer, size[0])]
         {
@@ -243,7 +243,7 @@ impl Recorder<'_> {
 
     /// Lights and surfaces against the contract of the shading pass.
     fn check(&mut self, renderer: &Renderer<'_>, package: &Package) {
-        let Settings { lobes, precision, count, size, .. } = self.case.settings;
+        let Settings { lobes, precision, lights: count, size, .. } = self.case.settings;
         let check = Check::new(&gpu().device, &gpu().queue, package, lobes, precision).unwrap();
         let lights = renderer.indirect().vsgls().unwrap();
         let surfaces = renderer.inputs().gbuffer;

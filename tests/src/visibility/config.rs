@@ -1,14 +1,11 @@
-//! What maps of virtual lights are made of, with what no setting has.
-
-use std::collections::BTreeMap;
+//! What maps of virtual lights are made of, with the distance that no setting has.
 
 use sglow_graph::Configuration;
-use sglow_graph::description::Number;
 use sglow_runtime::host;
-use sglow_runtime::settings::{BIAS_SCALE, NEAR_SCALE, POINTS, Settings, TILE};
+use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Precision, Visibility};
 
-/// Names and ranges are those of the frame's parameters.
+/// Ranges are those of the frame's parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Config {
     pub(super) visibility: Visibility,
@@ -35,18 +32,21 @@ impl Config {
         precision: Precision,
         count: u32,
     ) -> Self {
+        let Settings {
+            tile, shadow_points, splat_reach, fill_levels, near_scale, bias_scale, ..
+        } = Settings::default();
         Self {
             visibility,
             lobes,
             precision,
             count,
-            tile: TILE,
-            points: POINTS,
-            reach: 2,
-            levels: 0,
-            near_scale: NEAR_SCALE,
+            tile,
+            points: shadow_points,
+            reach: splat_reach,
+            levels: fill_levels,
+            near_scale,
             least_near: 1e-3,
-            bias_scale: BIAS_SCALE,
+            bias_scale,
         }
     }
 
@@ -65,9 +65,11 @@ impl Config {
             visibility: self.visibility,
             lobes: self.lobes,
             precision: self.precision,
-            count: self.count,
-            light_tile: self.tile,
+            lights: self.count,
+            tile: self.tile,
             shadow_points: self.points,
+            splat_reach: self.reach,
+            fill_levels: self.levels,
             near_scale: self.near_scale,
             bias_scale: self.bias_scale,
             ..settings.clone()
@@ -75,13 +77,8 @@ impl Config {
     }
 
     /// The maps of lights and what reflects them.
-    pub(super) fn configuration(&self, settings: &Settings) -> Configuration {
+    pub(super) fn configuration(settings: &Settings) -> Configuration {
         let parts = ["visibility", "shading"].map(str::to_owned).into();
-        let mut configuration = settings.configuration();
-        let own = BTreeMap::from([("splat_reach", self.reach), ("fill_levels", self.levels)]);
-        let own =
-            own.into_iter().map(|(name, number)| (name.to_owned(), Number::Whole(number.into())));
-        configuration.parameters.extend(own);
-        Configuration { parts: Some(parts), ..configuration }
+        Configuration { parts: Some(parts), ..settings.configuration() }
     }
 }

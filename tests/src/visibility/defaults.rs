@@ -12,13 +12,8 @@ use crate::common::whole_space;
 /// in maps and rays: `picture.rs`. Larger tiles are better, and cost as many times more.)
 #[test]
 fn the_defaults_are_better_than_what_else_was_tried() {
-    let settings = Settings {
-        count: 64,
-        size: [48, 27],
-        rsm_size: 128,
-        size_factor: 0.25,
-        ..Settings::default()
-    };
+    let settings =
+        Settings { lights: 64, size: [48, 27], map: 128, size_factor: 0.25, ..Settings::default() };
     for scene in ["cornell", "columns"] {
         let stage = Stage::of_scene(scene, &settings);
         let own = |axis| {

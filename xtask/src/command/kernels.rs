@@ -159,7 +159,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     say::line(format!(
         "{} kernels; masses and powers times N, of a total of 1: their variation is the standard deviation over the \
          mean\n{table}",
-        settings.count
+        settings.lights
     ));
     let names: Vec<&str> = found.iter().map(|method| method.kernel).collect();
     say::line(format!("{} (from left to right: {})", picture.display(), names.join(", ")));
@@ -171,7 +171,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.detail("size", density.size)?;
     report.detail("padded_side", side)?;
     report.detail("without_density", dark)?;
-    report.detail("samples", settings.count)?;
+    report.detail("samples", settings.lights)?;
     report.detail("size_factor", settings.size_factor)?;
     report.detail("iterations", settings.iterations)?;
     report.detail("picture_scale", kernels::scale(density.size))?;
@@ -185,8 +185,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 /// What is asked for, and by which methods.
 fn settings(arguments: &Arguments, side: usize) -> Result<(Settings, Vec<Kernel>)> {
     let mut settings = Settings {
-        rsm_size: side as u32,
-        count: arguments.samples,
+        map: side as u32,
+        lights: arguments.samples,
         size_factor: arguments.size_factor,
         iterations: arguments.iterations,
         ..Settings::default()
@@ -216,7 +216,7 @@ fn method(
 ) -> Result<Method> {
     let sampled = density::sample(gpu, package, settings, square, square)?;
     let footprints = Footprints::new(density.size, &density.texels);
-    let (count, side) = (f64::from(settings.count), f64::from(settings.rsm_size));
+    let (count, side) = (f64::from(settings.lights), f64::from(settings.map));
     // Without density every share of it is 0.
     let share = |value: f64, whole: f64| if whole > 0.0 { value / whole } else { 0.0 };
     let kernels: Vec<One> = sampled
@@ -235,7 +235,7 @@ fn method(
                 filtered_mass: count * kernel_mass(pyramid, place, level),
                 weight: f64::from(kernel.scale),
                 power: share(power, sampled.total),
-                roots: all_roots(pyramid, place, settings.count, f64::from(settings.size_factor)),
+                roots: all_roots(pyramid, place, settings.lights, f64::from(settings.size_factor)),
             }
         })
         .collect();
@@ -290,7 +290,7 @@ mod tests {
     fn both_methods_are_shown_unless_one_is_asked_for() {
         let (both, methods) = settings(&arguments(&[]), 16).unwrap();
         assert_eq!(methods, [Kernel::Previous, Kernel::Modified]);
-        assert_eq!((both.count, both.rsm_size, both.iterations), (8, 16, 9));
+        assert_eq!((both.lights, both.map, both.iterations), (8, 16, 9));
         assert_eq!(both.size_factor, 2.0);
         let (_, methods) = settings(&arguments(&["kernel=previous"]), 16).unwrap();
         assert_eq!(methods, [Kernel::Previous]);

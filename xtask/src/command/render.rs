@@ -8,6 +8,7 @@ use sglow_oracle::estimate::Estimate;
 use sglow_oracle::shade::Reflected;
 use sglow_renderer::frame::{Frame, Pixels, Renderer, Times};
 use sglow_renderer::reference;
+use sglow_renderer::variants::Variants as _;
 use sglow_runtime::package::Package;
 use sglow_scene::Scene;
 

@@ -308,9 +308,9 @@ impl Work<'_> {
         let mut shot = Shot::new(scene, &[], size, &self.numbers())?;
         // What is compared are the methods that make lights; where maps hide them, a figure says so itself.
         shot.settings.visibility = Visibility::None;
-        shot.settings.rsm_size = self.rsm();
+        shot.settings.map = self.rsm();
         shot.settings.density = density;
-        shot.settings.camera_count = self.arguments.camera_lights;
+        shot.settings.camera_lights = self.arguments.camera_lights;
         Ok(shot)
     }
 
@@ -461,7 +461,7 @@ impl Work<'_> {
     fn sampling(&self, found: &mut Findings) -> Result {
         let size = self.rsm();
         let base = Settings {
-            rsm_size: size,
+            map: size,
             ..self.numbers().request([1, 1]).settings(
                 &self.arguments.numbers.over.library()?,
                 &Facts::new(),

@@ -86,12 +86,7 @@ mod tests {
         assert_eq!(again, file);
         let mut settings = Settings::default();
         // Two axes of the made-up scenes are made up, too.
-        let known = |name: &str| {
-            Settings::default()
-                .value(name)
-                .or_else(|| Settings::default().parameter(name))
-                .is_some()
-        };
+        let known = |name: &str| Settings::default().get(name).is_some();
         for (name, value) in again.preset[0].set.iter().filter(|(name, _)| known(name)) {
             settings.set(name, &value.to_string()).unwrap();
         }

@@ -126,7 +126,7 @@ fn named(case: &Case) -> Result<BTreeMap<String, Settings>> {
     let preset = promise::named::PRINTED.to_owned();
     let request = Request {
         size: usual.size,
-        numbers: vec![format!("map={}", usual.rsm_size)],
+        numbers: vec![format!("map={}", usual.map)],
         preset: Some(preset.clone()),
     };
     let printed = Derivation::new(library, scene, &[], &request)?.settings;
@@ -155,7 +155,7 @@ mod tests {
         assert!(differs("visibility") && differs("lights") && differs("size_factor"));
         assert!(!differs("specular"), "a diffuse scene has no specular form");
         let few = started("cornell", &["visibility=none", "lights=64"]).unwrap();
-        assert_eq!(few.base.count, 64);
+        assert_eq!(few.base.lights, 64);
         assert!(few.singles.iter().all(|one| one.axis != "visibility" && one.axis != "lights"));
         let wrong = started("cornell", &["specular=asg"]).err().unwrap().to_string();
         assert!(wrong.contains("no-specular-surface"), "{wrong}");
@@ -167,10 +167,7 @@ mod tests {
         let named = named(&case).unwrap();
         let printed = &named[promise::named::PRINTED];
         assert_eq!(printed.specular, sglow_shaders::Specular::None);
-        assert_eq!(
-            (printed.size_factor, printed.rsm_size),
-            (1.0, case.derivation.settings.rsm_size)
-        );
+        assert_eq!((printed.size_factor, printed.map), (1.0, case.derivation.settings.map));
         assert_eq!(
             way::name(&named[promise::named::DEFAULT], &case.derivation.settings),
             "default"
