@@ -81,7 +81,10 @@ pub const PARTS: [&str; 3] = [part::LIGHTS, part::VISIBILITY, part::SHADING];
 /// no fields for them in the lights, and no texture for their light; without the bidirectional density the camera has no
 /// lights.
 pub struct Indirect {
+    package: Package,
     settings: Settings,
+    /// What the settings are a part of: parts, draws.
+    configuration: Configuration,
     occluders: Occluders,
     executor: Mutex<Executor>,
 }
@@ -141,10 +144,10 @@ impl Indirect {
         occluders: &Occluders,
         lists: &Lists<'_>,
     ) -> Result<Self, IndirectError> {
-        let frame = frame(package, configuration, occluders)?;
-        let executor = Executor::new(device, queue, package, &frame, lists)?;
+        let frame = frame(package, configuration.clone(), occluders)?;
+        let executor = Mutex::new(Executor::new(device, queue, package, &frame, lists)?);
         let (settings, occluders) = (settings.clone(), occluders.clone());
-        Ok(Self { settings, occluders, executor: Mutex::new(executor) })
+        Ok(Self { package: package.clone(), settings, configuration, occluders, executor })
     }
 
     /// Takes other settings: another size, other numbers, other values of axes. Pipelines that serve them stay; what was kept
@@ -153,17 +156,24 @@ impl Indirect {
     /// # Errors
     ///
     /// As [`Self::new`]; what there was before stays.
-    pub fn resize(
-        &mut self,
-        source: Source<'_>,
-        settings: &Settings,
-        parts: &[&str],
-    ) -> Result<(), IndirectError> {
-        let parts = parts.iter().map(|part| (*part).to_owned()).collect::<BTreeSet<_>>();
-        let configuration = Configuration { parts: Some(parts), ..settings.configuration() };
-        let frame = frame(source.package, configuration, &self.occluders)?;
-        self.executor().resize(source.package, &frame, &Lists::new())?;
+    pub fn resize(&mut self, settings: &Settings) -> Result<(), IndirectError> {
+        let Configuration { axes, parameters, .. } = settings.configuration();
+        let configuration = Configuration { axes, parameters, ..self.configuration.clone() };
+        let frame = frame(&self.package, configuration, &self.occluders)?;
+        self.executor().resize(&self.package, &frame, &Lists::new())?;
         self.settings = settings.clone();
+        Ok(())
+    }
+
+    /// Takes other triangles that occlude virtual lights.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`]; what there was before stays.
+    pub fn occlude(&mut self, occluders: Occluders) -> Result<(), IndirectError> {
+        let frame = frame(&self.package, self.configuration.clone(), &occluders)?;
+        self.executor().resize(&self.package, &frame, &Lists::new())?;
+        self.occluders = occluders;
         Ok(())
     }
 
@@ -205,7 +215,8 @@ impl Indirect {
     pub fn given<'a>(&self, inputs: &Inputs<'_>) -> execute::Inputs<'a> {
         let mut given = self.lit(inputs.light);
         self.seen(&mut given, inputs.gbuffer, inputs.eye);
-        supply(&mut given, ["rsm_position", "rsm_normal", "rsm_base_color"], inputs.rsm);
+        let names = [resource::RSM_POSITION, resource::RSM_NORMAL, resource::RSM_BASE_COLOR];
+        supply(&mut given, names, inputs.rsm);
         given
     }
 

@@ -64,4 +64,6 @@ mod stress;
 #[cfg(test)]
 mod surface;
 #[cfg(test)]
+mod thin;
+#[cfg(test)]
 mod visibility;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use sglow_renderer::variants::Variants as _;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Kernel, Precision, Sharpness, Solver, Space, Specular,
@@ -25,6 +24,8 @@ pub mod named {
     pub const BARE: &str = "default without visibility";
     /// The same with 64 lights.
     pub const BARE_64: &str = "default without visibility, 64 lights";
+    /// The same with 256 lights.
+    pub const BARE_256: &str = "default without visibility, 256 lights";
     /// The same with 16384 lights.
     pub const BARE_16384: &str = "default without visibility, 16384 lights";
     /// The default with the emitter lobe.
@@ -66,6 +67,7 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         (named::DEFAULT, base.clone()),
         (named::OLD, old),
         (named::BARE_64, Settings { lights: 64, ..bare.clone() }),
+        (named::BARE_256, Settings { lights: 256, ..bare.clone() }),
         (named::BARE_16384, Settings { lights: 16_384, ..bare.clone() }),
         (named::BARE, bare),
         (named::LOBE, emitter("lobe")),
@@ -303,6 +305,8 @@ fn faster(scene: &str, printed: Option<&Way>, ways: &[Way]) -> Promised {
 
 #[cfg(test)]
 mod tests {
+    use sglow_renderer::variants::Variants as _;
+
     use super::*;
     use crate::frontier::choose::tests::way;
     use crate::frontier::document::Pass;

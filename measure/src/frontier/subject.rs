@@ -6,11 +6,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{Frame, FrameError, Renderer, Surfaces};
 use sglow_renderer::plan::{self, Plan};
-use sglow_runtime::indirect::IndirectError;
+use sglow_runtime::indirect::{IndirectError, PARTS};
 use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::points::GeometryError;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
+use sglow_shaders::frame::part;
 use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 
@@ -115,6 +116,15 @@ impl<'a> Subject<'a> {
     ///
     /// When the package describes no such frame.
     pub fn plan(&self, settings: &Settings) -> Result<Plan, FrontierError> {
+        Ok(Plan::of(&self.evaluated(settings, None)?))
+    }
+
+    /// The frame of settings, or parts of it.
+    fn evaluated(
+        &self,
+        settings: &Settings,
+        parts: Option<&[&str]>,
+    ) -> Result<sglow_graph::Frame, FrontierError> {
         let own;
         let surfaces = if settings.complete == self.base.complete {
             &self.surfaces
@@ -122,10 +132,20 @@ impl<'a> Subject<'a> {
             own = plan::Surfaces::of(self.scene, settings.complete);
             &own
         };
+        let mut configuration = settings.configuration();
+        surfaces.describe(&mut configuration);
+        configuration.parts =
+            parts.map(|parts| parts.iter().map(|part| (*part).to_owned()).collect());
         let missing = || FrontierError::Description("the package describes no frame".to_owned());
         let description = self.package.description().ok_or_else(missing)?;
-        Plan::new(description, settings, surfaces)
+        description
+            .evaluate(&configuration)
             .map_err(|errors| FrontierError::Description(errors.to_string()))
+    }
+
+    /// The hash of what a frame runs on what, in these parts of it: steps with their numbers, and resources.
+    fn steps(&self, settings: &Settings, parts: &[&str]) -> Result<String, FrontierError> {
+        Ok(sha256(format!("{:?}", self.evaluated(settings, Some(parts))?).as_bytes()))
     }
 
     /// The maps and a frame, drawn at the first call.
@@ -149,7 +169,7 @@ impl<'a> Subject<'a> {
     ///
     /// When the package lacks one of the shaders.
     pub fn key(&self, what: &str, name: &str, settings: &Settings) -> Result<Key, FrontierError> {
-        self.key_on(what, name, settings, |_| true)
+        self.key_on(what, name, settings, &PARTS, |_| true)
     }
 
     /// The key of a result that hangs on no reflection.
@@ -164,7 +184,7 @@ impl<'a> Subject<'a> {
         settings: &Settings,
     ) -> Result<Key, FrontierError> {
         let reflects = ["shade", "direct", "compose", "light_shadow", "light_points", "light_fill"];
-        self.key_on(what, name, settings, |pass| !reflects.contains(&pass))
+        self.key_on(what, name, settings, &[part::LIGHTS], |pass| !reflects.contains(&pass))
     }
 
     fn key_on(
@@ -172,6 +192,7 @@ impl<'a> Subject<'a> {
         what: &str,
         name: &str,
         settings: &Settings,
+        parts: &[&str],
         counts: impl Fn(&str) -> bool,
     ) -> Result<Key, FrontierError> {
         let mut variants = self.plan(settings)?.variants;
@@ -189,6 +210,7 @@ impl<'a> Subject<'a> {
         Ok(key
             .on("scene", &self.hash)
             .on("settings", format!("{settings:?}"))
+            .on("steps", self.steps(settings, parts)?)
             .on("shaders", self.shaders(&variants)?)
             .on("adapter", &self.gpu.adapter.name)
             .on("driver", &self.gpu.adapter.driver))
@@ -210,6 +232,7 @@ impl<'a> Subject<'a> {
         Ok(Key::new(&what)
             .on("scene", &self.hash)
             .on("ndf", self.base.ndf.name())
+            .on("steps", self.steps(&self.base, &[part::SURFACES, part::PICTURE])?)
             .on("shaders", self.shaders(&variants)?)
             .on("adapter", &self.gpu.adapter.name)
             .on("driver", &self.gpu.adapter.driver))

@@ -30,6 +30,7 @@ mod densities;
 mod deviations;
 mod document;
 mod presets;
+mod results;
 pub(crate) mod screening;
 pub(crate) mod ways;
 
@@ -72,7 +73,7 @@ pub(crate) struct Arguments {
     /// Also write the presets fast, balanced and accurate to shaders/presets.toml
     #[arg(long, conflicts_with_all = ["all", "library"])]
     presets: bool,
-    /// Also write the effect of each deviation from the papers into docs/deviations.md
+    /// Also write the tables of README.md, docs/results.md and docs/deviations.md
     #[arg(long, conflicts_with_all = ["all", "library"])]
     write_docs: bool,
     /// Print the JSON schema of report.json, and measure nothing
@@ -214,19 +215,42 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let scenes: Vec<SceneReport> = found.iter().map(|one| one.measured.clone()).collect();
     let deviations = deviations::deviations(&over.library()?, &scenes)?;
     if arguments.write_docs {
-        let path = repository().join("docs/deviations.md");
-        let document = std::fs::read_to_string(&path)?;
-        // A reader of the document has other folders for results and pages.
-        let scenes: String = names.iter().map(|name| format!(" --scene {name}")).collect();
-        let how = format!("cargo xtask report{scenes} --write-docs");
-        write::text(&path, &deviations::written(&document, &deviations, &how)?)?;
-        say::line(format!("{}", path.display()));
+        docs(&names, &report, &scenes, &deviations)?;
     }
     if arguments.presets {
         presets::write(&library_folder().join("presets.toml"), &scenes, &gpu)?;
     }
     write(arguments, &report, &found, deviations, on_densities, start.elapsed())?;
     report.verdict()
+}
+
+/// Writes the measured tables of documents, all or none.
+fn docs(
+    names: &[String],
+    report: &Report,
+    scenes: &[SceneReport],
+    deviations: &[Deviation],
+) -> Result {
+    // A reader of the documents has other folders for results and pages.
+    let arguments: String = names.iter().map(|name| format!(" --scene {name}")).collect();
+    let how = format!("cargo xtask report{arguments} --write-docs");
+    let folder = repository();
+    let names = ["README.md", "docs/results.md", "docs/deviations.md"];
+    let paths = names.map(|name| folder.join(name));
+    let read = |path: &PathBuf| std::fs::read_to_string(path);
+    let [readme, results, deviating] = [read(&paths[0])?, read(&paths[1])?, read(&paths[2])?];
+    let texts = [
+        results::by_lights(&readme, names[0], scenes, &how)?,
+        results::frontier(&results, names[1], scenes, &report.checks, &how)?,
+        deviations::written(&deviating, deviations, &how)?,
+    ];
+    let files: Vec<_> =
+        paths.iter().zip(&texts).map(|(path, text)| (path.as_path(), text.as_str())).collect();
+    write::texts(&files)?;
+    for path in &paths {
+        say::line(format!("{}", path.display()));
+    }
+    Ok(())
 }
 
 /// Writes the page, the numbers and what they mean, all or none.
