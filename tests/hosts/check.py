@@ -3,14 +3,14 @@
     python3 check.py [--graph FILE] [--runtime COMMAND] [--xtask COMMAND] [--case NAME] [--work DIR] [--json FILE]
     python3 check.py --install [--work DIR]
 
---graph: the description as JSON, if not that of the committed package. --runtime: tests/examples/host_frame.rs [default:
-by cargo]. --xtask: what generates variants that the package lacks [default: cargo xtask]. --work: for libraries and
-results [default: target/hosts]. --json: receives the differences. --install: fetches the libraries alone, once, at fixed
-versions. All run on the same driver: SwiftShader where a browser brought it, for Dawn takes few others; else the
-system's.
+--graph: the description as JSON, if not that of the committed package. --runtime: tests/examples/host_frame.rs
+[default: by cargo]. --xtask: what generates variants that the package lacks [default: cargo xtask]. --work: for
+libraries and results [default: target/hosts]. --json: receives the differences. --install: fetches the libraries alone,
+once, at fixed versions. All run on the same driver: SwiftShader where a browser brought it, for Dawn takes few others;
+else the system's.
 
-Two controls for each frame have to differ: the Python host with one number of the description wrong, and the runtime with
-the light a thousandth brighter.
+Two controls for each frame have to differ: the Python host with one number of the description wrong, and the runtime
+with the light a thousandth brighter.
 """
 
 import argparse
@@ -121,8 +121,8 @@ def layout(package, step, name):
 def difference(one, other, members, stride):
     """The largest difference of two results, relative to the largest component of the vector that a number stands in.
 
-    Vectors below 1e-6 of the largest of their member are compared relative to that. Whole numbers have to be the same, and
-    so has what is not finite.
+    Vectors below 1e-6 of the largest of their member are compared relative to that. Whole numbers have to be the same,
+    and so has what is not finite.
     """
     results = []
     for path in (one, other):
