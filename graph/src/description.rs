@@ -150,6 +150,9 @@ pub struct Parameter {
     pub maximum: Option<f64>,
     /// How often it may change.
     pub per: Per,
+    /// Whether it is a size of what the host has, and no setting.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub host: bool,
 }
 
 /// What the host writes into uniforms.

@@ -18,12 +18,12 @@ use sglow_oracle::fis::stress::Random;
 use sglow_oracle::shade::{Incoming, Specular, incoming, specular};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::Renderer;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::reference;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 
 const ALPHAS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0];
 /// Receivers of each scene, and lobes of each alpha that are compared with quadrature.

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
-use sglow_runtime::device::Gpu;
-use sglow_runtime::function::{Arguments, Function as Pipeline};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::function::{Arguments, Function as Pipeline};
 use sglow_runtime::package::Package;
 
 use crate::function::Function;

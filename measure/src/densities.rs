@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sglow_oracle::fis::stress::{Random, Stress};
-use sglow_runtime::density;
-use sglow_runtime::device::Gpu;
+use sglow_renderer::density;
+use sglow_renderer::device::Gpu;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Kernel, Solver};

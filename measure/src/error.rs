@@ -3,7 +3,7 @@
 use serde::Serialize;
 use sglow_oracle::Bounded;
 use sglow_oracle::tolerance::{SMALLEST_NORMAL, ULP};
-use sglow_runtime::function::Arguments;
+use sglow_renderer::function::Arguments;
 
 /// An input, as its bits and as numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -3,13 +3,13 @@
 use sglow_oracle::Vector3;
 use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_oracle::vsgl::{Lobe, Vsgl};
-use sglow_runtime::density;
-use sglow_runtime::device::{DeviceError, Gpu};
-use sglow_runtime::frame::{Frame, FrameError, Renderer};
+use sglow_renderer::density;
+use sglow_renderer::device::{DeviceError, Gpu};
+use sglow_renderer::frame::{Frame, FrameError, Renderer};
+use sglow_renderer::reference;
 use sglow_runtime::package::{Package, PackageError};
-use sglow_runtime::reference;
-use sglow_runtime::scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
 use sglow_runtime::settings::{AXES, Settings, SettingsError};
+use sglow_scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
 use sglow_shaders::{
     Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Solver, Specular, SpecularPower,
 };

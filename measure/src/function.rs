@@ -1,7 +1,7 @@
 //! A function of the library, its oracle, its truth, and what is known of it.
 
 use sglow_oracle::{Bounded, Real};
-use sglow_runtime::function::Arguments;
+use sglow_renderer::function::Arguments;
 
 use crate::input::{Argument, Kind};
 

@@ -5,12 +5,12 @@ use std::time::Duration;
 use serde::Serialize;
 use sglow_oracle::vsgl::{Lobe, Vsgl};
 use sglow_oracle::{metrics, vmf};
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::{Frame, FrameError, Renderer, Times};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::{Frame, FrameError, Renderer, Times};
+use sglow_renderer::reference;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sglow_shaders::Precision;
 
 use crate::bound::{HALF_MEAN_LENGTH, HALF_NOT_FINITE, HALF_PICTURE, HALF_POWER};
@@ -143,9 +143,9 @@ pub fn measure(
     let mut lights = Vec::new();
     let mut pictures = Vec::new();
     for (renderer, bytes) in renderers.iter().zip(&mut bytes) {
-        let kept = ["moments", "half moments", "density", "vsgls"];
+        let kept = ["moments", "half_moments", "density", "vsgls"];
         let all = renderer.indirect().bytes();
-        *bytes = all.iter().filter(|one| kept.contains(&one.0)).map(|one| one.1).sum();
+        *bytes = all.iter().filter(|one| kept.contains(&one.0.as_str())).map(|one| one.1).sum();
         lights.push(reference::lights::<f64>(gpu, renderer.indirect())?);
         pictures.push(indirect(&renderer.read()?));
     }

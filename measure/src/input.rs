@@ -1,7 +1,7 @@
 //! Arguments of functions: random ones over every regime, and those that are meant to break something.
 
 use sglow_oracle::fis::stress::Random;
-use sglow_runtime::function::Arguments;
+use sglow_renderer::function::Arguments;
 
 /// What an argument is, and with it how it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

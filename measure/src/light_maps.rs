@@ -4,12 +4,12 @@
 use serde::Serialize;
 use sglow_oracle::estimate::Estimate;
 use sglow_oracle::surface::SceneError;
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::{Frame, FrameError, Renderer};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::{Frame, FrameError, Renderer};
+use sglow_renderer::reference;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sglow_shaders::Visibility;
 use thiserror::Error;
 

@@ -6,13 +6,13 @@ use sglow_oracle::estimate::{Estimate, Uncertainty};
 use sglow_oracle::metrics;
 use sglow_oracle::path::Paths;
 use sglow_oracle::surface::{self, SceneError, SurfaceTexel};
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::{FrameError, Renderer, Surfaces};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::{FrameError, Renderer, Surfaces};
+use sglow_renderer::reference::{self, SceneMaterials};
 use sglow_runtime::light::LightView;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference::{self, SceneMaterials};
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use thiserror::Error;
 
 /// Errors of measuring references.

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use sglow_runtime::device::Gpu;
-use sglow_runtime::function::{Arguments, Function as Pipeline};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::function::{Arguments, Function as Pipeline};
 use sglow_runtime::package::Package;
 use sglow_shader_gen::validate::Validated;
 

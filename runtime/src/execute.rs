@@ -22,7 +22,7 @@ pub use input::{DrawKind, DrawList, External, Input, Inputs};
 
 use crate::package::Package;
 use crate::pipeline::guarded;
-use crate::timing::Timer;
+use crate::timing::PassTimer;
 use build::Builder;
 use groups::Groups;
 use pipelines::Pipelines;
@@ -32,6 +32,15 @@ use uniforms::Uniforms;
 
 /// The host's lists of draws by name.
 pub type Lists<'a> = BTreeMap<&'a str, &'a dyn DrawList>;
+
+/// What a step belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stage<'a> {
+    /// The part of the frame.
+    pub part: &'a str,
+    /// What its time is called.
+    pub label: &'a str,
+}
 
 /// What was made so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,7 +91,8 @@ impl Ready {
             faults: Vec::new(),
         };
         let steps = builder.steps();
-        let Builder { mut resources, mut uniforms, mut groups, faults, .. } = builder;
+        let Builder { mut resources, mut uniforms, mut groups, mut faults, .. } = builder;
+        faults.extend(resources.too_large(device));
         Faults::none_of(faults)?;
         let made = guarded(device, WHAT, || {
             let faults = resources.make(device, queue);
@@ -148,12 +158,12 @@ impl Executor {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
-        timer: Option<&mut Timer<'_>>,
+        timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), Faults> {
         self.run(None, encoder, inputs, timer)
     }
 
-    /// Encodes the steps of some labels alone: a stage by itself. What is kept from frame to frame grows older by it if it
+    /// Encodes some stages alone. What is kept from frame to frame grows older by it if it
     /// is used.
     ///
     /// # Errors
@@ -161,24 +171,24 @@ impl Executor {
     /// As [`Self::encode`], of these steps.
     pub fn encode_where(
         &mut self,
-        wanted: impl Fn(&str) -> bool,
+        wanted: impl Fn(Stage<'_>) -> bool,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
-        timer: Option<&mut Timer<'_>>,
+        timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), Faults> {
         self.run(Some(&wanted), encoder, inputs, timer)
     }
 
     fn run(
         &mut self,
-        wanted: Option<&dyn Fn(&str) -> bool>,
+        wanted: Option<&dyn Fn(Stage<'_>) -> bool>,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
-        timer: Option<&mut Timer<'_>>,
+        timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), Faults> {
         let Ready { resources, uniforms, groups, steps, all } = &mut self.ready;
         let runs = |step: &&Step| {
-            wanted.is_none_or(|wanted| wanted(&step.label))
+            wanted.is_none_or(|wanted| wanted(Stage { part: &step.part, label: &step.label }))
                 && step.new.is_none_or(|new| resources.is_new(new))
         };
         let steps: Vec<_> = steps.iter().filter(runs).collect();

@@ -1,6 +1,8 @@
 //! The numbers that a host computes, and the names by which a frame takes them.
 
 use glam::{Vec3, Vec4};
+use sglow_graph::Configuration;
+use sglow_graph::description::Number;
 use sglow_shaders::{SglowLight, SglowView};
 
 use crate::execute::{Input, Inputs};
@@ -96,6 +98,13 @@ pub fn shadow(inputs: &mut Inputs<'_>, depth_bias: f32, normal_offset: f32) {
 /// Gives what the maps of virtual lights are made by.
 pub fn light_maps(inputs: &mut Inputs<'_>, least_near: f32, bias: f32) {
     inputs.set("least_near", least_near).set("bias", bias);
+}
+
+/// Adds the numbers of the vertices and indices of what occludes virtual lights.
+pub fn occluder_counts(configuration: &mut Configuration, counts: [u64; 2]) {
+    for (name, count) in ["occluder_vertex_count", "occluder_index_count"].into_iter().zip(counts) {
+        configuration.parameters.insert(name.to_owned(), Number::Whole(count));
+    }
 }
 
 /// The camera as a light that sends importance: its position alone counts.

@@ -1,8 +1,7 @@
 //! Runs the generated packages with wgpu, on textures an engine already has.
 //!
 //! [`indirect::Indirect`] is what an engine embeds: it takes the surface textures of a reflective shadow map and of a
-//! camera's G-buffer, and writes reflected radiance. [`scene`] and [`raster`] make those textures for who has none, and
-//! [`frame::Renderer`] puts a whole frame together.
+//! camera's G-buffer, and writes reflected radiance. [`execute`] runs any frame that is data.
 //!
 //! ```no_run
 //! # fn frame(
@@ -17,8 +16,8 @@
 //! let settings = Settings { size: [1920, 1088], rsm_size: 512, ..Settings::default() };
 //! let indirect = Indirect::new(device, queue, &settings)?;
 //! // Every frame: `rsm` and `gbuffer` are three textures each that the engine has rendered.
-//! indirect.encode(encoder, &Inputs { rsm, gbuffer, light, eye, visibility: None }, None)?;
-//! let reflected = indirect.diffuse(); // radiance, to be added to the picture
+//! indirect.encode(encoder, &Inputs { rsm, gbuffer, light, eye }, None)?;
+//! let reflected = indirect.texture("diffuse"); // radiance, to be added to the picture
 //! # let _ = reflected;
 //! # Ok(())
 //! # }
@@ -26,34 +25,14 @@
 //!
 //! Shader texts come from a [`package::Package`] and are used as they are.
 
-pub mod check;
-pub mod cluster;
-pub mod density;
-pub mod device;
-pub mod direct;
 pub mod execute;
-pub mod frame;
-pub mod function;
-mod generation;
 pub mod host;
 pub mod indirect;
 pub mod interface;
 pub mod light;
-pub mod metropolis;
-pub mod mips;
-pub mod needs;
+pub mod occluders;
 pub mod package;
 pub mod pipeline;
-pub mod plan;
 pub mod points;
-mod pyramid;
-pub mod raster;
-pub mod readback;
-#[cfg(feature = "reference")]
-pub mod reference;
-pub mod scene;
 pub mod settings;
-pub mod shading;
-pub mod sort;
 pub mod timing;
-pub mod visibility;

@@ -2,11 +2,10 @@
 
 use glam::camera::rh::proj::directx::orthographic;
 use glam::camera::rh::view::look_to_mat4;
-use glam::{Mat4, Vec3, Vec4};
+use glam::{DVec3, Mat4, Vec3, Vec4};
 use sglow_shaders::SglowLight;
 
 use crate::host;
-use crate::scene::{Bounds, Light, LightKind};
 
 /// One face of a light's map.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +36,8 @@ pub struct LightView {
     /// photon the light can give between 16384 and 32768, below the largest half and 29 binades above the least one that
     /// keeps all its bits.
     pub power_unit: f32,
+    /// What lies within this distance of a virtual light does not occlude it, in world units.
+    pub least_near: f32,
 }
 
 /// Forward and up of the six faces of a point light's map.
@@ -49,27 +50,81 @@ const FACES: [(Vec3, Vec3); 6] = [
     (Vec3::NEG_Z, Vec3::Y),
 ];
 
+/// What a light shines on: a sphere around it, and the map that it is seen in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// What positions in surface textures and uniforms are relative to, in world units: 32-bit floats far from it are
+    /// coarse.
+    pub origin: DVec3,
+    /// The middle of the lit scene, in world units.
+    pub center: DVec3,
+    /// Its radius, in world units.
+    pub radius: f32,
+    /// Width and height of the reflective shadow map in texels.
+    pub map: u32,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum LightKind {
+    Spot { inner: f32, outer: f32 },
+    Directional,
+    Point,
+}
+
 impl LightView {
-    /// The view of a light on a scene with these bounds, for a map of `size` texels squared.
-    pub fn new(light: &Light, bounds: &Bounds, size: u32) -> Self {
-        let origin = Vec3::from(bounds.center());
-        let radius = bounds.radius().max(1e-6);
-        let forward = match light.kind {
+    /// A spot light at `position`. `inner` and `outer` are angles from `direction` in radians, between which the intensity
+    /// falls to 0 (KHR_lights_punctual); `intensity` is in W/sr per channel, or candela.
+    pub fn spot(
+        around: &Surroundings,
+        position: DVec3,
+        direction: Vec3,
+        [inner, outer]: [f32; 2],
+        intensity: [f32; 3],
+    ) -> Self {
+        let kind = LightKind::Spot { inner, outer };
+        Self::new(kind, (position - around.origin).as_vec3(), direction, intensity, around)
+    }
+
+    /// A light from infinitely far away that shines along `direction`; `irradiance` is that on a facing surface, in W/m^2
+    /// per channel, or lux.
+    pub fn directional(around: &Surroundings, direction: Vec3, irradiance: [f32; 3]) -> Self {
+        Self::new(LightKind::Directional, Vec3::ZERO, direction, irradiance, around)
+    }
+
+    /// A light at `position` that shines alike in all directions; `intensity` is in W/sr per channel, or candela.
+    pub fn point(around: &Surroundings, position: DVec3, intensity: [f32; 3]) -> Self {
+        let position = (position - around.origin).as_vec3();
+        Self::new(LightKind::Point, position, Vec3::NEG_Z, intensity, around)
+    }
+
+    fn new(
+        kind: LightKind,
+        position: Vec3,
+        direction: Vec3,
+        intensity: [f32; 3],
+        around: &Surroundings,
+    ) -> Self {
+        let origin = (around.center - around.origin).as_vec3();
+        let (size, radius) = (around.map, around.radius.max(1e-6));
+        // What is a unit vector to rounding stays as it is.
+        let unit = (direction.length_squared() - 1.0).abs() < 1e-5;
+        let forward = match kind {
             LightKind::Point => Vec3::NEG_Z,
-            LightKind::Spot { .. } | LightKind::Directional => Vec3::from(light.direction),
+            LightKind::Spot { .. } | LightKind::Directional if unit => direction,
+            LightKind::Spot { .. } | LightKind::Directional => direction.normalize_or(Vec3::NEG_Z),
         };
         let right =
             forward.cross(if forward.y.abs() < 0.99 { Vec3::Y } else { Vec3::Z }).normalize();
         let up = right.cross(forward);
         // A directional light's image is centred on the scene; its position is where that image's plane lies.
-        let position = match light.kind {
+        let position = match kind {
             LightKind::Directional => origin - forward * (1.01 * radius),
-            LightKind::Spot { .. } | LightKind::Point => Vec3::from(light.position),
+            LightKind::Spot { .. } | LightKind::Point => position,
         };
         let away = position.distance(origin);
         let far = (away + radius) * 1.001;
         let near = (away - radius).max(far * 1e-4);
-        let (tan_half_angle, cone_scale, cone_offset) = match light.kind {
+        let (tan_half_angle, cone_scale, cone_offset) = match kind {
             LightKind::Spot { inner, outer } => {
                 // KHR_lights_punctual, inner and outer cone angles
                 let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-3);
@@ -79,7 +134,7 @@ impl LightView {
         };
         let half_extent = radius * 1.001;
         let whole = [0.0, 0.0, 1.0, 1.0];
-        let faces = match light.kind {
+        let faces = match kind {
             LightKind::Directional => {
                 let projection =
                     orthographic(-half_extent, half_extent, -half_extent, half_extent, near, far);
@@ -113,7 +168,7 @@ impl LightView {
                 })
                 .collect(),
         };
-        let texel = match light.kind {
+        let texel = match kind {
             LightKind::Directional => 2.0 * half_extent,
             LightKind::Spot { .. } | LightKind::Point => 2.0 * tan_half_angle * radius,
         } / size as f32;
@@ -126,19 +181,25 @@ impl LightView {
             cone_scale,
             forward: forward.into(),
             cone_offset,
-            intensity: light.intensity,
+            intensity,
             ..bytemuck::Zeroable::zeroed()
         };
         // The largest of a texel's solid angles, in the middle of the image or of a face; or its area.
-        let image = match light.kind {
+        let image = match kind {
             LightKind::Spot { .. } => 4.0 * f64::from(tan_half_angle).powi(2),
             LightKind::Directional => 4.0 * f64::from(half_extent).powi(2),
             LightKind::Point => 4.0 * 8.0,
         };
-        let brightest = light.intensity.into_iter().map(f64::from).fold(0.0, f64::max) * image
+        let brightest = intensity.into_iter().map(f64::from).fold(0.0, f64::max) * image
             / f64::from(size).powi(2);
-        let minimum_variance = host::minimum_variance(texel);
-        Self { uniform, faces, origin, minimum_variance, power_unit: host::power_unit(brightest) }
+        Self {
+            uniform,
+            faces,
+            origin,
+            minimum_variance: host::minimum_variance(texel),
+            power_unit: host::power_unit(brightest),
+            least_near: host::least_near(around.radius),
+        }
     }
 }
 

@@ -9,7 +9,6 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use crate::interface::{Interface, Keys, Shared};
-use crate::needs::Assumption;
 
 /// Why a package or one of its variants cannot be used.
 #[derive(Debug, Error)]
@@ -59,6 +58,17 @@ pub enum PackageError {
         /// The rules by which it was left out, with what they left out and why.
         left_out: Vec<String>,
     },
+}
+
+/// Something that was taken to be so of a scene, and by which rule it let something be left out.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Deserialize)]
+pub struct Assumption {
+    /// Name of the rule.
+    pub rule: String,
+    /// Name of the fact.
+    pub fact: String,
+    /// Whether it holds.
+    pub holds: bool,
 }
 
 /// The shader texts of a package, by variant.

@@ -3,6 +3,8 @@
 //! The crate that they make needs `bytemuck` and `wgpu`. Structs carry explicit padding and assert their layout when
 //! they are compiled, so a host cannot disagree with the shaders.
 
+mod frame;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -64,7 +66,7 @@ pub fn write(library: &Library, variants: &[Described<'_>]) -> Result<String, Er
     let passes = library.pass.iter().map(|pass| pass_module(library, pass, variants));
     let layouts = structs.tokens()?;
     let makers = entry_makers(variants);
-    let support = support();
+    let (support, frame) = (support(), frame::items(library));
     let table = variants.iter().map(|described| variant_entry(described, variants));
     let embedded = variants.iter().filter_map(|described| embedded_entry(described.variant));
     let title = format!(
@@ -85,6 +87,7 @@ pub fn write(library: &Library, variants: &[Described<'_>]) -> Result<String, Er
         pub static EMBEDDED: &[Embedded] = &[#(#embedded),*];
 
         #support
+        #frame
         #(#axes)*
         #(#passes)*
         #layouts

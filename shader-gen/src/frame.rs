@@ -8,7 +8,6 @@ use sglow_graph::frame::{Action, Binding, Draw, Frame, Kind, Step, Variant as Ru
 
 use crate::error::{Code, Diagnostic, Report};
 use crate::library::Library;
-use crate::library::place::Places;
 use crate::manifest::{Access, Described, Dimension, Resource, SampleType};
 
 /// Checks the frame, in every configuration that its conditions tell apart, against `variants`. A variant that is not
@@ -21,8 +20,7 @@ use crate::manifest::{Access, Described, Dimension, Resource, SampleType};
 /// given, also names that none of them binds.
 pub fn check(library: &Library, variants: &[Described]) -> Result<(), Report> {
     let Some(described) = library.frame() else { return Ok(()) };
-    let text = library.sources().text(described.file);
-    let places = Places::of(described.file, text);
+    let places = described.places(library.sources());
     let mut diagnostics = described.faults(&places, 3);
     let mut checker = Checker {
         variants: variants.iter().map(|variant| (variant.id.as_str(), variant)).collect(),

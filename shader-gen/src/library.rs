@@ -1,12 +1,15 @@
 //! `library.toml`: what a library offers, in the author's own words.
 
 mod check;
+mod document;
 mod frame;
 mod inputs;
 mod load;
 mod modules;
+mod overlay;
 pub(crate) mod place;
 mod preset;
+mod steps;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,6 +18,7 @@ use serde::Deserialize;
 
 pub use self::frame::Frame;
 pub use self::inputs::Example;
+pub use self::overlay::Overlay;
 pub use self::preset::{Measurement, Preset, PresetFile};
 use crate::link::Graph;
 use crate::source::Sources;
@@ -58,6 +62,8 @@ pub struct Library {
     /// What host inputs are for some arguments, by input or `input.member`.
     #[serde(skip)]
     pub examples: BTreeMap<String, Vec<Example>>,
+    #[serde(skip)]
+    overlays: Vec<Overlay>,
     #[serde(skip)]
     frame: Option<Frame>,
     #[serde(skip)]
@@ -122,8 +128,15 @@ pub struct Axis {
     pub description: String,
     /// Name of the value that is taken when none is given.
     pub default: String,
+    /// Whether a person or an engine sets it; else it follows from other axes, from what is drawn, or from the step.
+    #[serde(default = "yes")]
+    pub setting: bool,
     /// The values, in the author's order.
     pub value: Vec<AxisValue>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// One value of an [`Axis`].

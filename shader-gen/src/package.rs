@@ -86,6 +86,8 @@ pub struct Purpose {
 pub struct Options {
     /// The folder of the package.
     pub out: PathBuf,
+    /// Folders that are laid over the library, in their order.
+    pub over: Vec<PathBuf>,
     /// Languages beside WGSL, which is always written.
     pub targets: BTreeSet<Target>,
     /// The variants; those that the library's `[package]` table selects if absent.
@@ -103,6 +105,7 @@ impl Options {
     pub fn new(out: impl Into<PathBuf>) -> Self {
         Self {
             out: out.into(),
+            over: Vec::new(),
             targets: BTreeSet::from([Target::Wgsl, Target::Rust]),
             variants: None,
             purpose: None,
@@ -198,7 +201,7 @@ pub fn generate(
 ) -> Result<Outcome, Error> {
     let folder = if library.is_dir() { library } else { library.parent().unwrap_or(library) };
     let changelog = read_if_there(&folder.join("CHANGELOG.md"))?;
-    let library = Library::load(library)?;
+    let library = Library::load_with(library, &options.over)?;
     let variants = options.variants.clone().unwrap_or_else(|| library.selected());
     let source = source_hash(&library, &variants, changelog.as_deref(), &options.targets);
     let source = match &options.purpose {

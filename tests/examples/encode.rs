@@ -6,13 +6,13 @@
 
 use std::time::{Duration, Instant};
 
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::Renderer;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::plan::{Plan, Surfaces};
 use sglow_runtime::indirect::IndirectError;
 use sglow_runtime::package::Package;
-use sglow_runtime::plan::{Plan, Surfaces};
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
 
 /// Every axis and parameter, so that a change of defaults changes nothing here.
@@ -47,7 +47,9 @@ fn settings(changes: &str) -> Result<Settings, Box<dyn std::error::Error>> {
 fn package(settings: &Settings, scene: &Scene) -> Result<Package, Box<dyn std::error::Error>> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
     let library = Library::load(folder.as_ref()).map_err(|report| report.to_string())?;
-    let wanted = Plan::new(settings, &Surfaces::of(scene, settings.complete)).variants;
+    let frame = library.frame().ok_or("the library describes no frame")?;
+    let surfaces = Surfaces::of(scene, settings.complete);
+    let wanted = Plan::new(&frame.description, settings, &surfaces)?.variants;
     let mut variants = library.variants();
     variants.retain(|variant| wanted.contains(&variant.id()));
     let texts = sglow_shader_gen::generate::variants(&library, &variants)

@@ -21,7 +21,7 @@ from check import COMMITTED, SHORT, wrong  # noqa: E402
 from graph import Frame, Problem, Table, configured  # noqa: E402
 from inputs import INPUTS as python_inputs  # noqa: E402
 
-PARTS = ["surfaces", "indirect", "visibility", "picture"]
+PARTS = ["surfaces", "lights", "visibility", "shading", "picture"]
 INPUTS = """
 const { INPUTS } = await import(process.argv[1]);
 const list = JSON.parse((await import('node:fs')).readFileSync(0, 'utf8'));
@@ -55,7 +55,7 @@ def configurations(graph, number, seed):
         for name, most in {"width": 80, "height": 60, "map": 70, "lights": 90, "camera_lights": 50}.items():
             parameters[name] = chance.randrange(1, most)
         parameters |= {"tile": 2 ** chance.randrange(3, 7), "iterations": chance.randrange(1, 25)}
-        parts = chance.choice([["indirect", "visibility"], PARTS, None])
+        parts = chance.choice([["lights", "visibility", "shading"], PARTS, None])
         facts = {name: chance.random() < 0.5 for name in graph["facts"]}
         given = {"parts": parts, "facts": facts}
         if chance.random() < 0.5:

@@ -7,19 +7,18 @@ use sglow_oracle::rsm::Emission;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::{Lobe, Vsgl};
 use sglow_oracle::{Bounded, Real, Vector3};
-use sglow_runtime::cluster::{ClusterError, ClusterInputs, ClusterSettings, Clusters};
-use sglow_runtime::frame::Surfaces;
+use sglow_renderer::frame::Surfaces;
+use sglow_renderer::reference;
 use sglow_runtime::light::LightView;
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::sort::RadixSort;
-use sglow_runtime::{readback, reference};
+use sglow_scene::LightKind;
 use sglow_shaders::{Draw, Light, Lobes, Precision, Sharpness, Space, SpecularPower, Variance};
 
 use crate::common::{
     Comparison, DensityTexture, KINDS, Uploaded, broken, gpu, light, random_surfaces, whole_space,
 };
+use crate::part::clusters::{ClusterInputs, ClusterSettings, Clusters, sorted};
 
 /// A map, its density, and what is made of it.
 #[derive(Clone)]
@@ -62,27 +61,23 @@ struct Run {
 
 impl Run {
     fn new(case: &Case, package: &Package) -> Self {
-        let gpu = gpu();
         let ClusterSettings { size, lobes, .. } = case.settings;
-        let clusters = Clusters::new(&gpu.device, &gpu.queue, package, &case.settings).unwrap();
+        let mut clusters = Clusters::new(package, &case.settings).unwrap();
         let density = DensityTexture::new(size, case.stress, 5);
         let map = Uploaded::new(&case.surfaces, size);
         let light = light(case.kind, size[0]);
         let inputs =
             ClusterInputs { map: map.views(), light: &light, density: &density.view, chains: None };
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        clusters.encode(&mut encoder, &inputs, None).unwrap();
-        gpu.queue.submit([encoder.finish()]);
-        gpu.finish().unwrap();
+        clusters.run(&inputs).unwrap();
         Self {
             case: case.clone(),
             light,
             density,
-            centres: readback::buffer(gpu, clusters.centres()).unwrap(),
-            assignment: readback::buffer(gpu, clusters.assignment()).unwrap(),
-            order: readback::buffer(gpu, clusters.order()).unwrap(),
-            starts: readback::buffer(gpu, clusters.starts()).unwrap(),
-            lights: reference::lights_of(gpu, clusters.vsgls(), lobes, Precision::F32).unwrap(),
+            centres: clusters.centres(),
+            assignment: clusters.assignment(),
+            order: clusters.order(),
+            starts: clusters.starts(),
+            lights: reference::lights_of(gpu(), clusters.vsgls(), lobes, Precision::F32).unwrap(),
         }
     }
 
@@ -367,21 +362,6 @@ fn a_broken_sum_is_noticed() {
     }
 }
 
-/// Sorts on the device; the keys and the values that came out.
-fn sorted(keys: &[u32], bits: u32, package: &Package) -> (Vec<u32>, Vec<u32>) {
-    let gpu = gpu();
-    let sort = RadixSort::new(&gpu.device, package, keys.len() as u32, bits).unwrap();
-    let values: Vec<u32> = (0..keys.len() as u32).collect();
-    gpu.queue.write_buffer(sort.keys(), 0, bytemuck::cast_slice(keys));
-    gpu.queue.write_buffer(sort.values(), 0, bytemuck::cast_slice(&values));
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    sort.encode(&gpu.device, &mut encoder, None);
-    gpu.queue.submit([encoder.finish()]);
-    gpu.finish().unwrap();
-    let read = |buffer| readback::buffer(gpu, buffer).unwrap();
-    (read(sort.sorted_keys()), read(sort.sorted_values()))
-}
-
 fn sorts(keys: &[u32], bits: u32, package: &Package) -> bool {
     let order = cluster::order(keys);
     let expected_keys: Vec<u32> = order.iter().map(|&index| keys[index]).collect();
@@ -428,29 +408,24 @@ fn a_broken_sort_is_noticed() {
 
 #[test]
 fn settings_that_cannot_be_are_named() {
-    let gpu = gpu();
     let error = |change: &dyn Fn(&mut ClusterSettings)| {
         let mut settings = case("settings", [8, 8], 4, Space::Image).settings;
         change(&mut settings);
-        let made = Clusters::new(&gpu.device, &gpu.queue, whole_space(), &settings);
-        made.err().map(|error| error.to_string())
+        Clusters::new(whole_space(), &settings).err().map(|error| error.to_string())
     };
     assert_eq!(error(&|_| {}), None);
     let text = error(&|settings| settings.count = 0).unwrap();
-    assert_eq!(text, "the number of clusters is 0, and must be 1 to 65536");
+    assert!(text.contains("`lights` is 0; expected a whole number, at least 1"), "{text}");
     assert!(error(&|settings| settings.count = 65537).unwrap().contains("65537"));
-    assert!(error(&|settings| settings.size[1] = 0).unwrap().contains("the height of the map"));
     // Chains that are not there.
     let mut settings = case("settings", [8, 8], 4, Space::Image).settings;
     settings.draw = Draw::Metropolis;
-    let clusters = Clusters::new(&gpu.device, &gpu.queue, whole_space(), &settings).unwrap();
+    let mut clusters = Clusters::new(whole_space(), &settings).unwrap();
     let map = Uploaded::new(&random_surfaces([8, 8], 1), [8, 8]);
     let density = DensityTexture::new([8, 8], Stress::Smooth, 1);
     let light = light(KINDS[0], 8);
     let inputs =
         ClusterInputs { map: map.views(), light: &light, density: &density.view, chains: None };
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let error = clusters.encode(&mut encoder, &inputs, None).unwrap_err();
-    assert!(matches!(error, ClusterError::Range { .. }), "{error}");
-    assert!(error.to_string().contains("at least 4"), "{error}");
+    let error = clusters.run(&inputs).unwrap_err().to_string();
+    assert!(error.contains("`given_chains` is left out"), "{error}");
 }

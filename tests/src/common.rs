@@ -4,16 +4,19 @@ use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use glam::Vec3;
+use sglow_graph::Description;
 use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_oracle::rsm::Pyramid;
 use sglow_oracle::{Bounded, Real, Vector3};
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::Surfaces;
-use sglow_runtime::indirect::{Indirect, Inputs, SurfaceViews};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame;
+use sglow_renderer::plan::{Plan, Surfaces};
+use sglow_runtime::indirect::{Indirect, Inputs, PARTS, SurfaceViews};
 use sglow_runtime::light::LightView;
+use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::{Bounds, Light, LightKind};
 use sglow_runtime::settings::Settings;
+use sglow_scene::{Bounds, Light, LightKind, Scene};
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::Variant;
 
@@ -167,7 +170,7 @@ pub(crate) fn light(kind: LightKind, size: u32) -> LightView {
         range: None,
     };
     let corners = [[-1.5, -1.0, -1.2], [1.4, 1.2, 1.3]];
-    LightView::new(&light, &Bounds::around(&corners), size)
+    sglow_renderer::light::view(&light, &Bounds::around(&corners), size)
 }
 
 /// The kinds of lights.
@@ -175,11 +178,11 @@ pub(crate) const KINDS: [LightKind; 3] =
     [LightKind::Spot { inner: 0.3, outer: 0.9 }, LightKind::Directional, LightKind::Point];
 
 /// Random surfaces: positions in a box, normals towards the upper half, all materials, some texels empty.
-pub(crate) fn random_surfaces(size: [u32; 2], seed: u64) -> Surfaces {
+pub(crate) fn random_surfaces(size: [u32; 2], seed: u64) -> frame::Surfaces {
     let mut random = Random::new(seed);
     let mut uniform = move || random.uniform() as f32;
     let mut surfaces =
-        Surfaces { position: Vec::new(), normal: Vec::new(), base_color: Vec::new() };
+        frame::Surfaces { position: Vec::new(), normal: Vec::new(), base_color: Vec::new() };
     for _ in 0..size[0] * size[1] {
         let position = [uniform() * 3.0 - 1.5, uniform() * 2.0 - 1.0, uniform() * 2.4 - 1.2];
         let normal = loop {
@@ -204,7 +207,7 @@ pub(crate) struct Uploaded {
 }
 
 impl Uploaded {
-    pub(crate) fn new(surfaces: &Surfaces, size: [u32; 2]) -> Self {
+    pub(crate) fn new(surfaces: &frame::Surfaces, size: [u32; 2]) -> Self {
         let views = [&surfaces.position, &surfaces.normal, &surfaces.base_color].map(|pixels| {
             let texture = gpu().device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("test"),
@@ -314,12 +317,27 @@ fn write_level(
     );
 }
 
+/// What a frame of settings in a scene takes, at any size.
+pub(crate) fn plan(settings: &Settings, scene: &Scene) -> Plan {
+    static DESCRIPTION: OnceLock<Description> = OnceLock::new();
+    let description = DESCRIPTION.get_or_init(|| library().frame().unwrap().description.clone());
+    let surfaces = Surfaces::of(scene, settings.complete);
+    Plan::of_any_size(description, settings, &surfaces)
+        .unwrap_or_else(|errors| panic!("{settings:?}: {errors}"))
+}
+
+/// Indirect light in a scene without occluders.
+pub(crate) fn indirect(settings: &Settings, package: &Package) -> Indirect {
+    let source = gpu().source(package);
+    Indirect::of_parts(source, settings, &PARTS, &Occluders::default()).unwrap()
+}
+
 /// Indirect light of random surfaces, encoded and run once.
 pub(crate) struct Run {
     pub(crate) indirect: Indirect,
     pub(crate) light: LightView,
-    pub(crate) rsm: Surfaces,
-    pub(crate) gbuffer: Surfaces,
+    pub(crate) rsm: frame::Surfaces,
+    pub(crate) gbuffer: frame::Surfaces,
     pub(crate) eye: Vec3,
 }
 
@@ -328,7 +346,7 @@ impl Run {
         let gpu = gpu();
         let rsm = random_surfaces([settings.rsm_size; 2], seed);
         let gbuffer = random_surfaces(settings.size, seed + 1);
-        let indirect = Indirect::with_package(&gpu.device, &gpu.queue, settings, package).unwrap();
+        let indirect = indirect(settings, package);
         let run = Self {
             indirect,
             light: light(kind, settings.rsm_size),
@@ -338,13 +356,8 @@ impl Run {
         };
         let rsm = Uploaded::new(&run.rsm, [settings.rsm_size; 2]);
         let gbuffer = Uploaded::new(&run.gbuffer, settings.size);
-        let inputs = Inputs {
-            rsm: rsm.views(),
-            gbuffer: gbuffer.views(),
-            light: &run.light,
-            eye: run.eye,
-            visibility: None,
-        };
+        let inputs =
+            Inputs { rsm: rsm.views(), gbuffer: gbuffer.views(), light: &run.light, eye: run.eye };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         run.indirect.encode(&mut encoder, &inputs, None).unwrap();
         gpu.queue.submit([encoder.finish()]);

@@ -3,9 +3,10 @@
 use sglow_measure::functions;
 use sglow_measure::hold::Subject;
 use sglow_measure::input::{Kind, REGIMES};
-use sglow_runtime::check::{Check, Violations};
-use sglow_runtime::frame::Surfaces;
-use sglow_runtime::function::{Arguments, Function, NOT_FINITE, NOT_UNIT, OUT_OF_RANGE};
+use sglow_renderer::check::{Check, Violations};
+use sglow_renderer::frame::Surfaces;
+use sglow_renderer::function::{Arguments, Function, NOT_FINITE, NOT_UNIT, OUT_OF_RANGE};
+use sglow_renderer::stages::{Seen, Stages as _};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Precision};
@@ -72,8 +73,8 @@ fn check(
 ) -> Violations {
     let settings = Settings { precision, ..small() };
     let run = Run::new(&settings, KINDS[0], &Package::embedded(), 6);
-    let vsgls = run.indirect.vsgls();
-    let mut words: Vec<f32> = sglow_runtime::readback::buffer(gpu(), vsgls).unwrap();
+    let vsgls = &run.indirect.vsgls().unwrap();
+    let mut words: Vec<f32> = sglow_renderer::readback::buffer(gpu(), vsgls).unwrap();
     break_light(&mut words);
     gpu().queue.write_buffer(vsgls, 0, bytemuck::cast_slice(&words));
     let mut gbuffer = run.gbuffer.clone();
@@ -125,13 +126,15 @@ fn lights_and_surfaces_that_break_the_contract_are_counted() {
 fn shading_goes_on_with_lights_that_are_not_numbers() {
     let settings = small();
     let run = Run::new(&settings, KINDS[0], &Package::embedded(), 6);
-    let words: Vec<f32> = sglow_runtime::readback::buffer(gpu(), run.indirect.vsgls()).unwrap();
+    let words: Vec<f32> =
+        sglow_renderer::readback::buffer(gpu(), &run.indirect.vsgls().unwrap()).unwrap();
     let uploaded = Uploaded::new(&run.gbuffer, settings.size);
     for value in [f32::NAN, f32::INFINITY, -1.0, f32::MAX] {
         let bad = vec![value; words.len()];
-        gpu().queue.write_buffer(run.indirect.vsgls(), 0, bytemuck::cast_slice(&bad));
+        gpu().queue.write_buffer(&run.indirect.vsgls().unwrap(), 0, bytemuck::cast_slice(&bad));
         let mut encoder = gpu().device.create_command_encoder(&Default::default());
-        run.indirect.encode_shade(&mut encoder, uploaded.views(), run.eye, None).unwrap();
+        let seen = Seen { gbuffer: uploaded.views(), eye: run.eye, light: &run.light };
+        run.indirect.encode_shade(&mut encoder, &seen, None, None).unwrap();
         gpu().queue.submit([encoder.finish()]);
         gpu().finish().unwrap();
     }

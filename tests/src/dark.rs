@@ -1,19 +1,19 @@
 //! No light: a map that shows nothing, a camera that sees nothing, a light without a photon that reflects. By every
 //! density and every method indirect light is black, and nothing is NaN.
 
-use sglow_runtime::frame::Surfaces;
-use sglow_runtime::indirect::{Indirect, Inputs};
-use sglow_runtime::readback;
+use sglow_renderer::frame::Surfaces;
+use sglow_renderer::readback;
+use sglow_renderer::stages::Stages as _;
+use sglow_runtime::indirect::Inputs;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Density, Draw, Kernel, Solver, Space};
 
-use crate::common::{KINDS, Uploaded, gpu, light, random_surfaces, small, whole_space};
+use crate::common::{KINDS, Uploaded, gpu, indirect, light, random_surfaces, small, whole_space};
 
 /// The indirect light of a frame, diffuse and specular, and whether its lights are all numbers.
 fn run(settings: &Settings, rsm: &Surfaces, gbuffer: &Surfaces) -> (Vec<[f32; 4]>, bool) {
     let gpu = gpu();
-    let indirect =
-        Indirect::with_package(&gpu.device, &gpu.queue, settings, whole_space()).unwrap();
+    let indirect = indirect(settings, whole_space());
     let view = light(KINDS[0], settings.rsm_size);
     let (rsm, gbuffer) =
         (Uploaded::new(rsm, [settings.rsm_size; 2]), Uploaded::new(gbuffer, settings.size));
@@ -22,17 +22,16 @@ fn run(settings: &Settings, rsm: &Surfaces, gbuffer: &Surfaces) -> (Vec<[f32; 4]
         gbuffer: gbuffer.views(),
         light: &view,
         eye: glam::Vec3::new(0.5, 1.8, 3.0),
-        visibility: None,
     };
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     indirect.encode(&mut encoder, &inputs, None).unwrap();
     gpu.queue.submit([encoder.finish()]);
     gpu.finish().unwrap();
-    let words: Vec<f32> = readback::buffer(gpu, indirect.vsgls()).unwrap();
+    let words: Vec<f32> = readback::buffer(gpu, &indirect.vsgls().unwrap()).unwrap();
     let pixels = [indirect.diffuse(), indirect.specular()]
         .into_iter()
         .flatten()
-        .flat_map(|texture| readback::texture(gpu, texture, 0).unwrap())
+        .flat_map(|texture| readback::texture(gpu, &texture, 0).unwrap())
         .collect();
     (pixels, words.iter().all(|word| word.is_finite()))
 }

@@ -4,10 +4,11 @@ use sglow_oracle::rsm::Moments;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, density, rsm};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{readback, reference};
+use sglow_scene::LightKind;
 use sglow_shaders::{Density, Light, Lobes, Precision, SpecularPower};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
@@ -42,8 +43,8 @@ fn unpadded<T: Copy + Into<[f32; 4]>>(texels: &[T], padded: usize, size: [usize;
 fn compare(run: &Run) -> Comparison {
     let settings = run.indirect.settings();
     let size = [settings.rsm_size as usize; 2];
-    let padded = run.indirect.density().width() as usize;
-    let measured = readback::texture(gpu(), run.indirect.density(), 0).unwrap();
+    let padded = run.indirect.density().unwrap().width() as usize;
+    let measured = readback::texture(gpu(), &run.indirect.density().unwrap(), 0).unwrap();
     let measured = unpadded(&measured, padded, size);
     let moments: Vec<Moments<Bounded>> =
         reference::moments(gpu(), &run.indirect, &run.light, 0).unwrap();
@@ -84,11 +85,11 @@ fn compare_camera(run: &Run) -> [Comparison; 2] {
     let size = settings.size.map(|side| side as usize);
     let texture = run.indirect.camera_moments().unwrap();
     let padded = texture.width() as usize;
-    let texels = readback::texture(gpu(), texture, 0).unwrap();
+    let texels = readback::texture(gpu(), &texture, 0).unwrap();
     let layers: Vec<_> =
         texels.chunks(padded * padded).map(|layer| unpadded(layer, padded, size)).collect();
     let measured_density =
-        readback::texture(gpu(), run.indirect.camera_density().unwrap(), 0).unwrap();
+        readback::texture(gpu(), &run.indirect.camera_density().unwrap(), 0).unwrap();
     let measured_density = unpadded(&measured_density, padded, size);
     let eye = Vector3::constant(reference::vector(run.eye));
     let origin = Vector3::constant(reference::vector(run.light.origin));
@@ -183,7 +184,7 @@ fn maps_of_any_size_are_padded() {
                     ..settings(density, Lobes::Both)
                 };
                 let run = Run::new(&settings, *light, &Package::embedded(), 8);
-                assert_eq!(run.indirect.density().width(), padded);
+                assert_eq!(run.indirect.density().unwrap().width(), padded);
                 let comparison = compare(&run);
                 comparison.assert_holds(&format!("{density} on {size} by {size} texels"));
                 let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();

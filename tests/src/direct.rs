@@ -4,11 +4,11 @@ use sglow_oracle::direct::shadow::face_of;
 use sglow_oracle::direct::{ShadowMap, direct};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::{Bounded, Vector3};
-use sglow_runtime::frame::{Renderer, SHADOW_SIZE};
+use sglow_renderer::frame::{Renderer, SHADOW_SIZE};
+use sglow_renderer::reference;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::{LightKind, Scene};
 use sglow_runtime::settings::Settings;
+use sglow_scene::{LightKind, Scene};
 use sglow_shaders::{Light, Ndf, Specular};
 
 use crate::common::{Comparison, KINDS, broken, gpu, whole_space};

@@ -1,98 +1,33 @@
 //! Frames that are data, on a device: what a host gives, what it leaves out, and what is made when.
 //!
-//! That they show what frames of today show is held in `frames/executed.rs`.
+//! That they show what frames showed before is held in `frames.rs`.
 
 mod foreign;
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use sglow_graph::description::Number;
 use sglow_graph::{Configuration, Frame};
-use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists};
-use sglow_runtime::frame::Renderer;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::plan::Surfaces;
+use sglow_renderer::readback;
+use sglow_renderer::stages::Stages as _;
+use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists, Stage};
 use sglow_runtime::host;
+use sglow_runtime::indirect::PARTS;
 use sglow_runtime::package::Package;
-use sglow_runtime::points::Geometry;
-use sglow_runtime::readback;
-use sglow_runtime::scene::{Light, Scene};
-use sglow_runtime::settings::{AXES, PARAMETERS, Settings};
-use sglow_runtime::visibility::SUBSETS;
+use sglow_runtime::settings::Settings;
+use sglow_scene::{Light, Scene};
 use sglow_shaders::Draw;
-use wgpu::util::DeviceExt;
 
-use crate::common::{gpu, library, package_of, packaged};
+use crate::common::{gpu, library, package_of, packaged, plan};
 
-/// What settings and a scene are in the words of the description.
-fn configuration(settings: &Settings, renderer: &Renderer<'_>, scene: &Scene) -> Configuration {
-    let axes = AXES.iter().map(|axis| ((*axis).to_owned(), settings.value(axis).unwrap()));
-    let mut axes: BTreeMap<_, _> = axes.collect();
-    let mut parameters: BTreeMap<String, Number> = PARAMETERS
-        .iter()
-        .map(|(name, _)| {
-            let text = settings.parameter(name).unwrap();
-            let whole = text.parse().map(Number::Whole);
-            let number = whole.unwrap_or_else(|_| Number::Real(text.parse().unwrap()));
-            ((*name).to_owned(), number)
-        })
-        .collect();
-    let occluders = Occluders::of(scene);
-    for (name, number) in [
-        ("width", settings.size[0] as usize),
-        ("height", settings.size[1] as usize),
-        ("occluder_vertex_count", occluders.positions.len()),
-        ("occluder_index_count", occluders.indices.len()),
-    ] {
-        parameters.insert(name.to_owned(), Number::Whole(number as u64));
-    }
-    let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
-    let seen = settings.complete || !emitters.axes().is_empty();
-    let emission = if seen { "seen" } else { "none" };
-    axes.insert("emission".to_owned(), emission.to_owned());
-    let draws = [("surfaces", surfaces.axes()), ("emitters", emitters.axes())];
-    let draws = draws.into_iter().map(|(name, axes)| (name.to_owned(), axes)).collect();
-    Configuration { axes, parameters, draws, ..Configuration::default() }
-}
-
-/// The triangles that occlude virtual lights.
-struct Occluders {
-    positions: Vec<[f32; 3]>,
-    indices: Vec<u32>,
-}
-
-impl Occluders {
-    fn of(scene: &Scene) -> Self {
-        let (mut positions, mut indices) = (Vec::new(), Vec::new());
-        for mesh in &scene.meshes {
-            let first = positions.len() as u32;
-            positions.extend_from_slice(&mesh.positions);
-            indices.extend(mesh.indices.iter().map(|index| first + index));
-        }
-        Self { positions, indices }
-    }
-
-    /// Resources by name.
-    fn upload(&self, settings: &Settings) -> Vec<(&'static str, wgpu::Buffer)> {
-        let Self { positions, indices } = self;
-        let make = |bytes: &[u8], usage| {
-            gpu().device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: None,
-                contents: bytes,
-                usage,
-            })
-        };
-        let points = Geometry { positions, indices }.points(settings.shadow_points, SUBSETS);
-        let (vertex, index) = (wgpu::BufferUsages::VERTEX, wgpu::BufferUsages::INDEX);
-        vec![
-            ("occluder_positions", make(bytemuck::cast_slice(positions), vertex)),
-            ("occluder_indices", make(bytemuck::cast_slice(indices), index)),
-            ("points", make(bytemuck::cast_slice(&points), wgpu::BufferUsages::STORAGE)),
-        ]
-    }
-}
-
-fn frame(package: &Package, configuration: &Configuration) -> Frame {
+/// The frame of settings, or parts of it, in a scene.
+fn frame(package: &Package, settings: &Settings, scene: &Scene, parts: Option<&[&str]>) -> Frame {
+    let mut configuration = settings.configuration();
+    Surfaces::of(scene, settings.complete).describe(&mut configuration);
+    let parts = parts.map(|parts| parts.iter().map(|part| (*part).to_owned()).collect());
     let description = package.description().unwrap();
-    description.evaluate(configuration).unwrap_or_else(|errors| panic!("{errors}"))
+    description
+        .evaluate(&Configuration { parts, ..configuration })
+        .unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 fn base() -> Settings {
@@ -111,53 +46,6 @@ pub(crate) fn buffer(buffer: &wgpu::Buffer) -> Vec<u8> {
     readback::buffer(gpu(), buffer).unwrap()
 }
 
-/// What today's renderer and the executor are made of.
-pub(crate) struct Subject {
-    pub(crate) scene: Scene,
-    pub(crate) settings: Settings,
-    package: Package,
-    occluders: Vec<(&'static str, wgpu::Buffer)>,
-}
-
-impl Subject {
-    /// A scene of one light, whose kind the settings have, with what it runs.
-    pub(crate) fn new(scene: Scene, settings: Settings, package: Package) -> Self {
-        let occluders = Occluders::of(&scene).upload(&settings);
-        Self { package, scene, settings, occluders }
-    }
-
-    pub(crate) fn renderer(&self) -> Renderer<'static> {
-        Renderer::new(gpu(), &self.package, &self.scene, &self.settings, 0).unwrap()
-    }
-
-    pub(crate) fn frame(&self, renderer: &Renderer<'_>) -> Frame {
-        frame(&self.package, &configuration(&self.settings, renderer, &self.scene))
-    }
-
-    pub(crate) fn executor(&self, renderer: &Renderer<'_>, frame: &Frame) -> Executor {
-        let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
-        let lists: [(_, &dyn DrawList); 2] = [("surfaces", &surfaces), ("emitters", &emitters)];
-        let (gpu, lists) = (gpu(), Lists::from(lists));
-        Executor::new(&gpu.device, &gpu.queue, &self.package, frame, &lists).unwrap()
-    }
-
-    /// What the host gives for a frame of the renderer's, but for draws.
-    pub(crate) fn inputs(&self, renderer: &Renderer<'_>) -> Inputs<'_> {
-        let (bias, mut inputs) = (renderer.shadow_bias(), Inputs::new());
-        host::light(&mut inputs, renderer.light());
-        host::camera(&mut inputs, renderer.view());
-        host::shadow(&mut inputs, bias.depth, bias.normal);
-        inputs.set("diffuse_mean_length", self.settings.diffuse_mean_length());
-        let bias = host::bias(self.settings.bias_scale, self.settings.light_tile);
-        let least_near = host::least_near(self.scene.bounds().radius());
-        host::light_maps(&mut inputs, least_near, bias);
-        for (name, buffer) in &self.occluders {
-            inputs.buffer(name, buffer);
-        }
-        inputs
-    }
-}
-
 /// Submits what is encoded and waits for it.
 pub(crate) fn submit(encode: impl FnOnce(&mut wgpu::CommandEncoder)) {
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
@@ -166,9 +54,11 @@ pub(crate) fn submit(encode: impl FnOnce(&mut wgpu::CommandEncoder)) {
     gpu().finish().unwrap();
 }
 
-/// A small case with an executor that has its maps from the renderer: what an engine runs.
+/// A small case with an executor that has its maps from a renderer: what an engine runs.
 struct Embedded {
-    subject: Subject,
+    scene: Scene,
+    settings: Settings,
+    package: Package,
     renderer: Renderer<'static>,
     executor: Executor,
 }
@@ -187,40 +77,42 @@ fn maps<'a>(renderer: &'a Renderer<'_>) -> [(&'static str, &'a wgpu::TextureView
 }
 
 impl Embedded {
-    fn frame(subject: &Subject, renderer: &Renderer<'_>, settings: &Settings) -> Frame {
-        let parts = Some(BTreeSet::from(["indirect".to_owned()]));
-        let configuration = configuration(settings, renderer, &subject.scene);
-        frame(&subject.package, &Configuration { parts, ..configuration })
-    }
-
     fn new(settings: Settings) -> Self {
         let scene = Scene::builtin("cornell").unwrap();
-        let light = sglow_runtime::frame::kind(&scene.lights[0]);
+        let light = sglow_renderer::frame::kind(&scene.lights[0]);
         let settings = Settings { light, ..settings };
-        let surfaces = sglow_runtime::plan::Surfaces::of(&scene, false);
-        let wanted = sglow_runtime::plan::Plan::new(&settings, &surfaces).variants;
-        let subject = Subject::new(scene, settings, package_of(&wanted));
-        let renderer = subject.renderer();
+        let package = package_of(&plan(&settings, &scene).variants);
+        let renderer = Renderer::new(gpu(), &package, &scene, &settings, 0).unwrap();
         renderer.render().unwrap();
-        let frame = Self::frame(&subject, &renderer, &subject.settings);
-        let (gpu, package) = (gpu(), &subject.package);
-        let executor =
-            Executor::new(&gpu.device, &gpu.queue, package, &frame, &Lists::new()).unwrap();
-        Self { subject, renderer, executor }
+        let executor = {
+            let frame = frame(&package, &settings, &scene, Some(&PARTS));
+            let gpu = gpu();
+            Executor::new(&gpu.device, &gpu.queue, &package, &frame, &Lists::new()).unwrap()
+        };
+        Self { scene, settings, package, renderer, executor }
+    }
+
+    fn inputs(&self) -> Inputs<'static> {
+        inputs(&self.renderer)
     }
 
     fn run(&mut self) {
-        let Self { subject, renderer, executor } = self;
-        let mut inputs = subject.inputs(renderer);
-        for (name, view) in maps(renderer) {
-            inputs.view(name, view);
-        }
-        submit(|encoder| executor.encode(encoder, &inputs, None).unwrap());
+        let inputs = self.inputs();
+        submit(|encoder| self.executor.encode(encoder, &inputs, None).unwrap());
     }
 
     fn lights(&self) -> Vec<u8> {
         buffer(self.executor.buffer("vsgls").unwrap())
     }
+}
+
+/// Everything that a host gives for indirect light, as a renderer has it.
+fn inputs(renderer: &Renderer<'_>) -> Inputs<'static> {
+    renderer.indirect().given(&renderer.inputs())
+}
+
+fn lights(renderer: &Renderer<'_>) -> Vec<u8> {
+    buffer(&renderer.indirect().vsgls().unwrap())
 }
 
 #[test]
@@ -235,19 +127,20 @@ fn a_manifest_loses_nothing_of_the_frame() {
 fn an_engine_supplies_maps_and_may_change_them() {
     let mut embedded = Embedded::new(base());
     embedded.run();
-    let expected = buffer(embedded.renderer.indirect().vsgls());
+    let expected = lights(&embedded.renderer);
     assert!(embedded.lights() == expected);
     let before = embedded.executor.made();
     embedded.run();
     assert_eq!(embedded.executor.made(), before);
 
     // Another renderer's maps, of another light: other views, so that what binds them is made anew, and no more.
-    let mut other = embedded.subject.renderer();
-    other.move_light(&moved(&embedded.subject.scene.lights[0], 1)).unwrap();
+    let Embedded { package, scene, settings, .. } = &embedded;
+    let mut other = Renderer::new(gpu(), package, scene, settings, 0).unwrap();
+    other.move_light(&moved(&scene.lights[0], 1)).unwrap();
     other.render().unwrap();
     let first = std::mem::replace(&mut embedded.renderer, other);
     embedded.run();
-    let expected_other = buffer(embedded.renderer.indirect().vsgls());
+    let expected_other = lights(&embedded.renderer);
     assert!(embedded.lights() == expected_other && expected != expected_other);
     let after = embedded.executor.made();
     // moments and shade bind maps; density, mips and sample do not.
@@ -270,33 +163,30 @@ fn chains_begin_again_and_sizes_change() {
     assert!(first == embedded.lights() && first != second);
     // Both frames are encoded before the first of them runs: each has its own number.
     embedded.executor.restart();
-    let Embedded { subject, renderer, executor } = &mut embedded;
-    let mut inputs = subject.inputs(renderer);
-    for (name, view) in maps(renderer) {
-        inputs.view(name, view);
-    }
+    let inputs = embedded.inputs();
     submit(|encoder| {
-        executor.encode(encoder, &inputs, None).unwrap();
-        executor.encode(encoder, &inputs, None).unwrap();
+        embedded.executor.encode(encoder, &inputs, None).unwrap();
+        embedded.executor.encode(encoder, &inputs, None).unwrap();
     });
     assert!(second == embedded.lights());
 
     let pipelines = embedded.executor.made().pipelines;
-    let Embedded { subject, renderer, executor } = &mut embedded;
-    let fewer = Settings { count: 7, ..subject.settings.clone() };
-    let frame = Embedded::frame(subject, renderer, &fewer);
-    executor.resize(&subject.package, &frame, &Lists::new()).unwrap();
+    let Embedded { package, scene, settings, executor, .. } = &mut embedded;
+    let fewer = Settings { count: 7, ..settings.clone() };
+    let frame = frame(package, &fewer, scene, Some(&PARTS));
+    executor.resize(package, &frame, &Lists::new()).unwrap();
     embedded.run();
     assert_eq!(embedded.executor.made().pipelines, pipelines);
     assert!(embedded.lights().len() < first.len());
     let same = Embedded::new(Settings { draw, count: 7, ..base() });
-    assert!(embedded.lights() == buffer(same.renderer.indirect().vsgls()));
+    assert!(embedded.lights() == lights(&same.renderer));
 }
 
 #[test]
 fn what_a_host_leaves_out_is_named_all_at_once() {
     let mut embedded = Embedded::new(base());
-    let Embedded { subject, renderer, executor } = &mut embedded;
+    let mut inputs = embedded.inputs();
+    let Embedded { renderer, executor, .. } = &mut embedded;
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
     let nothing = executor.encode(&mut encoder, &Inputs::new(), None).unwrap_err().to_string();
     for name in ["light", "origin", "eye", "minimum_variance", "diffuse_mean_length"] {
@@ -308,11 +198,8 @@ fn what_a_host_leaves_out_is_named_all_at_once() {
     for (name, _) in maps(renderer) {
         assert!(nothing.contains(&format!("resource `{name}` is left out; it is a texture of ")));
     }
-    let mut inputs = subject.inputs(renderer);
-    for (name, view) in maps(renderer) {
-        inputs.view(name, view);
-    }
-    let (position, normal) = (renderer.inputs().gbuffer.position, &subject.occluders[0].1);
+    let vsgls = renderer.indirect().vsgls().unwrap();
+    let (position, normal) = (renderer.inputs().gbuffer.position, &vsgls);
     inputs.set("eye", 1.0).set("origin", [1_u32, 2, 3]);
     inputs.view("rsm_position", position).buffer("rsm_normal", normal);
     let wrong = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();
@@ -339,20 +226,25 @@ fn what_a_host_leaves_out_is_named_all_at_once() {
     assert!(wrong.starts_with(without) && wrong.contains("TEXTURE_BINDING"), "{wrong}");
     // With everything as it should be the same executor goes on.
     embedded.run();
-    assert!(embedded.lights() == buffer(embedded.renderer.indirect().vsgls()));
+    assert!(embedded.lights() == lights(&embedded.renderer));
 }
 
 #[test]
 fn lists_of_draws_that_are_left_out_are_named() {
-    let mut embedded = Embedded::new(base());
-    let Embedded { subject, renderer, .. } = &mut embedded;
-    let frame = subject.frame(renderer);
-    let (gpu, package) = (gpu(), &subject.package);
+    let Embedded { scene, settings, package, renderer, .. } = Embedded::new(base());
+    let frame = frame(&package, &settings, &scene, None);
+    let (gpu, package) = (gpu(), &package);
     let made = Executor::new(&gpu.device, &gpu.queue, package, &frame, &Lists::new());
     assert_eq!(made.err().unwrap().to_string(), "the list of draws `surfaces` is left out");
-    let mut executor = subject.executor(renderer, &frame);
+    let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
+    let lists: [(_, &dyn DrawList); 2] = [("surfaces", &surfaces), ("emitters", &emitters)];
+    let lists = Lists::from(lists);
+    let mut executor = Executor::new(&gpu.device, &gpu.queue, package, &frame, &lists).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let inputs = subject.inputs(renderer);
+    let mut inputs = inputs(&renderer);
+    host::camera(&mut inputs, renderer.view());
+    let bias = renderer.shadow_bias();
+    host::shadow(&mut inputs, bias.depth, bias.normal);
     let left_out = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();
     assert_eq!(left_out, "the list of draws `surfaces` is left out");
 }
@@ -367,8 +259,9 @@ fn stages_run_by_themselves() {
     encoder.clear_buffer(executor.buffer("vsgls").unwrap(), 0, None);
     // Mips read nothing of the host's, and samples what follows from the light alone.
     let nothing = Inputs::new();
-    executor.encode_where(|label| label.starts_with("mip "), &mut encoder, &nothing, None).unwrap();
-    let sample = |label: &str| label == "sample";
+    let mips = |stage: Stage<'_>| stage.label.starts_with("mip ");
+    executor.encode_where(mips, &mut encoder, &nothing, None).unwrap();
+    let sample = |stage: Stage<'_>| stage.label == "sample";
     let missing = executor.encode_where(sample, &mut encoder, &nothing, None).unwrap_err();
     assert!(missing.to_string().contains("minimum_variance"), "{missing}");
     let mut inputs = Inputs::new();
@@ -381,11 +274,10 @@ fn stages_run_by_themselves() {
 
 #[test]
 fn a_missing_variant_names_the_command_that_makes_it() {
-    let embedded = Embedded::new(base());
-    let Embedded { subject, renderer, .. } = &embedded;
-    let another = Settings { variance: sglow_shaders::Variance::Planar, ..base() };
-    let frame = Embedded::frame(subject, renderer, &another);
-    let (gpu, package) = (gpu(), &subject.package);
+    let Embedded { scene, settings, package, .. } = &Embedded::new(base());
+    let another = Settings { variance: sglow_shaders::Variance::Planar, ..settings.clone() };
+    let frame = frame(package, &another, scene, Some(&PARTS));
+    let gpu = gpu();
     let missing = Executor::new(&gpu.device, &gpu.queue, package, &frame, &Lists::new());
     let text = missing.err().unwrap().to_string();
     assert!(

@@ -2,7 +2,7 @@
 
 use sglow_oracle::fis::Footprints;
 use sglow_oracle::fis::stress::Random;
-use sglow_runtime::density::{Sampled, padded, sample};
+use sglow_renderer::density::{Sampled, padded, sample};
 use sglow_runtime::settings::Settings;
 use sglow_shaders::Kernel;
 

@@ -4,11 +4,11 @@ use sglow_oracle::rsm::{self, Moments, Pyramid};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::{Lobe, PackedLobe, Vsgl, sample};
 use sglow_oracle::{Vector3, metrics, shade};
-use sglow_runtime::frame::{Frame, Renderer};
+use sglow_renderer::frame::{Frame, Renderer};
+use sglow_renderer::reference;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sglow_shaders::{Diffuse, Emitter, Kernel, Precision, Specular};
 
 use crate::common::{broken, gpu, whole_space};

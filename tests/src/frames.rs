@@ -8,7 +8,6 @@
 //! What it costs to encode a frame: `cargo run --release -p sglow-tests --example encode`.
 
 mod coverage;
-mod executed;
 mod list;
 mod record;
 mod run;

@@ -14,8 +14,8 @@ use sglow_measure::frontier::subject::{FrontierError, Subject};
 use sglow_measure::frontier::truth::truth;
 use sglow_measure::frontier::way::{Allowed, allowed, every, fits};
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sglow_shaders::{Emitter, Lobes, Ndf, Specular};
 
 use tempfile::TempDir;

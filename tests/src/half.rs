@@ -2,11 +2,11 @@
 
 use sglow_measure::halves::{Halved, measure};
 use sglow_oracle::{Vector3, metrics};
-use sglow_runtime::frame::Renderer;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::reference;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::{LightKind, Scene};
 use sglow_runtime::settings::Settings;
+use sglow_scene::{LightKind, Scene};
 use sglow_shaders::{Lobes, Precision};
 
 use crate::common::{KINDS, broken, gpu, light};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 use sglow_runtime::host;
 use sglow_runtime::light::LightView;
-use sglow_runtime::scene::{Bounds, Light, LightKind};
+use sglow_scene::{Bounds, Light, LightKind};
 
 use crate::common::library;
 
@@ -62,7 +62,7 @@ impl Given<'_> {
             intensity: [1.0; 3],
             range: None,
         };
-        LightView::new(&light, &Bounds { min: [-1.0; 3], max: [1.0; 3] }, 16)
+        sglow_renderer::light::view(&light, &Bounds { min: [-1.0; 3], max: [1.0; 3] }, 16)
     }
 }
 

@@ -4,7 +4,7 @@ use sglow_oracle::fis::stress::Random;
 use sglow_oracle::math::bessel_i_scaled;
 use sglow_oracle::quadrature::gauss_legendre;
 use sglow_oracle::sg::{self, Cosine};
-use sglow_runtime::function::{Arguments, Function};
+use sglow_renderer::function::{Arguments, Function};
 
 use crate::common::{gpu, whole_space};
 

@@ -1,12 +1,13 @@
 //! What bad input gets: an error that names the thing and what would be right, and no panic.
 
-use sglow_runtime::device::{DeviceError, Gpu};
-use sglow_runtime::frame::{FrameError, Renderer};
-use sglow_runtime::indirect::{Indirect, IndirectError};
+use sglow_renderer::device::{DeviceError, Gpu};
+use sglow_renderer::frame::{FrameError, Renderer};
+use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
+use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::pipeline::PipelineError;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sglow_shaders::{Light, Ndf, Specular};
 
 use crate::common::{broken, gpu, small};
@@ -92,7 +93,7 @@ fn a_missing_variant_is_an_error_and_never_a_similar_one() {
 #[test]
 fn a_shader_that_does_not_compile_is_named() {
     let package = broken("mip-r32float-three", "0.25", "nonsense");
-    let made = Indirect::with_package(&gpu().device, &gpu().queue, &small(), &package);
+    let made = Indirect::of_parts(gpu().source(&package), &small(), &PARTS, &Occluders::default());
     let Err(IndirectError::Pipeline(PipelineError::Refused { id, message })) = made else {
         panic!("it was not refused")
     };

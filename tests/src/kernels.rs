@@ -5,10 +5,11 @@ use sglow_oracle::rsm::{Moments, Pyramid};
 use sglow_oracle::vsgl::sample::level_by;
 use sglow_oracle::vsgl::{self, Kernel as OracleKernel, Lobe, Vsgl, packed};
 use sglow_oracle::{Bounded, Vector3};
-use sglow_runtime::density::sample;
+use sglow_renderer::density::sample;
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{
     Emitter, Filter, Kernel, Lobes, Precision, SglowKernel, Sharpness, Solver, Variance,
 };
@@ -16,10 +17,10 @@ use sglow_shaders::{
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
 fn density(run: &Run) -> Pyramid<Bounded> {
-    let texture = run.indirect.density();
+    let texture = run.indirect.density().unwrap();
     let levels = (0..texture.mip_level_count())
         .map(|level| {
-            let texels = readback::texture(gpu(), texture, level).unwrap();
+            let texels = readback::texture(gpu(), &texture, level).unwrap();
             texels.into_iter().map(|texel| Bounded::exact(texel[0])).collect()
         })
         .collect();
@@ -46,7 +47,7 @@ struct Comparisons {
 fn compare(run: &Run) -> Comparisons {
     let settings = run.indirect.settings();
     let kernels: Vec<SglowKernel> =
-        readback::buffer(gpu(), run.indirect.kernels().unwrap()).unwrap();
+        readback::buffer(gpu(), &run.indirect.kernels().unwrap()).unwrap();
     // What f64 holds is the f32 that was read, to the bit.
     let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();
     let (density, moments) = (density(run), moments(run));

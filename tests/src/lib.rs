@@ -50,6 +50,8 @@ mod moments;
 #[cfg(test)]
 mod package;
 #[cfg(test)]
+mod part;
+#[cfg(test)]
 mod path;
 #[cfg(test)]
 mod plan;

@@ -5,11 +5,10 @@ use sglow_oracle::fis::stress::Stress;
 use sglow_oracle::fis::{lattice, warp};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Real};
-use sglow_runtime::cluster::{ClusterInputs, ClusterSettings, Clusters};
-use sglow_runtime::metropolis::{Metropolis, MetropolisSettings};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{
     Draw, Light, Lobes, SglowKernel, Sharpness, Space, SpecularPower, Start, Variance,
 };
@@ -18,32 +17,30 @@ use crate::common::{
     Comparison, DensityTexture, KINDS, Run, Uploaded, broken, gpu, light, random_surfaces, small,
     whole_space,
 };
+use crate::part::chains::{ChainSettings, Chains};
+use crate::part::clusters::{ClusterInputs, ClusterSettings, Clusters};
 
 const SIZE: u32 = 64;
 const COUNT: u32 = 500;
 
 /// Where chains are before the first frame's mutations, and after each of some frames.
 fn run(
-    settings: &MetropolisSettings,
+    settings: &ChainSettings,
     stress: Stress,
     package: &Package,
     frames: u32,
 ) -> Vec<Vec<[f32; 2]>> {
-    let gpu = gpu();
     let density = DensityTexture::new([SIZE; 2], stress, 9);
-    let chains = Metropolis::new(&gpu.device, package, settings).unwrap();
+    let mut chains = Chains::new(package, settings, SIZE);
     let read = (0..frames).map(|_| {
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        chains.encode(&gpu.device, &mut encoder, &density.view, None);
-        gpu.queue.submit([encoder.finish()]);
-        gpu.finish().unwrap();
-        readback::buffer(gpu, chains.chains()).unwrap()
+        chains.advance(&density.view);
+        chains.read()
     });
     read.collect()
 }
 
 /// Compares every chain after every frame with the oracle's, from where the device had it the frame before.
-fn compare(settings: &MetropolisSettings, stress: Stress, package: &Package) -> Comparison {
+fn compare(settings: &ChainSettings, stress: Stress, package: &Package) -> Comparison {
     let frames = run(settings, stress, package, 4);
     let density = DensityTexture::new([SIZE; 2], stress, 9).pyramid;
     let mut comparison = Comparison::default();
@@ -88,7 +85,7 @@ fn compare(settings: &MetropolisSettings, stress: Stress, package: &Package) -> 
 fn agree_with_the_oracle() {
     for start in Start::ALL {
         for stress in [Stress::Smooth, Stress::Noise { sigma: 2.0 }, Stress::Ring, Stress::Zero] {
-            let settings = MetropolisSettings { start, ..MetropolisSettings::of(COUNT) };
+            let settings = ChainSettings { start, ..ChainSettings::of(COUNT) };
             let comparison = compare(&settings, stress, whole_space());
             comparison.assert_holds(&format!("chains of {stress:?} from {start}"));
         }
@@ -96,8 +93,8 @@ fn agree_with_the_oracle() {
 }
 
 /// Chains that move far enough for a break to show.
-fn lively() -> MetropolisSettings {
-    MetropolisSettings { mutations: 4, large_steps: 0.1, ..MetropolisSettings::of(COUNT) }
+fn lively() -> ChainSettings {
+    ChainSettings { mutations: 4, large_steps: 0.1, ..ChainSettings::of(COUNT) }
 }
 
 #[test]
@@ -112,10 +109,10 @@ fn broken_chains_are_noticed() {
     ];
     for (id, from, to) in breaks {
         // A large radius, for reflections.
-        let settings = MetropolisSettings { radius: 0.5, ..lively() };
+        let settings = ChainSettings { radius: 0.5, ..lively() };
         compare(&settings, Stress::Smooth, &broken(id, from, to)).assert_fails(to);
     }
-    let settings = MetropolisSettings { start: Start::Uniform, ..lively() };
+    let settings = ChainSettings { start: Start::Uniform, ..lively() };
     let package = broken("metropolis_start-uniform", "4294967295u", "0u");
     compare(&settings, Stress::Smooth, &package).assert_fails("another start");
 }
@@ -145,11 +142,8 @@ fn chi_square(points: &[[f32; 2]], density: &DensityTexture) -> f64 {
 /// What the lattice has and the chains lose: the device's own points, in 64 blocks of the image.
 #[test]
 fn chains_follow_the_density_and_are_not_stratified() {
-    let settings = MetropolisSettings {
-        large_steps: 0.25,
-        start: Start::Uniform,
-        ..MetropolisSettings::of(4096)
-    };
+    let settings =
+        ChainSettings { large_steps: 0.25, start: Start::Uniform, ..ChainSettings::of(4096) };
     let density = DensityTexture::new([SIZE; 2], Stress::Smooth, 9);
     let stratified: Vec<[f32; 2]> = (0..4096)
         .map(|index| warp(&density.pyramid, lattice::point::<Bounded>(index, 4096)).centre)
@@ -175,9 +169,9 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
     let centres = |package: &Package| {
         let run = Run::new(&settings, KINDS[0], package, 3);
         let kernels: Vec<SglowKernel> =
-            readback::buffer(gpu(), run.indirect.kernels().unwrap()).unwrap();
+            readback::buffer(gpu(), &run.indirect.kernels().unwrap()).unwrap();
         let chains: Vec<[f32; 2]> =
-            readback::buffer(gpu(), run.indirect.chains().unwrap()).unwrap();
+            readback::buffer(gpu(), &run.indirect.chains().unwrap()).unwrap();
         let lights: Vec<Vsgl> = reference::lights(gpu(), &run.indirect).unwrap();
         assert!(lights.iter().all(|light| light.power().luminance().is_finite()));
         assert!(lights.iter().any(|light| light.power().luminance() > 0.0));
@@ -189,9 +183,8 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
     let (kernels, chains) = centres(&broken(id, "sglow_chains[index]", "sglow_chains[index / 2u]"));
     assert_ne!(kernels, chains, "other chains go unnoticed");
 
-    let gpu = gpu();
     let size = [SIZE; 2];
-    let chains = Metropolis::new(&gpu.device, whole_space(), &MetropolisSettings::of(90)).unwrap();
+    let mut chains = Chains::new(whole_space(), &ChainSettings::of(90), SIZE);
     let settings = ClusterSettings {
         size,
         count: 90,
@@ -204,25 +197,19 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
         specular_power: SpecularPower::F0,
         diffuse_mean_length: 1.0,
     };
-    let clusters = Clusters::new(&gpu.device, &gpu.queue, whole_space(), &settings).unwrap();
+    let mut clusters = Clusters::new(whole_space(), &settings).unwrap();
     let density = DensityTexture::new(size, Stress::Ring, 9);
     let map = Uploaded::new(&random_surfaces(size, 1), size);
     let light = light(KINDS[0], SIZE);
-    let chains_buffer = Some(chains.chains());
+    chains.advance(&density.view);
     let inputs = ClusterInputs {
         map: map.views(),
         light: &light,
         density: &density.view,
-        chains: chains_buffer,
+        chains: Some(chains.buffer()),
     };
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    chains.encode(&gpu.device, &mut encoder, &density.view, None);
-    clusters.encode(&mut encoder, &inputs, None).unwrap();
-    gpu.queue.submit([encoder.finish()]);
-    gpu.finish().unwrap();
-    let centres: Vec<[f32; 4]> = readback::buffer(gpu, clusters.centres()).unwrap();
-    let chains: Vec<[f32; 2]> = readback::buffer(gpu, chains.chains()).unwrap();
-    for (centre, chain) in centres.into_iter().zip(chains) {
+    clusters.run(&inputs).unwrap();
+    for (centre, chain) in clusters.centres().into_iter().zip(chains.read()) {
         // A power of two rounds nothing.
         assert_eq!(centre, [chain[0] * 64.0, chain[1] * 64.0, 0.0, 0.0]);
     }

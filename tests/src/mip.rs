@@ -3,9 +3,10 @@
 use sglow_oracle::fis::stress::Random;
 use sglow_oracle::rsm::{Moments, mip};
 use sglow_oracle::{Bounded, Real};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{mips, readback};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{mips, readback};
 use sglow_shaders::{Precision, Texel};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
@@ -17,15 +18,15 @@ fn halves() -> Settings {
 /// Compares each level of the moments, of the density and of halves with the mean of the level `finer` below it.
 fn compare(run: &Run, finer: u32) -> [Comparison; 3] {
     let mut comparisons = [(); 3].map(|()| Comparison::default());
-    let textures = [run.indirect.moments().unwrap(), run.indirect.density()];
+    let textures = [run.indirect.moments().unwrap(), run.indirect.density().unwrap()];
     let textures = textures.into_iter().chain(run.indirect.half_moments());
     for (texture, comparison) in textures.zip(&mut comparisons) {
         let half = texture.format() == wgpu::TextureFormat::Rgba16Float;
         let stored = |value: Bounded| if half { value.to_half() } else { value };
         let layers = texture.depth_or_array_layers() as usize;
         for level in finer..texture.mip_level_count() {
-            let below = readback::texture(gpu(), texture, level - finer).unwrap();
-            let measured = readback::texture(gpu(), texture, level).unwrap();
+            let below = readback::texture(gpu(), &texture, level - finer).unwrap();
+            let measured = readback::texture(gpu(), &texture, level).unwrap();
             let size = (texture.width() >> (level - finer)) as usize;
             for layer in 0..layers {
                 let texels = &below[layer * size * size..][..size * size];
@@ -97,8 +98,8 @@ fn a_broken_shader_is_noticed() {
 fn the_density_is_the_weight() {
     let run = Run::new(&small(), KINDS[0], &Package::embedded(), 2);
     let size = small().rsm_size as usize;
-    let moments = readback::texture(gpu(), run.indirect.moments().unwrap(), 0).unwrap();
-    let density = readback::texture(gpu(), run.indirect.density(), 0).unwrap();
+    let moments = readback::texture(gpu(), &run.indirect.moments().unwrap(), 0).unwrap();
+    let density = readback::texture(gpu(), &run.indirect.density().unwrap(), 0).unwrap();
     let compare = |channel: usize| {
         let mut comparison = Comparison::default();
         for (index, texel) in density.iter().enumerate() {

@@ -3,10 +3,11 @@
 use sglow_oracle::rsm::{self, Moments};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::{Bounded, Vector3};
+use sglow_renderer::reference;
+use sglow_renderer::stages::Stages as _;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::LightKind;
 use sglow_runtime::settings::Settings;
+use sglow_scene::LightKind;
 use sglow_shaders::{Emitter, Light, Lobes, Precision, Sharpness, SpecularPower};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
@@ -174,6 +175,6 @@ fn layers_that_are_left_out_do_not_exist() {
         let settings = Settings { lobes, ..halves(KINDS[0]) };
         let run = Run::new(&settings, KINDS[0], whole_space(), 1);
         let textures = [run.indirect.moments().unwrap(), run.indirect.half_moments().unwrap()];
-        assert_eq!(textures.map(wgpu::Texture::depth_or_array_layers), layers);
+        assert_eq!(textures.map(|texture| texture.depth_or_array_layers()), layers);
     }
 }

@@ -9,11 +9,11 @@ use sglow_oracle::fis::stress::Random;
 use sglow_oracle::metrics;
 use sglow_oracle::path::Materials as _;
 use sglow_oracle::surface::{Crossing, Ray, Scene as Triangles, SurfaceTexel};
-use sglow_runtime::frame::Renderer;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::reference::{self, SceneMaterials};
 use sglow_runtime::package::Package;
-use sglow_runtime::reference::{self, SceneMaterials};
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sglow_shaders::Specular;
 
 use crate::common::gpu;

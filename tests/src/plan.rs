@@ -3,10 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use sglow_runtime::frame::Renderer;
-use sglow_runtime::plan::{Plan, Surfaces};
-use sglow_runtime::scene::{LightKind, Scene};
+use sglow_renderer::frame::Renderer;
 use sglow_runtime::settings::{AXES, Settings};
+use sglow_scene::{LightKind, Scene};
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::{Facts, Variant};
 use sglow_shaders::{
@@ -14,7 +13,7 @@ use sglow_shaders::{
     Visibility,
 };
 
-use crate::common::{KINDS, gpu, library, whole_space};
+use crate::common::{KINDS, gpu, library, plan, whole_space};
 
 fn base() -> Settings {
     Settings {
@@ -77,11 +76,11 @@ fn light(kind: LightKind) -> Light {
 fn difference(scene: &Scene, settings: &Settings, planned: &Settings) -> Option<String> {
     let package = whole_space().clone();
     let renderer = Renderer::new(gpu(), &package, scene, settings, 0).unwrap();
-    let plan = Plan::new(planned, &Surfaces::of(scene, planned.complete));
+    let plan = plan(planned, scene);
     let (asked, mut variants) = (package.asked(), plan.variants);
     // A picture may change its size, and with it the lengths of its chains: all of their variants are planned.
     variants.retain(|id| asked.contains(id) || !id.starts_with("mip-"));
-    let mut bytes: Vec<_> = plan.resources.iter().map(|of| (of.name, of.bytes)).collect();
+    let mut bytes: Vec<_> = plan.resources.into_iter().map(|of| (of.name, of.bytes)).collect();
     let mut kept = renderer.bytes();
     bytes.sort_unstable();
     kept.sort_unstable();
@@ -153,7 +152,7 @@ fn rules_of_presence_leave_what_a_renderer_takes() {
     let library = library();
     let scene = Scene::builtin("cornell").unwrap();
     let constant = [("material", "constant"), ("opacity", "opaque"), ("emission", "none")];
-    let plan = |settings: &Settings| Plan::new(settings, &Surfaces::of(&scene, false)).variants;
+    let plan = |settings: &Settings| plan(settings, &scene).variants;
     // The camera's lights are in 32 bits, whatever the light's are.
     let alike = |settings: &Settings| {
         settings.density != Density::Bidirectional || settings.precision == Precision::F32

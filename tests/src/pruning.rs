@@ -3,18 +3,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::{Frame, FrameError, Renderer};
-use sglow_runtime::needs::Assumption;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::{Frame, FrameError, Renderer};
+use sglow_renderer::plan::Storage;
+use sglow_runtime::package::Assumption;
 use sglow_runtime::package::Package;
-use sglow_runtime::plan::{Plan, Storage, Surfaces};
-use sglow_runtime::scene::{Camera, Image, Light, LightKind, Material, Mesh, Scene, TextureUse};
 use sglow_runtime::settings::Settings;
+use sglow_scene::{Camera, Image, Light, LightKind, Material, Mesh, Scene, TextureUse};
 use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Saved};
 use sglow_shader_gen::package::{Options, Purpose, generate};
 use sglow_shaders::{Precision, Specular, Visibility};
 
-use crate::common::{KINDS, broken, gpu, library, whole_space};
+use crate::common::{KINDS, broken, gpu, library, plan, whole_space};
 
 #[derive(Clone, Copy, Debug)]
 struct Needs {
@@ -224,9 +224,9 @@ fn difference(pruned: &Frame, complete: &Frame) -> Option<&'static str> {
 
 /// A package of just what is planned for a scene.
 fn planned(scene: &Scene, settings: &Settings) -> Package {
-    let light = sglow_runtime::frame::kind(&scene.lights[0]);
+    let light = sglow_renderer::frame::kind(&scene.lights[0]);
     let settings = Settings { light, ..settings.clone() };
-    let plan = Plan::new(&settings, &Surfaces::of(scene, settings.complete));
+    let plan = plan(&settings, scene);
     whole_space().clone().only(&plan.variants)
 }
 
@@ -306,7 +306,7 @@ fn what_is_left_out_takes_no_memory_of_the_device_and_no_binding() {
         visibility: Visibility::ShadowMap,
         ..Settings { size: pruned.size, rsm_size: pruned.rsm_size, ..base() }
     };
-    let left_out = ["specular", "sglow emission", "sglow light maps"];
+    let left_out = ["specular", "emission", "light_maps"];
     let bindings = |package: &Package| {
         let names = |id: &String| sglow_shaders::variant(id).unwrap().binding_names.concat();
         package.asked().iter().flat_map(names).collect::<BTreeSet<_>>()
@@ -317,8 +317,8 @@ fn what_is_left_out_takes_no_memory_of_the_device_and_no_binding() {
         let package = whole_space().clone();
         let renderer = Renderer::new(&gpu, &package, &scene, settings, 0).unwrap();
         renderer.render().unwrap();
-        let plan = Plan::new(settings, &Surfaces::of(&scene, settings.complete));
-        (allocated(&gpu), bindings(&package), plan.bytes(Storage::Texture, None))
+        let plan = plan(settings, &scene);
+        (allocated(&gpu), bindings(&package), plan.bytes(Storage::Texture, &[]))
     };
     let [(few, few_bindings, few_planned), (all, all_bindings, all_planned)] =
         [&pruned, &full].map(run);
@@ -433,7 +433,7 @@ fn a_package_for_a_scene_refuses_one_that_needs_more_and_says_what_left_a_varian
         },
         left_out: left_out.collect(),
     };
-    let plan = Plan::new(&settings, &Surfaces::of(&plain, false));
+    let plan = plan(&settings, &plain);
     let mut variants = library.variants();
     variants.retain(|variant| plan.variants.contains(&variant.id()));
     let folder = tempfile::tempdir().unwrap();

@@ -3,9 +3,10 @@
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, shade};
+use sglow_renderer::stages::{Seen, Stages as _};
+use sglow_renderer::{readback, reference};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{Diffuse, Emitter, Lobes, Ndf, Precision, Specular};
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
@@ -16,7 +17,7 @@ fn compare(run: &Run) -> Comparison {
     let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&run.gbuffer);
     let model = reference::model(run.indirect.settings());
     let eye = Vector3::constant(reference::vector(run.eye));
-    let read = |texture| readback::texture(gpu(), texture, 0).unwrap();
+    let read = |texture: wgpu::Texture| readback::texture(gpu(), &texture, 0).unwrap();
     let diffuse = run.indirect.diffuse().map(read);
     let specular = run.indirect.specular().map(read);
     let mut comparison = Comparison::default();
@@ -246,11 +247,12 @@ fn output_is_finite_where_surfaces_and_lights_touch() {
     run.gbuffer = run.rsm.clone();
     let uploaded = crate::common::Uploaded::new(&run.gbuffer, settings.size);
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    run.indirect.encode_shade(&mut encoder, uploaded.views(), run.eye, None).unwrap();
+    let seen = Seen { gbuffer: uploaded.views(), eye: run.eye, light: &run.light };
+    run.indirect.encode_shade(&mut encoder, &seen, None, None).unwrap();
     gpu().queue.submit([encoder.finish()]);
     gpu().finish().unwrap();
     for texture in [run.indirect.diffuse().unwrap(), run.indirect.specular().unwrap()] {
-        let pixels = readback::texture(gpu(), texture, 0).unwrap();
+        let pixels = readback::texture(gpu(), &texture, 0).unwrap();
         assert!(pixels.iter().flatten().all(|value| value.is_finite() && *value >= 0.0));
         assert!(pixels.iter().any(|pixel| pixel[0] > 0.0), "nothing was lit");
     }

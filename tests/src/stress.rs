@@ -4,7 +4,7 @@ use sglow_oracle::Bounded;
 use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_oracle::fis::{bracketed_level, lattice, warp};
 use sglow_oracle::rsm::Pyramid;
-use sglow_runtime::density::{Sampled, sample, times};
+use sglow_renderer::density::{Sampled, sample, times};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Kernel, Solver};

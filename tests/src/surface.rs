@@ -3,11 +3,11 @@
 use glam::Vec3;
 use sglow_oracle::surface::{Camera, Hit, Triangle};
 use sglow_oracle::{Bounded, Vector3};
-use sglow_runtime::frame::{Renderer, Surfaces};
+use sglow_renderer::frame::{Renderer, Surfaces};
+use sglow_renderer::reference;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 
 use crate::common::{Comparison, broken, gpu};
 

@@ -9,20 +9,27 @@ use sglow_oracle::visibility::map::distance;
 use sglow_oracle::visibility::{Maps, Point, Seen, View, exact, light_fill, light_points, visible};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3, shade};
-use sglow_runtime::frame::{Renderer, Surfaces};
-use sglow_runtime::indirect::Indirect;
+use sglow_renderer::frame::{Renderer, Surfaces};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
+use sglow_runtime::execute::{Inputs, Lists};
+use sglow_runtime::host;
+use sglow_runtime::indirect::{Indirect, IndirectError};
+use sglow_runtime::occluders::{Occluders, SUBSETS};
 use sglow_runtime::package::Package;
 use sglow_runtime::points::Geometry;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::visibility::{Config, SUBSETS, Visibility, VisibilityError};
-use sglow_runtime::{readback, reference};
+use sglow_scene::Scene;
 use sglow_shaders::{
     Lobes, Ndf, Precision, SglowShadowPoint, SglowVsglDiffuse, Specular, Visibility as Axis,
 };
 
-use crate::common::{Comparison, Uploaded, broken, gpu, whole_space};
+use wgpu::util::DeviceExt as _;
 
+use crate::common::{Comparison, Uploaded, broken, gpu, whole_space};
+use config::Config;
+
+mod config;
 mod defaults;
 mod picture;
 
@@ -85,7 +92,7 @@ impl Stage {
         Self {
             settings: settings.clone(),
             mesh: Mesh::of_scene(&scene),
-            lights: readback::buffer(gpu(), renderer.indirect().vsgls()).unwrap(),
+            lights: readback::buffer(gpu(), &renderer.indirect().vsgls().unwrap()).unwrap(),
             gbuffer: renderer.read().unwrap().gbuffer,
             eye: renderer.eye(),
         }
@@ -132,36 +139,54 @@ impl Stage {
 
     /// Runs the maps and the shading pass.
     fn run(&self, config: &Config, package: &Package) -> Run<'_> {
-        let Config { visibility, tile, .. } = *config;
-        let settings = Settings { visibility, light_tile: tile, ..self.settings.clone() };
-        let (device, queue) = (&gpu().device, &gpu().queue);
-        let indirect = Indirect::with_package(device, queue, &settings, package).unwrap();
-        queue.write_buffer(indirect.vsgls(), 0, &self.lights);
-        let visibility =
-            Visibility::new(device, queue, package, config, self.mesh.geometry()).unwrap();
+        let settings = config.settings(&self.settings);
+        let occluders = Occluders::new(&gpu().device, &settings, self.mesh.geometry()).unwrap();
+        let indirect = made(config, &settings, package, &occluders).unwrap();
+        let vsgls = gpu().device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("test lights"),
+            contents: &self.lights,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        });
         let gbuffer = Uploaded::new(&self.gbuffer, settings.size);
-        let mut encoder = device.create_command_encoder(&Default::default());
-        visibility.encode(&mut encoder, indirect.vsgls(), settings.count, None);
-        indirect
-            .encode_shade_visible(&mut encoder, gbuffer.views(), self.eye, &visibility, None)
-            .unwrap();
-        queue.submit([encoder.finish()]);
+        let mut given = Inputs::new();
+        given.buffer("vsgls", &vsgls);
+        occluders.supply(&mut given);
+        host::light_maps(&mut given, config.least_near, config.bias());
+        indirect.seen(&mut given, gbuffer.views(), self.eye);
+        let mut encoder = gpu().device.create_command_encoder(&Default::default());
+        indirect.encode_where(|_| true, &mut encoder, &given, None).unwrap();
+        gpu().queue.submit([encoder.finish()]);
         gpu().finish().unwrap();
-        let atlas = readback::texture(gpu(), visibility.atlas(), 0).unwrap();
+        let atlas = readback::texture(gpu(), &indirect.light_maps().unwrap(), 0).unwrap();
+        let Settings { lobes, precision, .. } = settings;
         Run {
             stage: self,
-            lights: reference::lights(gpu(), &indirect).unwrap(),
+            config: config.clone(),
+            lights: reference::lights_of(gpu(), &vsgls, lobes, precision).unwrap(),
             atlas: atlas.into_iter().map(|texel| texel[0]).collect(),
+            points: occluders.buffers().find(|one| one.0 == "points").map(|one| one.1.clone()),
             indirect,
-            visibility,
         }
     }
 }
 
+/// The maps of given lights, and what reflects them.
+fn made(
+    config: &Config,
+    settings: &Settings,
+    package: &Package,
+    occluders: &Occluders,
+) -> Result<Indirect, IndirectError> {
+    let configuration = config.configuration(settings);
+    let source = gpu().source(package);
+    Indirect::of_configuration(source, settings, configuration, occluders, &Lists::new())
+}
+
 struct Run<'a> {
     stage: &'a Stage,
+    config: Config,
     indirect: Indirect,
-    visibility: Visibility,
+    points: Option<wgpu::Buffer>,
     lights: Vec<Vsgl<Bounded>>,
     atlas: Vec<f32>,
 }
@@ -184,10 +209,10 @@ fn plain(light: &Vsgl<Bounded>) -> Vsgl {
 
 impl Run<'_> {
     fn maps(&self) -> Maps {
-        let config = self.visibility.config();
+        let config = &self.config;
         Maps {
             tile: config.tile as usize,
-            columns: config.tiles()[0] as usize,
+            columns: config.columns() as usize,
             near_scale: f64::from(config.near_scale),
             least_near: f64::from(config.least_near),
             bias: f64::from(config.bias()),
@@ -207,7 +232,7 @@ impl Run<'_> {
 
     fn points(&self) -> Vec<Point> {
         let points: Vec<SglowShadowPoint> =
-            readback::buffer(gpu(), self.visibility.points().unwrap()).unwrap();
+            readback::buffer(gpu(), self.points.as_ref().unwrap()).unwrap();
         points
             .into_iter()
             .map(|point| Point {
@@ -247,9 +272,9 @@ impl Run<'_> {
 
     /// Compares what points left with the oracle's discs. Returns the share of texels where rounding may choose.
     fn compare_splats(&self) -> (Comparison, f64) {
-        let config = self.visibility.config();
+        let config = &self.config;
         let maps = self.maps();
-        let splats: Vec<u32> = readback::buffer(gpu(), self.visibility.splats().unwrap()).unwrap();
+        let splats: Vec<u32> = readback::buffer(gpu(), &self.indirect.splats().unwrap()).unwrap();
         let points = self.points();
         let mut comparison = Comparison::default();
         let (mut uncertain, mut held) = (0, 0);
@@ -278,13 +303,13 @@ impl Run<'_> {
     /// Compares the filled atlas with the oracle's, of what the points left on the device.
     fn compare_filled(&self) -> Comparison {
         let maps = self.maps();
-        let splats: Vec<u32> = readback::buffer(gpu(), self.visibility.splats().unwrap()).unwrap();
+        let splats: Vec<u32> = readback::buffer(gpu(), &self.indirect.splats().unwrap()).unwrap();
         let mut comparison = Comparison::default();
         for light in 0..self.lights.len() {
             let tile = &splats[light * maps.tile * maps.tile..][..maps.tile * maps.tile];
             let tile: Vec<Bounded> =
                 tile.iter().map(|&bits| Bounded::exact(f32::from_bits(bits))).collect();
-            let levels = self.visibility.config().levels as usize;
+            let levels = self.config.levels as usize;
             let expected = light_fill::fill(&tile, maps.tile, levels);
             for (index, (measured, expected)) in
                 self.tile(light).into_iter().zip(expected).enumerate()
@@ -304,7 +329,7 @@ impl Run<'_> {
         let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&self.stage.gbuffer);
         let model = reference::model(self.indirect.settings());
         let eye = Vector3::constant(reference::vector(self.stage.eye));
-        let read = |texture| readback::texture(gpu(), texture, 0).unwrap();
+        let read = |texture: wgpu::Texture| readback::texture(gpu(), &texture, 0).unwrap();
         let diffuse = self.indirect.diffuse().map(read);
         let specular = self.indirect.specular().map(read);
         let mut comparison = Comparison::default();
@@ -608,7 +633,7 @@ fn an_occluder_darkens_what_rays_say_it_darkens() {
             let run = stage.run(&config, package);
             let maps = run.maps();
             let view = View::of_light(&plain(&run.lights[0]), &maps);
-            let pixels = readback::texture(gpu(), run.indirect.diffuse().unwrap(), 0).unwrap();
+            let pixels = readback::texture(gpu(), &run.indirect.diffuse().unwrap(), 0).unwrap();
             let radius = if visibility == Axis::Imperfect { run.points()[0].radius } else { 0.0 };
             let (mut wrong, mut far, mut shadowed) = (0, 0, 0);
             for (pixel, &receiver) in pixels.iter().zip(&receivers) {
@@ -662,40 +687,36 @@ fn an_occluder_darkens_what_rays_say_it_darkens() {
 #[test]
 fn settings_that_cannot_be_are_named() {
     let config = Config::new(Axis::Imperfect, Lobes::Both, Precision::F32, 1024);
-    let fault = |config: Config, geometry: Geometry<'_>| {
-        let made =
-            Visibility::new(&gpu().device, &gpu().queue, &Package::embedded(), &config, geometry);
+    let fault = |config: &Config| {
+        let settings = config.settings(&small(Lobes::Both, Precision::F32));
+        // Some triangles, by another number of points.
+        let few = Settings { shadow_points: 1, ..settings.clone() };
+        let mesh = floor().mesh;
+        let occluders = Occluders::new(&gpu().device, &few, mesh.geometry()).unwrap();
+        let made = made(config, &settings, &Package::embedded(), &occluders);
         made.err().map(|error| error.to_string()).unwrap_or_default()
     };
-    let nothing = Geometry { positions: &[], indices: &[] };
-    assert_eq!(fault(Config { count: 1, points: 1, ..config.clone() }, nothing), "");
+    assert_eq!(fault(&Config { count: 1, points: 1, ..config.clone() }), "");
+    let raster = Config { visibility: Axis::ShadowMap, ..config.clone() };
     for (config, named) in [
-        (Config { tile: 48, ..config.clone() }, "the size of a light's map is 48"),
-        (Config { tile: 128, ..config.clone() }, "a power of two between 8 and 64"),
-        (Config { levels: 7, ..config.clone() }, "0 to 6"),
+        (Config { tile: 48, ..config.clone() }, "tile: a power of two"),
+        (Config { tile: 128, ..config.clone() }, "tile: at most 64 with visibility imperfect"),
+        (Config { levels: 7, ..config.clone() }, "fill_levels"),
         (
-            Config { visibility: Axis::ShadowMap, count: 65536, tile: 256, ..config.clone() },
-            "the atlas of the lights' maps is 65536 x 65536 texels",
+            Config { count: 65536, tile: 256, ..raster },
+            "`light_maps` is a texture of 65536 x 65536 texels",
         ),
-        (Config { count: 65536, ..config.clone() }, "the buffer of the lights' maps"),
-        (Config { points: 1 << 20, ..config.clone() }, "the buffer of points"),
-        (Config { visibility: Axis::None, ..config.clone() }, "shadow_map or imperfect"),
-        (Config { least_near: 0.0, ..config.clone() }, "the least near distance"),
-        (Config { bias_scale: f32::NAN, ..config.clone() }, "the scale of the bias"),
+        (Config { count: 65536, ..config.clone() }, "`splats` is a buffer of 1073741824 bytes"),
+        (Config { points: 1 << 20, ..config.clone() }, "`points` is a buffer of 536870912 bytes"),
+        (Config { bias_scale: f32::NAN, ..config.clone() }, "`bias_scale` is NaN"),
     ] {
-        let found = fault(config, nothing);
+        let found = fault(&config);
         assert!(found.contains(named), "{found}");
     }
+    // All at once.
+    let found = fault(&Config { tile: 4, levels: 9, ..config });
+    assert!(found.contains("`tile` is 4") && found.contains("`fill_levels` is 9"), "{found}");
     let ragged = Geometry { positions: &[[0.0; 3]], indices: &[0] };
-    assert!(fault(config.clone(), ragged).contains("triangles have three each"));
-    assert!(matches!(
-        Visibility::new(
-            &gpu().device,
-            &gpu().queue,
-            &Package::embedded(),
-            &Config { tile: 4, levels: 9, ..config },
-            nothing
-        ),
-        Err(VisibilityError::Settings(faults)) if faults.len() == 2
-    ));
+    let made = Occluders::new(&gpu().device, &Settings::default(), ragged);
+    assert!(made.unwrap_err().to_string().contains("triangles have three each"));
 }

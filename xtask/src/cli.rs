@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use clap::{CommandFactory as _, Parser, Subcommand};
 
 use crate::command::{
-    choose, compare, docs, doctor, gen_shaders, kernels, render, report, reproduce, stability,
-    test, variants, verify,
+    choose, compare, docs, doctor, gen_shaders, graph, kernels, render, report, reproduce,
+    stability, test, variants, verify,
 };
 use crate::failure::Result;
 
@@ -28,6 +28,9 @@ pub(crate) enum Command {
     /// Show which variants there are, which are illegal, and what a scene needs
     #[command(after_help = variants::EXAMPLES)]
     Variants(variants::Arguments),
+    /// Show what a frame keeps and runs, as tables, a drawing or JSON
+    #[command(after_help = graph::EXAMPLES)]
+    Graph(graph::Arguments),
     /// Render a scene to a picture
     #[command(after_help = render::EXAMPLES)]
     Render(render::Arguments),
@@ -73,6 +76,7 @@ impl Command {
         match self {
             Self::GenShaders(arguments) => gen_shaders::run(&arguments),
             Self::Variants(arguments) => variants::run(&arguments),
+            Self::Graph(arguments) => graph::run(&arguments),
             Self::Render(arguments) => render::run(&arguments),
             Self::Compare(arguments) => compare::run(&arguments),
             Self::Kernels(arguments) => kernels::run(&arguments),

@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::frame;
-use sglow_runtime::needs::{Assumption, Needs, least_limits, needs};
-use sglow_runtime::plan::{Plan, Surfaces};
-use sglow_runtime::scene::Scene;
+use sglow_renderer::frame;
+use sglow_renderer::needs::{Needs, least_limits, needs};
+use sglow_renderer::plan::{Plan, Surfaces};
+use sglow_runtime::package::Assumption;
 use sglow_runtime::settings::{AXES, Settings};
+use sglow_scene::Scene;
 use sglow_shader_gen::library::{Library, Setting};
 use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
 use sglow_shaders::{Ndf, Specular};
@@ -107,9 +108,22 @@ impl Derivation {
         let mut settings = needs.settings.clone();
         settings.assumed = assumptions(library, &allowed, &AXES, set);
         let surfaces = Surfaces::of(scene, settings.complete);
-        let plan = Plan::new(&settings, &surfaces);
+        let plan = plan(library, &settings, &surfaces)?;
         Ok(Self { request: request.clone(), needs, allowed, settings, surfaces, plan })
     }
+}
+
+/// What a frame takes, at any size.
+///
+/// # Errors
+///
+/// What the library's frame says against the settings.
+pub(crate) fn plan(library: &Library, settings: &Settings, surfaces: &Surfaces) -> Result<Plan> {
+    let Some(frame) = library.frame() else {
+        return Err(Failure::new("the library describes no frame: it has no frame.toml"));
+    };
+    Plan::of_any_size(&frame.description, settings, surfaces)
+        .map_err(|errors| Failure::new(errors.to_string()))
 }
 
 /// Whether `set` has something to say on an axis.

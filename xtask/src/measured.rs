@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use sglow_measure::cache::{Cache, CacheError, Key};
 use sglow_measure::frontier::document::{Pruned, Side};
 use sglow_measure::frontier::subject::scene_hash;
-use sglow_runtime::device::AdapterFacts;
-use sglow_runtime::scene::Scene;
+use sglow_renderer::device::AdapterFacts;
+use sglow_scene::Scene;
 
 use crate::machine::target_folder;
 

@@ -2,16 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::plan::{Plan, Storage, Surfaces};
-use sglow_runtime::scene::Facts;
+use sglow_renderer::plan::{Plan, Storage, Surfaces};
 use sglow_runtime::settings::{AXES, Settings};
+use sglow_scene::Facts;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Saved, Weight};
 use sglow_shader_gen::matrix::{Absent, AllowedValues, Facts as KnownFacts, Variant};
 use sglow_shader_gen::package::{Purpose, weigh};
+use sglow_shaders::surface::Surface;
 use sglow_shaders::{Emission, Light, Material, Opacity};
 
-use crate::derivation::{Derivation, asks, assumptions, match_distribution, settle};
+use crate::derivation::{self, Derivation, asks, assumptions, match_distribution, settle};
 use crate::failure::{self, Result};
 
 /// Axes that follow from the surfaces alone.
@@ -136,13 +137,13 @@ fn without(
     if values.keys().any(|axis| SURFACE_AXES.contains(&axis.as_str())) {
         surfaces = surfaces.and(&kinds(derivation, &allowed));
     }
-    let mut plan = Plan::new(&settings, &surfaces);
+    let mut plan = derivation::plan(library, &settings, &surfaces)?;
     for (axis, removed) in &values {
         let text = removed.join(", ");
         if axis == "light" {
             for light in Light::ALL.iter().filter(|light| removed.contains(&light.to_string())) {
-                plan =
-                    plan.or(Plan::new(&Settings { light: *light, ..settings.clone() }, &surfaces));
+                let other = Settings { light: *light, ..settings.clone() };
+                plan = plan.or(derivation::plan(library, &other, &surfaces)?);
             }
             against.push(format!("{axis}={text} as well"));
         } else if SURFACE_AXES.contains(&axis.as_str()) {
@@ -187,10 +188,16 @@ fn kinds(derivation: &Derivation, allowed: &AllowedValues) -> Surfaces {
     };
     let materials = Material::ALL.into_iter().filter(|one| has("material", one.to_string()));
     let opacities = Opacity::ALL.into_iter().filter(|one| has("opacity", one.to_string()));
+    let opacities: Vec<_> = opacities.collect();
+    let kinds = materials.flat_map(|material| {
+        let surface = move |&opacity: &Opacity| Surface { material, opacity };
+        let legal = opacities.iter().map(surface).filter(|one| one.is_legal());
+        legal
+            .map(|Surface { material, opacity }| (material.to_string(), opacity.to_string()))
+            .collect::<Vec<_>>()
+    });
     let seen = has("emission", Emission::Seen.to_string());
-    let emission = if seen { Emission::Seen } else { Emission::None };
-    let (materials, opacities): (Vec<_>, Vec<_>) = (materials.collect(), opacities.collect());
-    derivation.surfaces.with_kinds(&materials, &opacities, emission)
+    derivation.surfaces.with_kinds(&kinds.collect::<Vec<_>>(), seen)
 }
 
 /// What a frame would take if every fact held.
@@ -200,8 +207,12 @@ fn everything(library: &Library, derivation: &Derivation, set: &[String]) -> Res
     let settings = settled(library, derivation, &known, &allowed, set)?;
     let surfaces = kinds(derivation, &allowed);
     let lights = Light::ALL.into_iter().filter(|light| *light != Light::Camera);
-    let plans = lights.map(|light| Plan::new(&Settings { light, ..settings.clone() }, &surfaces));
-    Ok(plans.reduce(Plan::or).unwrap_or_default())
+    let mut all = Plan::default();
+    for light in lights {
+        let settings = Settings { light, ..settings.clone() };
+        all = all.or(derivation::plan(library, &settings, &surfaces)?);
+    }
+    Ok(all)
 }
 
 /// The variants that are of no use with what was chosen, and by which rule.
@@ -256,8 +267,8 @@ fn weight(plan: &Plan, weights: &BTreeMap<String, Weight>) -> Weight {
     Weight {
         static_operations: sum(|weight| weight.static_operations),
         bindings: sum(|weight| weight.bindings),
-        texture_bytes: plan.bytes(Storage::Texture, None),
-        buffer_bytes: plan.bytes(Storage::Buffer, None),
+        texture_bytes: plan.bytes(Storage::Texture, &[]),
+        buffer_bytes: plan.bytes(Storage::Buffer, &[]),
         shader_bytes: sum(|weight| weight.shader_bytes),
     }
 }
@@ -265,7 +276,7 @@ fn weight(plan: &Plan, weights: &BTreeMap<String, Weight>) -> Weight {
 fn assumed(library: &Library, derivation: &Derivation, set: &[String]) -> Vec<Assumed> {
     let axes: Vec<&str> = library.axis.keys().map(String::as_str).collect();
     let facts: &Facts = &derivation.needs.facts;
-    let with_evidence = |assumption: sglow_runtime::needs::Assumption| Assumed {
+    let with_evidence = |assumption: sglow_runtime::package::Assumption| Assumed {
         evidence: facts.get(&assumption.fact).map(|fact| fact.evidence.clone()).unwrap_or_default(),
         fact: assumption.fact,
         holds: assumption.holds,
@@ -329,7 +340,7 @@ mod tests {
         assert!(
             all.texture_bytes > specular.texture_bytes && all.shader_bytes > specular.shader_bytes
         );
-        let textures = |plan: &Plan| plan.bytes(Storage::Texture, None) as i64;
+        let textures = |plan: &Plan| plan.bytes(Storage::Texture, &[]) as i64;
         assert_eq!(textures(&everything) - textures(&derivation.plan), all.texture_bytes);
         assert!(purpose.made_for.assumed.iter().all(|assumed| !assumed.evidence.is_empty()));
     }

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use clap::Args;
+use sglow_renderer::plan::Plan;
 use sglow_runtime::package::Package;
-use sglow_runtime::plan::Plan;
 use sglow_runtime::settings::AXES;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::{Library, Parameter, Pass, Setting};
@@ -19,9 +19,47 @@ use crate::measured::{self, Measured};
 use crate::saving;
 use crate::shot;
 
+/// What is laid over the library.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct Over {
+    /// Lay a folder over the library: passes, axes, values, parameters, resources and steps of your own (docs/overlays.md);
+    /// may be given more than once
+    #[arg(long, value_name = "DIR")]
+    pub(crate) library: Vec<PathBuf>,
+}
+
+impl Over {
+    /// Reads the library with what is laid over it.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong with it, and all that clashes.
+    pub(crate) fn library(&self) -> Result<Library> {
+        Library::load_with(&library_folder(), &self.library).map_err(failure::rendered)
+    }
+
+    /// Every legal variant of it, generated in memory: what is not committed too.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is wrong with the library or a variant.
+    pub(crate) fn whole_space(&self) -> Result<Package> {
+        let library = self.library()?;
+        let variants =
+            generate::variants(&library, &library.variants()).map_err(failure::rendered)?;
+        let manifest = sglow_shader_gen::manifest::in_memory(&library, &variants)?;
+        let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
+        let names = library.overlays().iter().map(|overlay| format!(" with {}", overlay.name));
+        let origin = format!("every variant of the library{}", names.collect::<String>());
+        Ok(Package::generated(origin, texts).with_manifest(&manifest)?)
+    }
+}
+
 /// Options that choose variants.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct Choice {
+    #[command(flatten)]
+    pub(crate) over: Over,
     /// What a frame of this scene runs: a built-in scene, or a file (.gltf, .glb, .obj)
     #[arg(long, value_name = "FILE|NAME")]
     pub(crate) scene: Option<String>,
@@ -77,16 +115,12 @@ pub(crate) fn library_folder() -> PathBuf {
 
 /// Reads the library.
 pub(crate) fn library() -> Result<Library> {
-    Library::load(&library_folder()).map_err(failure::rendered)
+    Over::default().library()
 }
 
 /// Every legal variant of the library, generated in memory: what is not committed too.
 pub(crate) fn whole_space() -> Result<Package> {
-    let library = library()?;
-    let variants = generate::variants(&library, &library.variants()).map_err(failure::rendered)?;
-    let manifest = sglow_shader_gen::manifest::in_memory(&library, &variants)?;
-    let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
-    Ok(Package::generated("every variant of the library", texts).with_manifest(&manifest)?)
+    Over::default().whole_space()
 }
 
 impl Choice {

@@ -1,18 +1,20 @@
 //! A scene with settings that suit it: what `render` and `report` start from.
 
 use clap::{Args, value_parser};
-use sglow_runtime::device::Gpu;
-use sglow_runtime::needs::Decision;
-use sglow_runtime::scene::{Light, LightKind, Scene};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::needs::Decision;
 use sglow_runtime::settings::Settings;
+use sglow_scene::{Light, LightKind, Scene};
 
 use crate::derivation::{Derivation, Request};
 use crate::failure::{Failure, Result};
-use crate::selection::library;
+use crate::selection::Over;
 
 /// Numbers that `render` and `report` share, and the named configuration that they change.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct Numbers {
+    #[command(flatten)]
+    pub(crate) over: Over,
     /// A named configuration of the library; what else is given changes it [default: the defaults for the scene]
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
@@ -79,7 +81,8 @@ impl Shot {
         numbers: &Numbers,
     ) -> Result<Self> {
         let scene = load(name, numbers.light)?;
-        let derivation = Derivation::new(&library()?, &scene, set, &numbers.request(size))?;
+        let derivation =
+            Derivation::new(&numbers.over.library()?, &scene, set, &numbers.request(size))?;
         for decision in derivation.needs.decisions.iter().filter(|decision| decision.changed) {
             let Decision { name, value, reason, .. } = decision;
             eprintln!("{}: {name}: {value} ({reason})", scene.name);
@@ -221,7 +224,7 @@ mod tests {
 
     #[test]
     fn every_preset_and_default_of_the_library_can_be_set_and_every_parameter_is_declared() {
-        let library = library().unwrap();
+        let library = crate::selection::library().unwrap();
         let undeclared = PARAMETERS.iter().filter(|(name, _)| library.parameter(name).is_none());
         assert_eq!(undeclared.map(|(name, _)| name).collect::<Vec<_>>(), [&""; 0]);
         let sets = library.preset.iter().map(|one| (&one.name, &one.set));

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use sglow_oracle::vsgl::Vsgl;
-use sglow_runtime::frame::light_maps;
-use sglow_runtime::indirect::{Indirect, IndirectError};
+use sglow_renderer::frame::occluders;
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::timing::{Clock, Timer};
+use sglow_renderer::{readback, reference};
+use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
+use sglow_runtime::occluders::Occluders;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::shading::{Shading, ShadingInputs};
-use sglow_runtime::timing::{Clock, Timer};
-use sglow_runtime::visibility::Visibility;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{
     Draw, Filter, Kernel, Precision, Solver, Space, Specular, Visibility as VisibilityAxis,
 };
@@ -145,9 +145,24 @@ fn reflected_by_default(settings: &Settings) -> Settings {
 }
 
 impl Subject<'_> {
-    fn indirect(&self, settings: &Settings) -> Result<Indirect, FrontierError> {
-        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        Ok(Indirect::with_package(device, queue, settings, self.package)?)
+    fn lights_alone(&self, settings: &Settings) -> Result<Indirect, FrontierError> {
+        Ok(Indirect::of_parts(
+            self.gpu.source(self.package),
+            settings,
+            &["lights"],
+            &Occluders::default(),
+        )?)
+    }
+
+    /// Whole indirect light for the light that shines here.
+    pub(super) fn indirect(&self, settings: &Settings) -> Result<Indirect, FrontierError> {
+        let occluders = occluders(self.gpu, self.scene, settings)?;
+        Ok(Indirect::of_parts(
+            self.gpu.source(self.package),
+            &self.here(settings)?,
+            &PARTS,
+            &occluders,
+        )?)
     }
 
     /// Level 0 of moments and density, once if `runs` is 0 or timed after a warm-up.
@@ -157,7 +172,7 @@ impl Subject<'_> {
         runs: usize,
     ) -> Result<(Indirect, Runs), FrontierError> {
         let inputs = self.drawn()?.renderer.inputs();
-        let maps = self.indirect(&self.here(&of_maps(settings))?)?;
+        let maps = self.lights_alone(&self.here(&of_maps(settings))?)?;
         let timed = self.timed(runs, |encoder, timer| {
             let mut timer = Some(timer);
             maps.encode_camera(encoder, &inputs, timer.as_deref_mut())?;
@@ -175,7 +190,7 @@ impl Subject<'_> {
         runs: usize,
     ) -> Result<(Indirect, Runs), FrontierError> {
         let inputs = self.drawn()?.renderer.inputs();
-        let lights = self.indirect(&self.here(&of_lights(settings))?)?;
+        let lights = self.lights_alone(&self.here(&of_lights(settings))?)?;
         self.untimed(|encoder| {
             lights.encode_moments(encoder, &inputs, None)?;
             lights.encode_density_of(encoder, maps);
@@ -189,35 +204,44 @@ impl Subject<'_> {
     }
 
     /// The maps that hide lights, if the settings have any.
-    pub(super) fn hiding(&self, settings: &Settings) -> Result<Option<Visibility>, FrontierError> {
-        Ok(light_maps(self.gpu, self.package, self.scene, settings)?)
+    pub(super) fn hiding(&self, settings: &Settings) -> Result<Option<Indirect>, FrontierError> {
+        if settings.visibility == VisibilityAxis::None {
+            return Ok(None);
+        }
+        let occluders = occluders(self.gpu, self.scene, settings)?;
+        Ok(Some(Indirect::of_parts(
+            self.gpu.source(self.package),
+            settings,
+            &["visibility"],
+            &occluders,
+        )?))
     }
 
     /// What reflects lights.
-    pub(super) fn shading(&self, settings: &Settings) -> Result<Shading, FrontierError> {
-        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        Ok(Shading::new(device, queue, settings, self.package)?)
+    pub(super) fn shading(&self, settings: &Settings) -> Result<Indirect, FrontierError> {
+        Ok(Indirect::of_parts(
+            self.gpu.source(self.package),
+            settings,
+            &["shading"],
+            &Occluders::default(),
+        )?)
     }
 
     /// Hides lights.
-    pub(super) fn hide(&self, hiding: &Visibility, lights: &Indirect) -> Result<(), FrontierError> {
-        let count = lights.settings().count;
-        self.untimed(|encoder| {
-            hiding.encode(encoder, lights.vsgls(), count, None);
-            Ok(())
-        })
+    pub(super) fn hide(&self, hiding: &Indirect, lights: &Indirect) -> Result<(), FrontierError> {
+        let (light, vsgls) = (self.drawn()?.renderer.light(), held(lights)?);
+        self.untimed(|encoder| hiding.encode_light_maps(encoder, light, Some(&vsgls), None))
     }
 
     /// Draws the maps of lights once: the times of its passes.
     pub(super) fn time_hiding(
         &self,
         lights: &Indirect,
-        hiding: &Visibility,
+        hiding: &Indirect,
     ) -> Result<PassTimes, FrontierError> {
-        let count = lights.settings().count;
+        let (light, vsgls) = (self.drawn()?.renderer.light(), held(lights)?);
         let (_, times) = self.once(|encoder, timer| {
-            hiding.encode(encoder, lights.vsgls(), count, Some(timer));
-            Ok(())
+            hiding.encode_light_maps(encoder, light, Some(&vsgls), Some(timer))
         })?;
         Ok(times)
     }
@@ -226,16 +250,12 @@ impl Subject<'_> {
     pub(super) fn time_shading(
         &self,
         lights: &Indirect,
-        hiding: Option<&Visibility>,
-        shading: &Shading,
+        hiding: Option<&Indirect>,
+        shading: &Indirect,
         maps: &[(String, Duration)],
         runs: &mut Runs,
     ) -> Result<(), FrontierError> {
-        let inputs = self.shading_inputs(lights, hiding)?;
-        let (clock, times) = self.once(|encoder, timer| {
-            shading.encode(encoder, &inputs, Some(timer));
-            Ok(())
-        })?;
+        let (clock, times) = self.once_shaded(lights, hiding, shading)?;
         runs.clock = Some(clock);
         runs.add([maps, &times].concat());
         Ok(())
@@ -245,32 +265,33 @@ impl Subject<'_> {
     pub(super) fn time_reflecting(
         &self,
         lights: &Indirect,
-        shading: &Shading,
+        shading: &Indirect,
         runs: usize,
     ) -> Result<Runs, FrontierError> {
-        let inputs = self.shading_inputs(lights, None)?;
-        self.timed(runs, |encoder, timer| {
-            shading.encode(encoder, &inputs, Some(timer));
-            Ok(())
-        })
+        let mut found = Runs::default();
+        // The first run compiles.
+        for run in 0..=runs {
+            let (clock, times) = self.once_shaded(lights, None, shading)?;
+            found.clock = Some(clock);
+            if run > 0 {
+                found.add(times);
+            }
+        }
+        Ok(found)
     }
 
     /// The indirect light of lights that are made and hidden already.
     pub(super) fn reflect(
         &self,
         lights: &Indirect,
-        hiding: Option<&Visibility>,
-        shading: &Shading,
+        hiding: Option<&Indirect>,
+        shading: &Indirect,
     ) -> Result<Radiance, FrontierError> {
-        let inputs = self.shading_inputs(lights, hiding)?;
-        self.untimed(|encoder| {
-            shading.encode(encoder, &inputs, None);
-            Ok(())
-        })?;
+        self.once_shaded(lights, hiding, shading)?;
         let [width, height] = lights.settings().size;
         let mut sum = vec![[0.0; 3]; width as usize * height as usize];
         for texture in [shading.diffuse(), shading.specular()].into_iter().flatten() {
-            for (sum, texel) in sum.iter_mut().zip(readback::texture(self.gpu, texture, 0)?) {
+            for (sum, texel) in sum.iter_mut().zip(readback::texture(self.gpu, &texture, 0)?) {
                 for (sum, value) in sum.iter_mut().zip(texel) {
                     *sum += value;
                 }
@@ -284,15 +305,18 @@ impl Subject<'_> {
         Ok(reference::lights(self.gpu, lights)?)
     }
 
-    fn shading_inputs<'b>(
-        &'b self,
-        lights: &'b Indirect,
-        visibility: Option<&'b Visibility>,
-    ) -> Result<ShadingInputs<'b>, FrontierError> {
-        let inputs = self.drawn()?.renderer.inputs();
-        let (gbuffer, eye) = (inputs.gbuffer, inputs.eye);
-        let (vsgls, count) = (lights.vsgls(), lights.settings().count);
-        Ok(ShadingInputs { gbuffer, eye, vsgls, count, visibility })
+    fn once_shaded(
+        &self,
+        lights: &Indirect,
+        hiding: Option<&Indirect>,
+        shading: &Indirect,
+    ) -> Result<(Clock, PassTimes), FrontierError> {
+        let seen = self.drawn()?.renderer.inputs().into();
+        let vsgls = held(lights)?;
+        let maps = hiding.and_then(|hiding| hiding.light_maps());
+        let maps = maps.map(|maps| maps.create_view(&Default::default()));
+        let lights = Some((&vsgls, maps.as_ref()));
+        self.once(|encoder, timer| shading.encode_shade(encoder, &seen, lights, Some(timer)))
     }
 
     /// Settings for the light that shines here.
@@ -353,6 +377,16 @@ impl Subject<'_> {
         self.gpu.finish()?;
         Ok((clock, times))
     }
+}
+
+/// The buffer of lights.
+fn held(lights: &Indirect) -> Result<wgpu::Buffer, IndirectError> {
+    lights.vsgls().ok_or_else(|| IndirectError::Description("the frame has no lights".to_owned()))
+}
+
+/// The error of a frame that draws its lights by no density.
+pub(super) fn no_density() -> FrontierError {
+    IndirectError::Description("the frame has no density".to_owned()).into()
 }
 
 /// Whether two ways' lights are held alike, so that what reflects the ones reflects the others.

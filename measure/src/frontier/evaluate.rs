@@ -7,8 +7,8 @@ use sglow_oracle::Vector3;
 use sglow_oracle::shade::shade;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
-use sglow_runtime::frame::{Frame, Surfaces};
-use sglow_runtime::reference;
+use sglow_renderer::frame::{Frame, Surfaces};
+use sglow_renderer::reference;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::Visibility;
 

@@ -5,7 +5,7 @@
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::plan::Part;
+use sglow_runtime::indirect::PARTS;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Diffuse, Lobes, Specular};
 
@@ -56,7 +56,7 @@ pub(super) fn every(
                 measured.not_finite += evaluation.not_finite;
                 let reflected = &shadings[&shading_id(settings)];
                 let parts = [&maps.timed, &lights.step.timed, reflected];
-                measured.ways.push(way_of(subject, settings, parts, evaluation));
+                measured.ways.push(way_of(subject, settings, parts, evaluation)?);
                 progress.done(measured.ways.len());
             }
         }
@@ -114,12 +114,12 @@ fn way_of(
     settings: &Settings,
     parts: [&Timed; 3],
     evaluation: Evaluation,
-) -> Way {
+) -> Result<Way, FrontierError> {
     let base = &subject.base;
     let name = way::name(settings, base);
     let axes = way::axes(settings).into_iter();
     let passes = || parts.iter().flat_map(|timed| &timed.passes);
-    Way {
+    Ok(Way {
         axes: axes.map(|(axis, value)| (axis.to_owned(), value.to_owned())).collect(),
         parameters: way::parameters(settings)
             .map(|(name, value)| (name.to_owned(), value))
@@ -131,7 +131,7 @@ fn way_of(
         passes: passes().cloned().collect(),
         time: passes().map(|pass| pass.time).sum(),
         whole: None,
-        bytes: bytes(subject, settings),
+        bytes: bytes(subject, settings)?,
         picture: evaluation.picture,
         unshadowed: evaluation.unshadowed,
         worst: evaluation.worst,
@@ -140,14 +140,17 @@ fn way_of(
         flicker: None,
         frontiers: BTreeSet::new(),
         dominated: BTreeMap::new(),
-    }
+    })
 }
 
 /// What a way keeps beside the surfaces that it reads.
-fn bytes(subject: &Subject<'_>, settings: &Settings) -> BTreeMap<String, u64> {
-    let resources = subject.plan(settings).resources;
-    let own = resources.iter().filter(|one| [Part::Indirect, Part::Visibility].contains(&one.part));
-    own.map(|one| (one.name.to_owned(), one.bytes)).collect()
+fn bytes(
+    subject: &Subject<'_>,
+    settings: &Settings,
+) -> Result<BTreeMap<String, u64>, FrontierError> {
+    let resources = subject.plan(settings)?.resources;
+    let own = resources.iter().filter(|one| PARTS.contains(&one.part.as_str()));
+    Ok(own.map(|one| (one.name.clone(), one.bytes)).collect())
 }
 
 /// Whether settings have all that the scene needs, which `base` has.

@@ -1,7 +1,7 @@
 //! What leaving out saves: a frame with everything against a frame with what the scene needs.
 
-use sglow_runtime::frame::Renderer;
-use sglow_runtime::plan::{Part, Plan, Storage, Surfaces};
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::plan::Storage;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Ndf, Specular};
 
@@ -67,20 +67,20 @@ fn in_turns(subject: &Subject<'_>, both: [&Settings; 2]) -> Result<Pruned, Front
     let differing = numbers.filter(|(one, other)| one.to_bits() != other.to_bits()).count();
     let side = |at: usize| {
         let settings = both[at];
-        let plan = Plan::new(settings, &Surfaces::of(subject.scene, settings.complete));
-        let bytes = |storage| plan.bytes(storage, Some(Part::Indirect));
+        let plan = subject.plan(settings)?;
+        let bytes = |storage| plan.bytes(storage, &["lights", "shading"]);
         let passes = runs[at].passes();
         let shade = passes.iter().find(|pass| pass.name == "shade");
-        Side {
+        Ok::<_, FrontierError>(Side {
             shade: settings.shade().id().to_string(),
             texture_bytes: bytes(Storage::Texture),
             buffer_bytes: bytes(Storage::Buffer),
             shade_time: shade.map(|pass| pass.time).unwrap_or_default(),
             time: runs[at].whole(),
             passes,
-        }
+        })
     };
-    Ok(Pruned { full: side(0), needed: side(1), size: both[0].size, differing })
+    Ok(Pruned { full: side(0)?, needed: side(1)?, size: both[0].size, differing })
 }
 
 #[cfg(test)]

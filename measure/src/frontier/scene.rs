@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::frame::kind;
+use sglow_renderer::frame::kind;
 use sglow_runtime::settings::Settings;
 
 use super::bench::RUNS;

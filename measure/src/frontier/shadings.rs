@@ -5,7 +5,6 @@ use std::rc::Rc;
 
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::visibility::Visibility;
 
 use super::bench::{PassTimes, RUNS, Runs, Timed, held_alike, of_shading, shading_id};
 use super::progress::Progress;
@@ -65,7 +64,7 @@ fn in_turns(
     let mut done = 0;
     for run in 0..=RUNS {
         // Maps are drawn once a run for all that read them: of some scenes that takes far longer than what reads them.
-        let mut drawn: Vec<(Rc<Visibility>, PassTimes)> = Vec::new();
+        let mut drawn: Vec<(Rc<Indirect>, PassTimes)> = Vec::new();
         for Lacking { settings, runs, .. } in lacking.values_mut() {
             let hiding = shared.hiding(settings)?;
             let shading = shared.shading(settings)?;

@@ -6,8 +6,6 @@ use std::rc::Rc;
 
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::shading::Shading;
-use sglow_runtime::visibility::Visibility;
 
 use super::bench::{RUNS, Runs, Timed, of_lights, of_maps};
 use super::subject::{FrontierError, Subject};
@@ -17,8 +15,8 @@ use crate::cache::{Cache, Key};
 /// What hides and what reflects lights.
 pub(super) struct Shared<'a, 's> {
     pub(super) subject: &'a Subject<'s>,
-    shadings: RefCell<BTreeMap<String, Rc<Shading>>>,
-    hidings: RefCell<BTreeMap<String, Rc<Visibility>>>,
+    shadings: RefCell<BTreeMap<String, Rc<Indirect>>>,
+    hidings: RefCell<BTreeMap<String, Rc<Indirect>>>,
 }
 
 impl<'a, 's> Shared<'a, 's> {
@@ -26,7 +24,7 @@ impl<'a, 's> Shared<'a, 's> {
         Self { subject, shadings: RefCell::default(), hidings: RefCell::default() }
     }
 
-    pub(super) fn shading(&self, settings: &Settings) -> Result<Rc<Shading>, FrontierError> {
+    pub(super) fn shading(&self, settings: &Settings) -> Result<Rc<Indirect>, FrontierError> {
         let id = settings.shade().id().to_string();
         if let Some(made) = self.shadings.borrow().get(&id) {
             return Ok(made.clone());
@@ -39,7 +37,7 @@ impl<'a, 's> Shared<'a, 's> {
     pub(super) fn hiding(
         &self,
         settings: &Settings,
-    ) -> Result<Option<Rc<Visibility>>, FrontierError> {
+    ) -> Result<Option<Rc<Indirect>>, FrontierError> {
         let Settings { count, lobes, precision, .. } = settings;
         let id = format!("{} {count} {lobes} {precision}", hiding_id(settings));
         if let Some(made) = self.hidings.borrow().get(&id) {
@@ -124,7 +122,7 @@ impl<'a> Lights<'a> {
     pub(super) fn hidden(
         &self,
         subject: &Subject<'_>,
-        hiding: Option<&Visibility>,
+        hiding: Option<&Indirect>,
         way: &Settings,
     ) -> Result<&Indirect, FrontierError> {
         let lights = self.step.get()?;

@@ -4,10 +4,12 @@
 //! weights, what remains is the error of where kernels lie and how large they are; the rest is the form of a light.
 
 use sglow_oracle::metrics::{self, Metrics};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{Density, Draw, Kernel, SglowKernel, Solver, Space, Visibility};
 
+use super::bench::no_density;
 use super::document::Straddling;
 use super::evaluate::Evaluator;
 use super::subject::{Drawn, FrontierError, Subject};
@@ -38,10 +40,11 @@ pub(super) fn straddling(
         let made = reference::lights(subject.gpu, &lights)?;
         let evaluator = Evaluator::new(subject, truth, frame, renderer.eye());
         let own = compared(&evaluator.by_oracle(&settings, &made), truth);
-        let side = lights.density().width() as usize;
+        let texture = lights.density().ok_or_else(no_density)?;
+        let side = texture.width() as usize;
         let density: Vec<f32> =
-            readback::texture(subject.gpu, lights.density(), 0)?.iter().map(|one| one[0]).collect();
-        let kernels = lights.kernels().map(|kernels| readback::buffer(subject.gpu, kernels));
+            readback::texture(subject.gpu, &texture, 0)?.iter().map(|one| one[0]).collect();
+        let kernels = lights.kernels().map(|kernels| readback::buffer(subject.gpu, &kernels));
         let kernels: Vec<SglowKernel> = kernels.transpose()?.unwrap_or_default();
         let (_, coverage) = Weighted::of_kernels(&density, side, &kernels);
         let counted = |[x, y]: [usize; 2]| coverage.counted()[y * side + x];

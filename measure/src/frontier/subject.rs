@@ -3,15 +3,14 @@
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_runtime::device::{DeviceError, Gpu};
-use sglow_runtime::frame::{Frame, FrameError, Renderer, Surfaces};
+use sglow_renderer::device::{DeviceError, Gpu};
+use sglow_renderer::frame::{Frame, FrameError, Renderer, Surfaces};
+use sglow_renderer::plan::{self, Plan};
 use sglow_runtime::indirect::IndirectError;
 use sglow_runtime::package::{Package, PackageError};
-use sglow_runtime::pipeline::PipelineError;
-use sglow_runtime::plan::{self, Plan};
-use sglow_runtime::scene::Scene;
+use sglow_runtime::points::GeometryError;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::visibility::VisibilityError;
+use sglow_scene::Scene;
 use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 
@@ -28,15 +27,15 @@ pub enum FrontierError {
     /// The settings are not possible.
     #[error(transparent)]
     Indirect(#[from] IndirectError),
-    /// A variant does not become a pipeline.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
     /// A variant is missing.
     #[error(transparent)]
     Package(#[from] PackageError),
-    /// There are no maps of virtual lights.
+    /// The scene's triangles cannot occlude virtual lights.
     #[error(transparent)]
-    Visibility(#[from] VisibilityError),
+    Occluders(#[from] GeometryError),
+    /// The package describes no frame of these settings.
+    #[error("{0}")]
+    Description(String),
     /// The scene cannot be traced.
     #[error(transparent)]
     Scene(#[from] sglow_oracle::surface::SceneError),
@@ -99,7 +98,7 @@ impl<'a> Subject<'a> {
     #[must_use]
     pub fn new(gpu: &'a Gpu, package: &'a Package, scene: &'a Scene, base: Settings) -> Self {
         Self {
-            surfaces: plan::Surfaces::of(scene, false),
+            surfaces: plan::Surfaces::of(scene, base.complete),
             hash: scene_hash(scene),
             texts: RefCell::default(),
             drawn: OnceCell::new(),
@@ -111,9 +110,22 @@ impl<'a> Subject<'a> {
     }
 
     /// What a frame with these settings runs and keeps.
-    #[must_use]
-    pub fn plan(&self, settings: &Settings) -> Plan {
-        Plan::new(settings, &self.surfaces)
+    ///
+    /// # Errors
+    ///
+    /// When the package describes no such frame.
+    pub fn plan(&self, settings: &Settings) -> Result<Plan, FrontierError> {
+        let own;
+        let surfaces = if settings.complete == self.base.complete {
+            &self.surfaces
+        } else {
+            own = plan::Surfaces::of(self.scene, settings.complete);
+            &own
+        };
+        let missing = || FrontierError::Description("the package describes no frame".to_owned());
+        let description = self.package.description().ok_or_else(missing)?;
+        Plan::new(description, settings, surfaces)
+            .map_err(|errors| FrontierError::Description(errors.to_string()))
     }
 
     /// The maps and a frame, drawn at the first call.
@@ -162,7 +174,7 @@ impl<'a> Subject<'a> {
         settings: &Settings,
         counts: impl Fn(&str) -> bool,
     ) -> Result<Key, FrontierError> {
-        let mut variants = self.plan(settings).variants;
+        let mut variants = self.plan(settings)?.variants;
         variants.retain(|id| counts(id.split('-').next().unwrap_or_default()));
         let [width, height] = settings.size;
         let size = format!("{width}x{height}");
@@ -189,7 +201,7 @@ impl<'a> Subject<'a> {
     /// When the package lacks a shader that draws them.
     pub fn scene_key(&self, what: &str) -> Result<Key, FrontierError> {
         let draws = ["surface", "shadow", "emission", "direct"];
-        let mut variants = self.plan(&self.base).variants;
+        let mut variants = self.plan(&self.base)?.variants;
         variants.retain(|id| draws.contains(&id.split('-').next().unwrap_or_default()));
         let Settings { size: [width, height], rsm_size, .. } = self.base;
         let (size, map) = (format!("{width}x{height}"), rsm_size.to_string());

@@ -4,13 +4,14 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sglow_oracle::rsm::{Moments, Pyramid, Weights};
 use sglow_oracle::vsgl::{self, Vsgl};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::light::LightView;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
 
-use super::bench::{RUNS, Timed};
+use super::bench::{RUNS, Timed, no_density};
 use super::document::{PictureError, Radiance, Series, Sweep, SweepOver, SweepPoint};
 use super::evaluate::{Evaluator, apart, over_mean};
 use super::progress::Progress;
@@ -187,10 +188,12 @@ impl Pyramids {
         lights: &Indirect,
         view: &LightView,
     ) -> Result<Self, FrontierError> {
-        let texture = lights.density();
+        let Some(texture) = lights.density() else {
+            return Err(no_density());
+        };
         let (mut density, mut moments) = (Vec::new(), Vec::new());
         for level in 0..texture.mip_level_count() {
-            let texels = readback::texture(subject.gpu, texture, level)?;
+            let texels = readback::texture(subject.gpu, &texture, level)?;
             density.push(texels.iter().map(|texel| f64::from(texel[0])).collect());
             moments.push(reference::moments(subject.gpu, lights, view, level)?);
         }

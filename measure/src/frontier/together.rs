@@ -1,11 +1,10 @@
 //! What is measured of a few ways together: whole frames in turns, and flicker. Among others all is measured again.
 
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::{Renderer, light_maps};
-use sglow_runtime::indirect::{Indirect, Inputs};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::timing::Timer;
+use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::timing::Timer;
-use sglow_runtime::visibility::Visibility;
 
 use super::bench::RUNS;
 use super::subject::{Drawn, FrontierError, Subject};
@@ -59,21 +58,12 @@ fn key(subject: &Subject<'_>, what: &str, named: &Named<'_>) -> Result<Key, Fron
 fn in_turns(subject: &Subject<'_>, named: &Named<'_>) -> Result<Vec<Time>, FrontierError> {
     let Drawn { renderer, .. } = subject.drawn()?;
     let gpu = subject.gpu;
-    let made = named
-        .iter()
-        .map(|(_, settings)| {
-            let light = renderer.indirect().settings().light;
-            let settings = Settings { light, ..(*settings).clone() };
-            let indirect =
-                Indirect::with_package(&gpu.device, &gpu.queue, &settings, subject.package)?;
-            let hiding = light_maps(gpu, subject.package, subject.scene, &settings)?;
-            Ok((indirect, hiding))
-        })
-        .collect::<Result<Vec<_>, FrontierError>>()?;
+    let made = named.iter().map(|(_, settings)| subject.indirect(settings));
+    let made = made.collect::<Result<Vec<_>, _>>()?;
     let mut runs = vec![Vec::new(); named.len()];
     for run in 0..=RUNS {
-        for ((indirect, hiding), runs) in made.iter().zip(&mut runs) {
-            let time = one_frame(renderer, indirect, hiding.as_ref(), gpu)?;
+        for (indirect, runs) in made.iter().zip(&mut runs) {
+            let time = one_frame(renderer, indirect, gpu)?;
             // The first run compiles.
             if run > 0 {
                 runs.push(time);
@@ -87,10 +77,9 @@ fn in_turns(subject: &Subject<'_>, named: &Named<'_>) -> Result<Vec<Time>, Front
 fn one_frame(
     renderer: &Renderer<'_>,
     indirect: &Indirect,
-    hiding: Option<&Visibility>,
     gpu: &Gpu,
 ) -> Result<std::time::Duration, FrontierError> {
-    let inputs = Inputs { visibility: hiding, ..renderer.inputs() };
+    let inputs = renderer.inputs();
     let mut timer = Timer::new(gpu);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     indirect.encode(&mut encoder, &inputs, Some(&mut timer))?;

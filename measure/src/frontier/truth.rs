@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sglow_oracle::Vector3;
 use sglow_oracle::estimate::{Estimate, Uncertainty};
-use sglow_runtime::reference;
+use sglow_renderer::reference;
 
 use super::document::{Radiance, Reference};
 use super::progress::Progress;

@@ -10,15 +10,15 @@ use sglow_oracle::fis::stress::Random;
 use sglow_oracle::metrics;
 use sglow_oracle::path::Paths;
 use sglow_oracle::surface;
-use sglow_runtime::device::{DeviceError, Gpu};
-use sglow_runtime::frame::{FrameError, Pixels, Renderer, Surfaces, light_maps};
-use sglow_runtime::indirect::{Indirect, IndirectError};
+use sglow_renderer::device::{DeviceError, Gpu};
+use sglow_renderer::frame::{FrameError, Pixels, Renderer, Surfaces, occluders};
+use sglow_renderer::reference::path::{SceneMaterials, facets};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
+use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::package::Package;
-use sglow_runtime::reference::path::{SceneMaterials, facets};
-use sglow_runtime::scene::{Light, LightKind, Scene};
 use sglow_runtime::settings::Settings;
-use sglow_runtime::visibility::VisibilityError;
-use sglow_runtime::{readback, reference};
+use sglow_scene::{Light, LightKind, Scene};
 use thiserror::Error;
 
 /// Why nothing could be followed.
@@ -30,9 +30,6 @@ pub enum FlickerError {
     /// The settings are not possible.
     #[error(transparent)]
     Indirect(#[from] IndirectError),
-    /// There are no maps of virtual lights.
-    #[error(transparent)]
-    Visibility(#[from] VisibilityError),
     /// Its triangles cannot be traced.
     #[error(transparent)]
     Scene(#[from] surface::SceneError),
@@ -151,7 +148,7 @@ pub fn indirect_at(
 ) -> Result<Vec<f64>, FrameError> {
     let mut sum = vec![0.0; 3 * pixels.len()];
     for texture in [indirect.diffuse(), indirect.specular()].into_iter().flatten() {
-        let picture = readback::texture(gpu, texture, 0)?;
+        let picture = readback::texture(gpu, &texture, 0)?;
         for (index, &pixel) in pixels.iter().enumerate() {
             for channel in 0..3 {
                 sum[3 * index + channel] += f64::from(picture[pixel][channel]);
@@ -194,13 +191,11 @@ pub fn flicker(
         .iter()
         .map(|contender| {
             let settings = Settings { light: kind, ..contender.settings.clone() };
-            Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)
+            let occluders = occluders(gpu, scene, &settings).map_err(FrameError::from)?;
+            let made = Indirect::of_parts(gpu.source(package), &settings, &PARTS, &occluders);
+            Ok(made.map_err(FrameError::from)?)
         })
-        .collect::<Result<Vec<_>, _>>()?;
-    let hidings = contenders
-        .iter()
-        .map(|contender| light_maps(gpu, package, scene, &contender.settings))
-        .collect::<Result<Vec<_>, _>>()?;
+        .collect::<Result<Vec<_>, FlickerError>>()?;
     let radius = scene.bounds().radius();
     let (traced, materials) = (surface::Scene::new(facets(scene))?, SceneMaterials(scene));
     let mut pixels = Vec::new();
@@ -215,7 +210,7 @@ pub fn flicker(
         own.encode_camera(&mut encoder, &inputs, None)?;
         own.encode_moments(&mut encoder, &inputs, None)?;
         own.encode_density(&mut encoder, &inputs, None)?;
-        for (other, hiding) in others.iter().zip(&hidings) {
+        for other in &others {
             if shares(other.settings(), own.settings()) {
                 other.encode_moments(&mut encoder, &inputs, None)?;
                 other.encode_density_of(&mut encoder, own);
@@ -226,14 +221,8 @@ pub fn flicker(
             }
             other.encode_mips(&mut encoder, None)?;
             other.encode_sample(&mut encoder, &inputs, None)?;
-            let (gbuffer, eye) = (inputs.gbuffer, inputs.eye);
-            match hiding {
-                None => other.encode_shade(&mut encoder, gbuffer, eye, None)?,
-                Some(maps) => {
-                    maps.encode(&mut encoder, other.vsgls(), other.settings().count, None);
-                    other.encode_shade_visible(&mut encoder, gbuffer, eye, maps, None)?;
-                }
-            }
+            other.encode_light_maps(&mut encoder, inputs.light, None, None)?;
+            other.encode_shade(&mut encoder, &inputs.into(), None, None)?;
         }
         gpu.queue.submit([encoder.finish()]);
         gpu.finish()?;

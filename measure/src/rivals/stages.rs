@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use serde::Serialize;
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::{FrameError, Renderer};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::{FrameError, Renderer};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::timing::Timer;
 use sglow_runtime::indirect::Indirect;
+use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
-use sglow_runtime::timing::Timer;
 use sglow_shaders::{
     Density, Kernel, Levels, Solver, Texel, centres, cluster_assign, cluster_boxes, cluster_codes,
     cluster_starts, cluster_sum, cluster_tree, mip, moments, sort_count, sort_scan, sort_scatter,
@@ -90,7 +92,8 @@ pub fn stages(
     let mut made = Vec::new();
     for &method in methods {
         let settings = method.settings(own.settings());
-        made.push(Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)?);
+        let occluders = Occluders::default();
+        made.push(Indirect::of_parts(gpu.source(package), &settings, &["lights"], &occluders)?);
     }
     type Key = (bool, &'static str);
     let mut order: Vec<Vec<Key>> = vec![Vec::new(); methods.len()];
@@ -240,7 +243,7 @@ pub fn sampling_ratios(
         (Kernel::Modified, Solver::Bracketed),
     ]
     .map(|(kernel, solver)| Settings { kernel, solver, ..base.clone() });
-    let times = sglow_runtime::density::times(gpu, package, &candidates, density, power)?;
+    let times = sglow_renderer::density::times(gpu, package, &candidates, density, power)?;
     let over = |index: usize| {
         let [of, by] = [index, 0].map(|at| times.get(at).map_or(0.0, Duration::as_secs_f64));
         if by > 0.0 { of / by } else { f64::NAN }

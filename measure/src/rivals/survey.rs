@@ -2,11 +2,13 @@
 
 use serde::Serialize;
 use sglow_oracle::metrics;
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::{FrameError, Renderer};
-use sglow_runtime::indirect::Indirect;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::{FrameError, Renderer};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
+use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
+use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
-use sglow_runtime::{readback, reference};
 use sglow_shaders::SglowKernel;
 
 use super::flicker::{indirect_at, of_pixels, some_pixels};
@@ -103,9 +105,10 @@ pub fn survey(
     let reflected = reference::unshadowed(view, settings, &rsm, &surfaces, eye, |_, _| true);
     let truth: Vec<f64> =
         reflected.unwrap_or_default().iter().flat_map(|one| one.total().to_array()).collect();
-    let density: Vec<f32> =
-        readback::texture(gpu, own.density(), 0)?.iter().map(|one| one[0]).collect();
-    let side = own.density().width() as usize;
+    let missing = || IndirectError::Description("the frame has no density".to_owned());
+    let texture = own.density().ok_or_else(missing)?;
+    let density: Vec<f32> = readback::texture(gpu, &texture, 0)?.iter().map(|one| one[0]).collect();
+    let side = texture.width() as usize;
     let moments = reference::moments::<f64>(gpu, own, view, 0)?;
     let photons: f64 = moments.iter().map(|one| one.weight()).sum();
     let mut rows = Vec::new();
@@ -113,7 +116,8 @@ pub fn survey(
     for &(method, size_factor) in methods {
         let mut settings = method.settings(settings);
         settings.size_factor = size_factor;
-        let indirect = Indirect::with_package(&gpu.device, &gpu.queue, &settings, package)?;
+        let indirect =
+            Indirect::of_parts(gpu.source(package), &settings, &PARTS, &Occluders::default())?;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         indirect.encode_moments(&mut encoder, &inputs, None)?;
         indirect.encode_density_of(&mut encoder, own);
@@ -121,13 +125,13 @@ pub fn survey(
         for _ in 0..=warm_up {
             indirect.encode_sample(&mut encoder, &inputs, None)?;
         }
-        indirect.encode_shade(&mut encoder, inputs.gbuffer, inputs.eye, None)?;
+        indirect.encode_shade(&mut encoder, &inputs.into(), None, None)?;
         gpu.queue.submit([encoder.finish()]);
         gpu.finish()?;
         let mut counted = None;
         let (overlap, weighted) = match indirect.assignment() {
             Some(assignment) => {
-                let assigned: Vec<u32> = readback::buffer(gpu, assignment)?;
+                let assigned: Vec<u32> = readback::buffer(gpu, &assignment)?;
                 let map = settings.rsm_size as usize;
                 let inside: Vec<f32> =
                     (0..map * map).map(|at| density[at / map * side + at % map]).collect();
@@ -135,7 +139,7 @@ pub fn survey(
                 (Overlap::of_clusters(&inside, &assigned, count), Weighted::PARTITION)
             }
             None => {
-                let kernels = indirect.kernels().map(|kernels| readback::buffer(gpu, kernels));
+                let kernels = indirect.kernels().map(|kernels| readback::buffer(gpu, &kernels));
                 let kernels: Vec<SglowKernel> = kernels.transpose()?.unwrap_or_default();
                 let overlap = Overlap::of_kernels(&density, side, &kernels);
                 let (weighted, coverage) = Weighted::of_kernels(&density, side, &kernels);

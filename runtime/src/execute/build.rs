@@ -77,7 +77,7 @@ impl<'a> Builder<'a> {
             _ => step.label.clone(),
         };
         let uses = self.uses(&action);
-        Ok(Step { label, new: step.new, action, uses })
+        Ok(Step { part: step.part.clone(), label, new: step.new, action, uses })
     }
 
     fn uses(&self, action: &Action) -> Uses {

@@ -29,6 +29,16 @@ pub enum Fault {
         /// What the device says.
         message: String,
     },
+    /// A resource is larger than this device allows.
+    #[error("resource `{name}` is {kind}; this device allows {limit}")]
+    Limit {
+        /// The resource.
+        name: String,
+        /// What it has to be.
+        kind: String,
+        /// What would be right.
+        limit: String,
+    },
     /// The package does not say how a variant is bound.
     #[error(
         "the package {origin} does not say what variant '{variant}' binds; generate it again: cargo xtask gen-shaders --out DIR"

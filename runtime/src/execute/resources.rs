@@ -98,6 +98,16 @@ impl Resources {
         })
     }
 
+    /// What is larger than a device allows, the host's own as well.
+    pub(super) fn too_large(&self, device: &wgpu::Device) -> Vec<Fault> {
+        let limits = device.limits();
+        let fault = |one: &Resource| {
+            let limit = one.exceeded(&limits)?;
+            Some(Fault::Limit { name: one.of.name.clone(), kind: described(&one.of), limit })
+        };
+        self.list.iter().filter_map(fault).collect()
+    }
+
     /// Makes what the host does not supply.
     pub(super) fn make(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Vec<Fault> {
         let mut faults = Vec::new();
@@ -287,6 +297,30 @@ impl Resource {
                 }))
             }
         })
+    }
+
+    /// The limit that it exceeds, in words.
+    fn exceeded(&self, limits: &wgpu::Limits) -> Option<String> {
+        match &self.of.kind {
+            Kind::Buffer { .. } => {
+                let most = if self.buffer.contains(wgpu::BufferUsages::STORAGE) {
+                    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+                } else {
+                    limits.max_buffer_size
+                };
+                (self.of.bytes > most).then(|| format!("buffers of at most {most} bytes"))
+            }
+            Kind::Texture { size, layers, .. } => {
+                let side = u64::from(limits.max_texture_dimension_2d);
+                let most = u64::from(limits.max_texture_array_layers);
+                if size.iter().any(|one| *one > side) {
+                    Some(format!("textures of at most {side} texels each way"))
+                } else {
+                    (*layers > most).then(|| format!("textures of at most {most} layers"))
+                }
+            }
+            Kind::Sampler { .. } => None,
+        }
     }
 
     /// Writes the words that it begins with.

@@ -6,11 +6,12 @@ use super::groups::Groups;
 use super::input::Inputs;
 use super::resources::Resources;
 use crate::pipeline::timed;
-use crate::timing::Timer;
+use crate::timing::PassTimer;
 
 /// A step.
 #[derive(Debug)]
 pub(super) struct Step {
+    pub(super) part: String,
     pub(super) label: String,
     /// The kept resource in whose first frame alone it runs.
     pub(super) new: Option<usize>,
@@ -94,7 +95,7 @@ pub(super) fn encode(
     steps: &[&Step],
     scene: Scene<'_>,
     encoder: &mut wgpu::CommandEncoder,
-    mut timer: Option<&mut Timer<'_>>,
+    mut timer: Option<&mut (dyn PassTimer + '_)>,
 ) {
     let mut steps = steps.iter().peekable();
     while let Some(step) = steps.next() {
@@ -125,7 +126,7 @@ fn compute(
     dispatches: &[&Dispatch],
     scene: Scene<'_>,
     encoder: &mut wgpu::CommandEncoder,
-    mut timer: Option<&mut Timer<'_>>,
+    mut timer: Option<&mut (dyn PassTimer + '_)>,
 ) {
     timed(encoder, timer.as_deref_mut(), label, |encoder, stamps| {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -158,7 +159,7 @@ impl Draw {
         label: &str,
         scene: Scene<'_>,
         encoder: &mut wgpu::CommandEncoder,
-        timer: Option<&mut Timer<'_>>,
+        timer: Option<&mut (dyn PassTimer + '_)>,
     ) {
         let view = |view: usize| scene.resources.texture_view(view);
         let color: Vec<_> = self

@@ -10,50 +10,62 @@ use sglow_graph::{Configuration, Description, Errors, Problem};
 
 use super::Library;
 use super::check::is_snake;
+use super::document::Read;
 use super::place::Places;
 use crate::error::{Code, Diagnostic};
 use crate::source::{Sources, relative};
 
-/// The frame of a library, with the file that describes it.
+/// The frame of a library, with the files that describe it.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// What the file says, with the axes, passes and facts of the library.
+    /// What the files say, with the axes, passes and facts of the library.
     pub description: Description,
-    /// Index of the file in [`Library::sources`].
-    pub file: usize,
+    /// Indices in [`Library::sources`] of the file and of those that are laid over it.
+    pub files: Vec<usize>,
 }
 
 /// So many configurations are all tried.
 const ALL: usize = 1 << 10;
 
 impl Library {
-    /// Reads the frame that the header names.
+    /// Reads the frame that the header names, with those of what is laid over the library.
     pub(super) fn read_frame(
         &mut self,
         root: &Path,
         places: &Places<'_>,
+        headers: &[Places<'_>],
         sources: &mut Sources,
         errors: &mut Vec<Diagnostic>,
     ) {
-        let Some(name) = &self.library.frame else { return };
-        let path = root.join(name);
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(error) => {
-                let text = format!("{}: {error}", relative(root, &path));
-                let error = Diagnostic::new(Code::Read, text);
-                return errors.push(places.mark(error, &["library", "frame"], "read from here"));
+        let own = self.library.frame.as_ref().map(|name| {
+            let path = root.join(name);
+            (relative(root, &path), path, places)
+        });
+        let over = self.overlays.iter().zip(headers).filter_map(|(overlay, header)| {
+            let path = overlay.root.join(overlay.frame.as_ref()?);
+            Some((overlay.shown(&path), path, header))
+        });
+        let mut texts = Vec::new();
+        for (shown, path, places) in own.into_iter().chain(over) {
+            match fs::read_to_string(&path) {
+                Ok(text) => texts.push((sources.add(shown, text.as_str()), text)),
+                Err(error) => {
+                    let error = Diagnostic::new(Code::Read, format!("{shown}: {error}"));
+                    errors.push(places.mark(error, &["library", "frame"], "read from here"));
+                }
             }
-        };
-        let file = sources.add(relative(root, &path), text.as_str());
-        let mut description: Description = match toml::from_str(&text) {
+        }
+        if texts.is_empty() {
+            return;
+        }
+        let files: Vec<_> = texts.iter().map(|(file, text)| (*file, text.as_str())).collect();
+        let laid = Read::new(&files).and_then(Read::laid);
+        let parsed = laid.and_then(|laid| laid.parsed().map_err(|error| vec![error]));
+        let mut description: Description = match parsed {
             Ok(description) => description,
-            Err(error) => {
-                let diagnostic = Diagnostic::new(Code::Declaration, error.message());
-                let range = error.span().unwrap_or_default();
-                return errors.push(diagnostic.at(file, range, "here"));
-            }
+            Err(found) => return errors.extend(found),
         };
+        let files = texts.iter().map(|(file, _)| *file).collect();
         for (name, axis) in &self.axis {
             let values = axis.value.iter().map(|value| value.name.clone()).collect();
             let axis = Axis { default: axis.default.clone(), values };
@@ -69,15 +81,21 @@ impl Library {
         description.preset.extend(self.preset.iter().map(preset));
         description.default.extend(self.class_default.iter().cloned());
         description.exclusion.extend(self.exclusion.iter().cloned());
-        self.frame = Some(Frame { description, file });
+        self.frame = Some(Frame { description, files });
     }
 
     /// Whether the frame can be evaluated; only of a library with which nothing else is wrong, or errors would follow from
     /// errors.
     pub(super) fn check_frame(&self, sources: &Sources, errors: &mut Vec<Diagnostic>) {
         if let Some(frame) = self.frame.as_ref().filter(|_| errors.is_empty()) {
-            let places = Places::of(frame.file, sources.text(frame.file));
-            for name in frame.description.parameter.keys() {
+            let places = frame.places(sources);
+            for (name, parameter) in &frame.description.parameter {
+                if !parameter.allows(parameter.default) {
+                    let (value, range) = (parameter.default.real(), parameter.range());
+                    let text = format!("the default of `{name}` is {value}; expected {range}");
+                    let error = Diagnostic::new(Code::Declaration, text);
+                    errors.push(places.mark(error, &["parameter", name, "default"], "here"));
+                }
                 let (code, text) = if self.axis.contains_key(name) {
                     (Code::Duplicate, format!("`{name}` is an axis and a parameter"))
                 } else if !is_snake(name) {
@@ -111,6 +129,12 @@ impl Library {
 }
 
 impl Frame {
+    /// Where everything stands that it says.
+    pub(crate) fn places<'a>(&self, sources: &'a Sources) -> Places<'a> {
+        let files = self.files.iter().map(|&file| (file, sources.text(file)));
+        Places::of(&files.collect::<Vec<_>>())
+    }
+
     /// What is wrong with it in the configurations of [`Self::configurations`], at the defaults of its parameters, at
     /// their minima, and with one for every zero.
     pub(crate) fn faults(&self, places: &Places<'_>, differences: usize) -> Vec<Diagnostic> {

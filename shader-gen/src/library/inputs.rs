@@ -49,7 +49,7 @@ impl Library {
             }
         };
         let Some(frame) = self.frame() else { return };
-        let places = Places::of(file, &text);
+        let places = Places::of(&[(file, text.as_str())]);
         for name in self.examples.keys() {
             let (input, member) = name.split_once('.').unwrap_or((name, ""));
             let known = &frame.description.input;

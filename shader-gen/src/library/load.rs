@@ -6,8 +6,10 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::place::{DECLARATION, Places};
-use super::{Library, Pass, PresetFile};
+use super::document::Read;
+use super::overlay::called;
+use super::place::Places;
+use super::{Library, Overlay, Pass, PresetFile};
 use crate::error::{Code, Diagnostic, Report};
 use crate::link::Graph;
 use crate::parse::{Module, parse};
@@ -21,41 +23,78 @@ impl Library {
     /// Everything that is wrong with the declaration and with the files as such; what only a variant can show is left
     /// to [`crate::generate`].
     pub fn load(path: &Path) -> Result<Self, Report> {
-        let path = if path.is_dir() { path.join("library.toml") } else { path.to_owned() };
-        let root = path.parent().unwrap_or(Path::new("")).to_owned();
-        let mut sources = Sources::default();
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(error) => {
-                let diagnostic =
-                    Diagnostic::new(Code::Read, format!("{}: {error}", path.display()));
-                return Err(Report::new(vec![diagnostic], Arc::new(sources)));
-            }
-        };
-        sources.add(relative(&root, &path), text.as_str());
-        Self::from_parts(&text, &root, sources)
+        Self::load_with(path, &[])
     }
 
-    fn from_parts(text: &str, root: &Path, mut sources: Sources) -> Result<Self, Report> {
-        let mut library: Self = match toml::from_str(text) {
-            Ok(library) => library,
-            Err(error) => {
-                let mut diagnostic = Diagnostic::new(Code::Declaration, error.message());
-                if let Some(range) = error.span() {
-                    diagnostic = diagnostic.at(DECLARATION, range, "here");
+    /// The same with other folders laid over it, in their order: each has a `library.toml` with a table `[library]` of the
+    /// form of [`Overlay`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::load`], and all that clashes.
+    pub fn load_with(path: &Path, over: &[PathBuf]) -> Result<Self, Report> {
+        let (mut sources, mut texts, mut roots, mut errors) =
+            (Sources::default(), Vec::new(), Vec::new(), Vec::new());
+        for (index, path) in [path].into_iter().chain(over.iter().map(PathBuf::as_path)).enumerate()
+        {
+            let path = if path.is_dir() { path.join("library.toml") } else { path.to_owned() };
+            let root = path.parent().unwrap_or(Path::new("")).to_owned();
+            match fs::read_to_string(&path) {
+                Ok(text) => {
+                    let shown = relative(&root, &path);
+                    let shown =
+                        if index == 0 { shown } else { format!("{}/{shown}", called(&root)) };
+                    texts.push((sources.add(shown, text.as_str()), text));
+                    roots.push(root);
                 }
-                return Err(Report::new(vec![diagnostic], Arc::new(sources)));
+                Err(error) => {
+                    let text = format!("{}: {error}", path.display());
+                    errors.push(Diagnostic::new(Code::Read, text));
+                }
             }
-        };
+        }
+        if !errors.is_empty() {
+            return Err(Report::new(errors, Arc::new(sources)));
+        }
+        Self::from_parts(&texts, &roots, sources)
+    }
+
+    fn from_parts(
+        texts: &[(usize, String)],
+        roots: &[PathBuf],
+        mut sources: Sources,
+    ) -> Result<Self, Report> {
         let mut errors = Vec::new();
-        let places = Places::new(text);
+        let files: Vec<_> = texts.iter().map(|(file, text)| (*file, text.as_str())).collect();
+        let laid = Read::new(&files).and_then(|mut read| {
+            let headers = read.take("library");
+            Ok((headers, read.laid()?))
+        });
+        let parsed = laid.and_then(|(headers, places)| {
+            let library = places.parsed::<Self>().map_err(|error| vec![error])?;
+            Ok((headers, places, library))
+        });
+        let (headers, places, mut library) = match parsed {
+            Ok(parsed) => parsed,
+            Err(errors) => return Err(Report::new(errors, Arc::new(sources))),
+        };
+        for ((header, root), (file, _)) in headers.iter().zip(&roots[1..]).zip(&texts[1..]) {
+            library.overlays.extend(Overlay::new(header, root, *file, &mut errors));
+        }
+        if !errors.is_empty() {
+            return Err(Report::new(errors, Arc::new(sources)));
+        }
+        let root = &roots[0];
         library.read_presets(root, &places, &mut sources, &mut errors);
-        library.read_frame(root, &places, &mut sources, &mut errors);
+        library.read_frame(root, &places, &headers, &mut sources, &mut errors);
         library.read_inputs(root, &places, &mut sources, &mut errors);
         library.check(&places, &mut errors);
         library.check_frame(&sources, &mut errors);
         let folder = root.join(&library.library.source);
-        let modules = library.read_modules(root, &folder, &places, &mut sources, &mut errors);
+        let mut modules = library.read_modules(root, &folder, &places, &mut sources, &mut errors);
+        for (overlay, header) in library.overlays.iter_mut().zip(&headers) {
+            overlay.read_modules(header, &mut modules, &mut sources, &mut errors);
+        }
         let sources = Arc::new(sources);
         let unread = errors.iter().any(|error| matches!(error.code, Code::Read | Code::Syntax));
         library.check_modules(&modules, &places, &mut errors);

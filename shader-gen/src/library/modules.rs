@@ -68,19 +68,20 @@ impl Library {
         let Some((name, range)) = &declaration.name else {
             return;
         };
-        let prefix = &self.library.prefix;
-        let prefix = match declaration.kind {
+        let form = |prefix: &&str| match declaration.kind {
             Kind::Struct | Kind::Alias => camel(prefix),
             Kind::Constant => prefix.to_uppercase(),
-            _ => prefix.clone(),
+            _ => (*prefix).to_owned(),
         };
-        if !name.starts_with(&prefix) || name.len() == prefix.len() {
-            let kind = declaration.kind.name();
+        let prefixes: Vec<String> = self.prefixes(file).iter().map(form).collect();
+        let has = |prefix: &String| name.starts_with(prefix) && name.len() > prefix.len();
+        if !prefixes.iter().any(has) {
+            let (kind, prefixes) = (declaration.kind.name(), prefixes.join("` or `"));
             errors.push(
                 Diagnostic::new(Code::Name, format!("{kind} `{name}` lacks the library's prefix"))
                     .at(file, range.clone(), "declared here")
                     .help(format!(
-                        "names are not mangled, so that each {kind} starts with `{prefix}`"
+                        "names are not mangled, so that each {kind} starts with `{prefixes}`"
                     )),
             );
         }

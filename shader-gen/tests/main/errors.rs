@@ -57,6 +57,19 @@ errors! {
         (FRAME, "div_ceil(width, 256)", "div_ceil(width)"),
         (FRAME, "counter == 'workgroup', 1, height", "counter == 'workgruop', 1, height");
     a_let_that_depends_on_itself: (FRAME, "bins = 256", "bins = \"bars + 1\"\nbars = \"bins - 1\"");
+    aliases_and_templates_that_stand_for_themselves:
+        (FRAME, "[template.frame.uniform.settings]", "[template.frame.alias]\nfirst = \"second\"\nsecond = \"first\"\n[template.again]\n[[template.again.step]]\nuse = \"again\"\n[template.frame.uniform.settings]"),
+        (FRAME, "tally_image = \"image\"", "tally_image = \"first\""),
+        (FRAME, "[[template.frame.step]]\nclear = \"counted\"", "[[template.frame.step]]\nuse = \"again\"\n[[template.frame.step]]\nclear = \"counted\"");
+    resources_and_steps_that_are_nothing_or_two_things:
+        (FRAME, "texture = { format = \"rgba8unorm\", size = [\"bins\", 64] }", ""),
+        (FRAME, "flip = true\n", "flip = true\nsampler = \"linear\"\n"),
+        (FRAME, "label = \"count\"\n", "label = \"count\"\nclear = \"counted\"\n");
+    parameters_that_are_not_known_or_cannot_be:
+        (FRAME, "rounds = \"height\"", "rounds = \"heights\""),
+        (FRAME, "repeat = \"again\"", "repeat = \"agian\""),
+        (FRAME, "default = 0\nmaximum = 4", "default = 5\nmaximum = 4"),
+        (FRAME, "default = 360\nminimum = 1", "default = 360\nminimum = 400");
     numbers_that_do_not_exist:
         (FRAME, "\"width\", \"height\"", "\"width / again\", \"height - 2\""),
         (FRAME, "[\"bins\", 64]", "[\"bins << 60\", 64]");

@@ -9,6 +9,7 @@
 
 mod errors;
 mod foreign;
+mod overlay;
 mod package;
 mod proof;
 mod second_opinion;
@@ -30,14 +31,19 @@ fn foreign_library() -> Library {
 /// A copy of the foreign library with, in each file named, the second text in place of the first.
 fn edited(edits: &[(&str, &str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    copy(&foreign_root(), folder.path());
+    edited_in(&foreign_root(), folder.path(), edits);
+    folder
+}
+
+/// Copies a folder, with the edits of [`edited`].
+fn edited_in(root: &Path, folder: &Path, edits: &[(&str, &str, &str)]) {
+    copy(root, folder);
     for (file, from, to) in edits {
-        let path = folder.path().join(file);
+        let path = folder.join(file);
         let text = fs::read_to_string(&path).unwrap();
         assert!(text.contains(from), "{file} lacks {from}");
         fs::write(path, text.replacen(from, to, 1)).unwrap();
     }
-    folder
 }
 
 fn copy(from: &Path, to: &Path) {

@@ -14,7 +14,7 @@ import { Frame, Problem, configured, entry, read } from './graph.mjs';
 import { Host, generate, resolved } from './host.mjs';
 import * as scene from './scene.mjs';
 
-const PARTS = new Set(['lights', 'visibility', 'shading', 'indirect']);
+const PARTS = new Set(['lights', 'visibility', 'shading']);
 const OUTPUTS = ['diffuse', 'specular', 'vsgls'];
 
 /// A device with what the variants of a frame require.

@@ -16,7 +16,7 @@ import scene
 from graph import Frame, Problem, Table, configured, entry
 from host import Host
 
-PARTS = {"lights", "visibility", "shading", "indirect"}
+PARTS = {"lights", "visibility", "shading"}
 OUTPUTS = ("diffuse", "specular", "vsgls")
 
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use sglow_runtime::device::AdapterFacts;
+use sglow_renderer::device::AdapterFacts;
 use sha2::{Digest, Sha256};
 
 /// One output of one frame.

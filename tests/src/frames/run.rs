@@ -2,21 +2,22 @@
 
 use std::collections::BTreeSet;
 
+use sglow_graph::formula::evaluated;
 use sglow_oracle::vsgl::Vsgl;
-use sglow_runtime::check::Check;
-use sglow_runtime::frame::{self, Frame, Pixels, Renderer, Surfaces};
-use sglow_runtime::indirect::{Indirect, Inputs};
-use sglow_runtime::metropolis::{Metropolis, MetropolisSettings};
+use sglow_renderer::check::Check;
+use sglow_renderer::frame::{self, Frame, Pixels, Renderer, Surfaces};
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::{readback, reference};
+use sglow_runtime::indirect::{Indirect, Inputs, PARTS};
 use sglow_runtime::package::Package;
-use sglow_runtime::plan::{self, Plan};
-use sglow_runtime::scene::{Light, Scene};
 use sglow_runtime::settings::Settings;
-use sglow_runtime::{readback, reference};
+use sglow_scene::{Light, Scene};
 
 use super::list::Case;
 use super::record::Entry;
 use super::scenes;
-use crate::common::gpu;
+use crate::common::{gpu, plan};
+use crate::part::chains::{ChainSettings, Chains};
 
 impl Case {
     /// The scene with its light in the first frame.
@@ -34,17 +35,16 @@ impl Case {
         Settings { light, ..self.settings.clone() }
     }
 
-    fn own_chains(&self) -> Option<MetropolisSettings> {
+    fn own_chains(&self) -> Option<ChainSettings> {
         let start = self.chains?;
-        Some(MetropolisSettings { start, ..MetropolisSettings::of(self.settings.count) })
+        Some(ChainSettings { start, ..ChainSettings::of(self.settings.count) })
     }
 
     /// The variants that it runs.
     pub(super) fn variants(&self) -> BTreeSet<String> {
         let settings = self.settled();
-        let surfaces = plan::Surfaces::of(self.place.scene(), settings.complete);
-        let mut variants = Plan::new(&settings, &surfaces).variants;
-        if let Some(MetropolisSettings { start, .. }) = self.own_chains() {
+        let mut variants = plan(&settings, self.place.scene()).variants;
+        if let Some(ChainSettings { start, .. }) = self.own_chains() {
             variants.insert(sglow_shaders::metropolis_start::MetropolisStart { start }.id());
             variants.insert(sglow_shaders::metropolis::Metropolis.id());
         }
@@ -53,6 +53,12 @@ impl Case {
             variants.insert(sglow_shaders::check::Check { lobes, precision }.id());
         }
         variants
+    }
+
+    fn own_indirect(&self, package: &Package) -> Indirect {
+        let settings = self.settled();
+        let occluders = frame::occluders(gpu(), self.place.scene(), &settings).unwrap();
+        Indirect::of_parts(gpu().source(package), &settings, &PARTS, &occluders).unwrap()
     }
 
     /// What the first frame is made from: the same for many configurations, and so kept once.
@@ -67,18 +73,27 @@ impl Case {
     pub(super) fn run(&self, package: &Package) -> Vec<Entry> {
         let scene = self.scene();
         let package = package.clone();
-        let mut entries = Vec::new();
+        let (mut entries, mut made) = (Vec::new(), None);
         let mut renderer = Renderer::new(gpu(), &package, &scene, &self.settings, 0).unwrap();
-        let moving = self.eye_moves.then(|| indirect(&self.settled(), &package));
-        let chains = self.own_chains().map(|settings| chains(&settings, &package));
+        let moving = self.eye_moves.then(|| self.own_indirect(&package));
+        let mut chains = self.own_chains().map(|settings| {
+            let side = renderer.indirect().density().unwrap().width();
+            Chains::new(&package, &settings, side)
+        });
         for number in 0..self.frames {
             renderer.move_light(&self.light(number)).unwrap();
             if self.restarts && number + 1 == self.frames {
                 renderer.indirect().restart();
             }
+            let formulas = evaluated();
             renderer.render().unwrap();
+            // Formulas are evaluated and pipelines made at creation alone.
+            let now = renderer.indirect().made();
+            assert!(made.is_none_or(|made| made == now), "{}: {made:?}, {now:?}", self.name);
+            assert_eq!(evaluated(), formulas, "{}", self.name);
+            made = Some(now);
             let mut recorded = Recorder { case: self, number, entries: &mut entries };
-            if let Some(chains) = &chains {
+            if let Some(chains) = &mut chains {
                 recorded.move_chains(chains, &renderer);
                 continue;
             }
@@ -99,14 +114,6 @@ impl Case {
         assert_eq!(asked, planned, "{}", self.name);
         entries
     }
-}
-
-fn indirect(settings: &Settings, package: &Package) -> Indirect {
-    Indirect::with_package(&gpu().device, &gpu().queue, settings, package).unwrap()
-}
-
-fn chains(settings: &MetropolisSettings, package: &Package) -> Metropolis {
-    Metropolis::new(&gpu().device, package, settings).unwrap()
 }
 
 /// Submits what is encoded and waits for it.
@@ -153,7 +160,7 @@ impl Recorder<'_> {
 
     /// A whole frame.
     fn frame(&mut self, renderer: &Renderer<'_>) {
-        self.indirect(renderer.indirect(), &renderer.inputs());
+        self.indirect(renderer.indirect());
         let Frame { radiance, direct, emission, .. } = renderer.read().unwrap();
         self.picture("direct", &direct);
         if let Some(emission) = emission {
@@ -167,17 +174,18 @@ impl Recorder<'_> {
         let eye = scenes::eye(renderer.eye(), self.case.place.scene(), self.number);
         let inputs = Inputs { eye, ..renderer.inputs() };
         submit(|encoder| indirect.encode(encoder, &inputs, None).unwrap());
-        self.indirect(indirect, &inputs);
+        self.indirect(indirect);
     }
 
     /// Chains of their own by the density of the frame.
-    fn move_chains(&mut self, chains: &Metropolis, renderer: &Renderer<'_>) {
-        let density = renderer.indirect().density().create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            ..Default::default()
-        });
-        submit(|encoder| chains.encode(&gpu().device, encoder, &density, None));
-        self.chains(chains.chains());
+    fn move_chains(&mut self, chains: &mut Chains, renderer: &Renderer<'_>) {
+        let density =
+            renderer.indirect().density().unwrap().create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            });
+        chains.advance(&density);
+        self.chains(chains.buffer());
     }
 
     fn chains(&mut self, chains: &wgpu::Buffer) {
@@ -192,14 +200,14 @@ impl Recorder<'_> {
         self.keep("chains", bytemuck::cast_slice(&chains), numbers);
     }
 
-    fn indirect(&mut self, indirect: &Indirect, inputs: &Inputs<'_>) {
+    fn indirect(&mut self, indirect: &Indirect) {
         if let Some(chains) = indirect.chains() {
-            self.chains(chains);
+            self.chains(&chains);
         }
         self.lights(indirect);
-        if let Some(maps) = inputs.visibility {
-            let atlas = readback::texture(gpu(), maps.atlas(), 0).unwrap();
-            let numbers = means(&atlas, maps.atlas().width() as usize);
+        if let Some(maps) = indirect.light_maps() {
+            let atlas = readback::texture(gpu(), &maps, 0).unwrap();
+            let numbers = means(&atlas, maps.width() as usize);
             let [near, left, upper] = [numbers[0], numbers[3], numbers[4]];
             self.keep("light maps", bytemuck::cast_slice(&atlas), vec![near, left, upper]);
         }
@@ -207,13 +215,13 @@ impl Recorder<'_> {
             [("diffuse", indirect.diffuse()), ("specular", indirect.specular())]
         {
             if let Some(texture) = texture {
-                self.picture(output, &readback::texture(gpu(), texture, 0).unwrap());
+                self.picture(output, &readback::texture(gpu(), &texture, 0).unwrap());
             }
         }
     }
 
     fn lights(&mut self, indirect: &Indirect) {
-        let bytes: Vec<u8> = readback::buffer(gpu(), indirect.vsgls()).unwrap();
+        let bytes: Vec<u8> = readback::buffer(gpu(), &indirect.vsgls().unwrap()).unwrap();
         let lights: Vec<Vsgl> = reference::lights(gpu(), indirect).unwrap();
         let power = |light: &Vsgl| light.power().luminance();
         let total: f64 = lights.iter().map(power).sum();
@@ -237,8 +245,9 @@ impl Recorder<'_> {
     fn check(&mut self, renderer: &Renderer<'_>, package: &Package) {
         let Settings { lobes, precision, count, size, .. } = self.case.settings;
         let check = Check::new(&gpu().device, &gpu().queue, package, lobes, precision).unwrap();
-        let (surfaces, lights) = (renderer.inputs().gbuffer, renderer.indirect().vsgls());
-        submit(|encoder| check.encode(encoder, surfaces, lights, count, size));
+        let lights = renderer.indirect().vsgls().unwrap();
+        let surfaces = renderer.inputs().gbuffer;
+        submit(|encoder| check.encode(encoder, surfaces, &lights, count, size));
         let found = check.read(gpu()).unwrap();
         assert!(found.is_empty(), "{}: {found}", self.case.name);
         let counts = [found.not_finite, found.out_of_range, found.not_unit];

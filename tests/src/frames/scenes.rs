@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use glam::{Quat, Vec3};
-use sglow_runtime::scene::{Light, LightKind, Material, Scene};
+use sglow_scene::{Light, LightKind, Material, Scene};
 
 /// What is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,10 +1,10 @@
 //! What the defaults of lights' maps rest on.
 
 use sglow_runtime::settings::Settings;
-use sglow_runtime::visibility::Config;
 use sglow_shaders::Visibility as Axis;
 
 use super::Stage;
+use super::config::Config;
 use crate::common::whole_space;
 
 /// The light that is wrongly seen or hidden, against exact rays from the same near distance on. Each other choice is worse;

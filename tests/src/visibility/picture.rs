@@ -3,8 +3,8 @@
 use sglow_measure::light_maps::{self, base};
 use sglow_measure::picture_error::{Metric, PictureError};
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::Scene;
 use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
 use sglow_shaders::{Emitter, Visibility};
 
 use crate::common::{broken, gpu, whole_space};

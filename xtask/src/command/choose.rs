@@ -102,7 +102,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let case = Case::new(&arguments.scene, arguments.size, &arguments.numbers);
     let places = failure::both(cache, gen_shaders::writable(&arguments.out));
     let ((only, (cache, ())), case) = failure::both(failure::both(only, places), case)?;
-    let package = selection::whole_space()?;
+    let package = arguments.numbers.over.whole_space()?;
     let gpu = shot::gpu(&arguments.numbers)?;
     let offer =
         Offer { package: &package, all: arguments.choice.all, filters: gpu.filters_float32() };
@@ -131,6 +131,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let set: Vec<String> = set.iter().flat_map(|name| name.split(',')).map(str::to_owned).collect();
     gen_shaders::run(&gen_shaders::Arguments {
         choice: selection::Choice {
+            over: arguments.numbers.over.clone(),
             scene: Some(arguments.scene.clone()),
             set: set.clone(),
             preset: arguments.numbers.preset.clone(),

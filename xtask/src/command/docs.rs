@@ -7,9 +7,9 @@ use clap::Args;
 use sglow_measure::light_maps::{self, OnScene};
 use sglow_measure::picture_error::Metric;
 use sglow_measure::references::{self, FINEST, Noise, PATHS, ReferenceErrors, SIZE};
-use sglow_runtime::device::Gpu;
+use sglow_renderer::device::Gpu;
 use sglow_runtime::package::Package;
-use sglow_runtime::scene::Scene;
+use sglow_scene::Scene;
 
 use crate::failure::{Context as _, Result};
 use crate::machine::repository;

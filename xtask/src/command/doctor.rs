@@ -139,7 +139,7 @@ fn drivers(vulkan: &Vulkan) -> Vec<Finding> {
 
 /// The GPUs that answer, which a registered driver alone does not promise.
 fn adapters() -> Finding {
-    let adapters = sglow_runtime::device::list();
+    let adapters = sglow_renderer::device::list();
     let lines: Vec<String> = adapters
         .iter()
         .map(|adapter| {

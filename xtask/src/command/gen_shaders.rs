@@ -56,7 +56,9 @@ pub(crate) struct Arguments {
 /// When the library, a variant or the choice is wrong, a file cannot be written, or a check finds differences.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let start = Instant::now();
-    let committed = arguments.choice.is_committed() && arguments.target.is_empty();
+    let over = &arguments.choice.over.library;
+    let committed =
+        arguments.choice.is_committed() && arguments.target.is_empty() && over.is_empty();
     let out = match &arguments.out {
         Some(out) => std::path::absolute(out)?,
         None if committed => repository().join("shaders/packages").join(library()?.package.name),
@@ -70,12 +72,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     }
     let mut options = Options::new(out);
     options.check = arguments.check;
+    options.over.clone_from(over);
     options.cache = Some(target_folder().join("generated"));
     if !arguments.target.is_empty() {
         options.targets = BTreeSet::from_iter(arguments.target.iter().copied());
     }
     if !arguments.choice.is_committed() {
-        let selection = arguments.choice.select(&library()?)?;
+        let selection = arguments.choice.select(&arguments.choice.over.library()?)?;
         if selection.derived.is_none() {
             for pass in &selection.left_out {
                 eprintln!("pass {pass}: no legal variant remains; left out");

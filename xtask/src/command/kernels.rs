@@ -6,8 +6,8 @@ use clap::Args;
 use serde::Serialize;
 use sglow_oracle::fis::{Footprints, all_roots, kernel_mass};
 use sglow_oracle::rsm::Pyramid;
-use sglow_runtime::density;
-use sglow_runtime::device::Gpu;
+use sglow_renderer::density;
+use sglow_renderer::device::Gpu;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::Kernel;
@@ -18,6 +18,7 @@ use crate::json::Report;
 use crate::picture::density::Density;
 use crate::picture::kernels::{self, Square};
 use crate::picture::{compare, png};
+use crate::selection::Over;
 use crate::{progress, say, shot, table};
 
 /// What `--help` shows below the options.
@@ -58,6 +59,8 @@ pub(crate) struct Arguments {
     /// A package that `gen-shaders --out` wrote [default: made from the library, every variant]
     #[arg(long, value_name = "DIR")]
     package: Option<PathBuf>,
+    #[command(flatten)]
+    over: Over,
 }
 
 /// One kernel.
@@ -107,7 +110,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let density = Density::load(&arguments.density, arguments.texels as usize)?;
     let (side, square) = density::padded(density.size, &density.texels);
     let (settings, methods) = settings(arguments, side)?;
-    let package = package(arguments.package.as_deref())?;
+    let package = package(arguments.package.as_deref(), &arguments.over)?;
     let gpu = shot::open(arguments.adapter.as_deref())?;
     let [width, height] = density.size;
     say::line(format!("{}: {width} x {height} pixels", density.name));
@@ -279,6 +282,7 @@ mod tests {
             out: PathBuf::new(),
             adapter: None,
             package: None,
+            over: Over::default(),
         }
     }
 

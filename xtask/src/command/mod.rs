@@ -5,6 +5,7 @@ pub(crate) mod compare;
 pub(crate) mod docs;
 pub(crate) mod doctor;
 pub(crate) mod gen_shaders;
+pub(crate) mod graph;
 pub(crate) mod kernels;
 pub(crate) mod render;
 pub(crate) mod report;

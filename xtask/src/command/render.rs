@@ -6,16 +6,16 @@ use clap::{Args, ValueEnum};
 use sglow_measure::picture_error::{Display, Pair, PictureError, Radiance, compare};
 use sglow_oracle::estimate::Estimate;
 use sglow_oracle::shade::Reflected;
-use sglow_runtime::frame::{Frame, Pixels, Renderer, Times};
+use sglow_renderer::frame::{Frame, Pixels, Renderer, Times};
+use sglow_renderer::reference;
 use sglow_runtime::package::Package;
-use sglow_runtime::reference;
-use sglow_runtime::scene::Scene;
+use sglow_scene::Scene;
 
 use crate::failure::{Failure, Result};
 use crate::json::Report;
 use crate::picture::{self, Image, Layer, Picture, exr, png, tone};
 use crate::say;
-use crate::selection::whole_space;
+use crate::selection::Over;
 use crate::shot::{self, Numbers, Shot};
 use crate::{picture_error, progress};
 
@@ -97,7 +97,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         return Err(Failure::new("--layer and --exposure are for .png")
             .help("an .exr holds every layer, in linear units"));
     }
-    let package = package(arguments.package.as_deref())?;
+    let package = package(arguments.package.as_deref(), &arguments.numbers.over)?;
     let shot = Shot::new(&arguments.scene, &arguments.set, arguments.size, &arguments.numbers)?;
     let gpu = shot::gpu(&arguments.numbers)?;
     let bar = progress::spinner(format!("rendering {} on {}", shot.scene.name, gpu.adapter.name));
@@ -206,9 +206,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.write(&arguments.out.with_extension("json"))
 }
 
-/// The package in a folder, or every variant of the library.
-pub(crate) fn package(folder: Option<&Path>) -> Result<Package> {
-    folder.map_or_else(whole_space, |folder| {
+/// The package in a folder, or every variant of the library with what is laid over it.
+pub(crate) fn package(folder: Option<&Path>, over: &Over) -> Result<Package> {
+    let whole = || over.whole_space();
+    folder.map_or_else(whole, |folder| {
         Package::load(folder).map_err(|errors| {
             let lines: Vec<_> = errors.iter().map(ToString::to_string).collect();
             Failure::new(lines.join("\n"))

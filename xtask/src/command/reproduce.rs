@@ -11,9 +11,10 @@ use sglow_measure::rivals::method::{Method, SIZE_FACTORS};
 use sglow_measure::rivals::stages::{Code, Stages, code, sampling_ratios, stages};
 use sglow_measure::rivals::survey::{Kernels, Row, Survey, survey};
 use sglow_oracle::fis::stress::Stress;
-use sglow_runtime::device::Gpu;
-use sglow_runtime::frame::Renderer;
-use sglow_runtime::mips;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::mips;
+use sglow_renderer::stages::Stages as _;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::matrix::Facts;
@@ -26,7 +27,6 @@ use crate::page::reproduce as page;
 use crate::picture::density::Density as DensityImage;
 use crate::picture::kernels::{self, Square};
 use crate::picture::{compare, png, tone};
-use crate::selection::library;
 use crate::shot::{self, Numbers, Shot};
 use crate::{progress, say, write};
 
@@ -203,7 +203,7 @@ pub(crate) struct Findings {
 ///
 /// When a scene or the device does not allow it, or a promise is not kept.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    let package = package(None)?;
+    let package = package(None, &arguments.numbers.over)?;
     let gpu = shot::gpu(&arguments.numbers)?;
     std::fs::create_dir_all(&arguments.out)
         .map_err(|error| Failure::new(format!("{}: {error}", arguments.out.display())))?;
@@ -462,7 +462,11 @@ impl Work<'_> {
         let size = self.rsm();
         let base = Settings {
             rsm_size: size,
-            ..self.numbers().request([1, 1]).settings(&library()?, &Facts::new(), &[])?
+            ..self.numbers().request([1, 1]).settings(
+                &self.arguments.numbers.over.library()?,
+                &Facts::new(),
+                &[],
+            )?
         };
         let mut densities: Vec<(String, Vec<f32>)> = Stress::ALL
             .into_iter()
@@ -482,8 +486,8 @@ impl Work<'_> {
             }
             let shot = self.shot(scene, [320, 180], density)?;
             let renderer = self.prepared(&shot)?;
-            let texture = renderer.indirect().density();
-            let texels = sglow_runtime::readback::texture(self.gpu, texture, 0)?;
+            let Some(texture) = renderer.indirect().density() else { continue };
+            let texels = sglow_renderer::readback::texture(self.gpu, &texture, 0)?;
             densities.push((
                 format!("{scene}, {density}"),
                 texels.iter().map(|texel| texel[0]).collect(),

@@ -10,7 +10,7 @@ use sglow_measure::function::Function;
 use sglow_measure::halves::{HalvesReport, SCENES};
 use sglow_measure::hold::Extent;
 use sglow_measure::stability::{ExtremeReport, FunctionReport};
-use sglow_runtime::device::Gpu;
+use sglow_renderer::device::Gpu;
 use sglow_runtime::package::Package;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::validate::Validated;

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
-use sglow_runtime::needs::Decision;
-use sglow_runtime::plan::{Part, Storage};
-use sglow_runtime::scene::Fact;
+use sglow_renderer::needs::Decision;
+use sglow_renderer::plan::Storage;
+use sglow_scene::Fact;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest::Saved;
 use sglow_shader_gen::matrix::{Excluded, Variant};
@@ -18,7 +18,7 @@ use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
 use crate::measured::Measured;
 use crate::say;
-use crate::selection::{Choice, Derived, Selection, library};
+use crate::selection::{Choice, Derived, Selection};
 use crate::table;
 
 /// What `--help` shows below the options.
@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
 ///
 /// When the library or the choice is wrong, or the committed selection is empty.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    let library = library()?;
+    let library = arguments.choice.over.library()?;
     let selection = arguments.choice.select(&library)?;
     let (space, excluded, committed) = (library.variants(), library.excluded(), library.selected());
 
@@ -246,17 +246,17 @@ fn memory_as_json(derived: &Derived) -> Vec<Value> {
 
 /// Bytes by part and by kind of memory, of this scene and of everything; what neither has is left out.
 fn memory_by_part(derived: &Derived) -> Vec<(&'static str, &'static str, [u64; 2])> {
-    let parts = [
-        ("surfaces", Part::Surfaces),
-        ("indirect light", Part::Indirect),
-        ("visibility", Part::Visibility),
-        ("picture", Part::Picture),
+    let parts: [(_, &[_]); 4] = [
+        ("surfaces", &["surfaces"]),
+        ("indirect light", &["lights", "shading"]),
+        ("visibility", &["visibility"]),
+        ("picture", &["picture"]),
     ];
     let mut rows = Vec::new();
-    for (name, part) in parts {
+    for (name, parts) in parts {
         for (kind, storage) in [("textures", Storage::Texture), ("buffers", Storage::Buffer)] {
             let sizes = [&derived.derivation.plan, &derived.everything]
-                .map(|plan| plan.bytes(storage, Some(part)));
+                .map(|plan| plan.bytes(storage, parts));
             if sizes != [0; 2] {
                 rows.push((name, kind, sizes));
             }

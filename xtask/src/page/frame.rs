@@ -41,7 +41,7 @@ pub(crate) const DAY: &[(&str, &str)] = &[
 ];
 
 /// Colours by night.
-const NIGHT: &[(&str, &str)] = &[
+pub(crate) const NIGHT: &[(&str, &str)] = &[
     ("paper", "#16181b"),
     ("ink", "#e8e8e6"),
     ("quiet", "#a3a7ad"),

@@ -2,6 +2,7 @@
 //! in the dark, on paper, and by who sees no colours.
 
 pub(crate) mod frame;
+pub(crate) mod graph;
 pub(crate) mod number;
 pub(crate) mod plot;
 pub(crate) mod report;

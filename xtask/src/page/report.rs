@@ -6,7 +6,7 @@ use maud::{Markup, html};
 use schemars::JsonSchema;
 use serde::Serialize;
 use sglow_measure::frontier::document::{Metric, Pictures, SceneReport};
-use sglow_runtime::{needs, scene};
+use sglow_renderer::needs;
 use sglow_shader_gen::manifest;
 use sglow_shader_gen::package::Purpose;
 
@@ -50,8 +50,8 @@ pub(crate) struct Decision {
     pub(crate) reason: String,
 }
 
-impl From<&scene::Fact> for Fact {
-    fn from(fact: &scene::Fact) -> Self {
+impl From<&sglow_scene::Fact> for Fact {
+    fn from(fact: &sglow_scene::Fact) -> Self {
         let (name, evidence) = (fact.name.to_owned(), fact.evidence.clone());
         Self { name, holds: fact.holds, evidence }
     }

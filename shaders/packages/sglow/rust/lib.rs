@@ -2905,6 +2905,369 @@ pub fn embedded(id: &str) -> Option<&'static Embedded> {
         .ok()
         .and_then(|at| EMBEDDED.get(at))
 }
+/// A number that is set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Number {
+    /// A whole number.
+    Whole(u32),
+    /// A real number.
+    Real(f32),
+}
+impl core::fmt::Display for Number {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Whole(number) => number.fmt(f),
+            Self::Real(number) => number.fmt(f),
+        }
+    }
+}
+/// Makes a struct of settings: a public field for each axis and each parameter that a person or an engine sets, behind
+/// fields of one's own with their defaults.
+#[macro_export]
+macro_rules! settings {
+    (
+        $(#[$meta:meta])* pub struct $name:ident { $($(#[$about:meta])* pub $own:ident :
+        $ty:ty = $value:expr,)* }
+    ) => {
+        $(#[$meta])* pub struct $name { $($(#[$about])* pub $own : $ty,)* #[doc =
+        " The density by which kernels are drawn."] pub density : $crate::Density, #[doc
+        = " Diffuse reflection at the shading point."] pub diffuse : $crate::Diffuse,
+        #[doc = " How the centres of kernels and clusters are drawn by the density."] pub
+        draw : $crate::Draw, #[doc =
+        " How a virtual light emits what its texels reflect diffusely."] pub emitter :
+        $crate::Emitter, #[doc = " How mip levels are filtered."] pub filter :
+        $crate::Filter, #[doc =
+        " How the size and the power of a filtering kernel are found."] pub kernel :
+        $crate::Kernel, #[doc = " The kind of the light."] pub light : $crate::Light,
+        #[doc = " The lobes that a virtual light emits."] pub lobes : $crate::Lobes,
+        #[doc = " The distribution of microfacet normals."] pub ndf : $crate::Ndf, #[doc
+        =
+        " The precision of moments and virtual lights in memory; all arithmetic is in 32 bits."]
+        pub precision : $crate::Precision, #[doc =
+        " How the sharpness of a virtual light's directions follows from their mean."]
+        pub sharpness : $crate::Sharpness, #[doc =
+        " How the equation for the size of a kernel is solved."] pub solver :
+        $crate::Solver, #[doc = " Where clusters are close to what they are made of."]
+        pub space : $crate::Space, #[doc = " Specular reflection at the shading point."]
+        pub specular : $crate::Specular, #[doc =
+        " The power of a virtual light's specular lobe."] pub specular_power :
+        $crate::SpecularPower, #[doc = " The variance of a virtual light's positions."]
+        pub variance : $crate::Variance, #[doc =
+        " What hides a virtual light from a shading point."] pub visibility :
+        $crate::Visibility, #[doc =
+        " Bias of the lights' maps, in units of the least one that keeps a plane from shadowing itself: a number, at least 0, at most 4."]
+        pub bias_scale : f32, #[doc =
+        " Number of the camera's virtual lights, of which the bidirectional density is made: a whole number, at least 1, at most 65536."]
+        pub camera_lights : u32, #[doc =
+        " Sharpness of the lobe that one texel emits with emitter lobe: a number, above 0, at most 1000000."]
+        pub emission_sharpness : f32, #[doc =
+        " How many times holes between points are filled from texels twice as wide, with visibility imperfect: a whole number, at least 0, at most 6."]
+        pub fill_levels : u32, #[doc =
+        " Steps of bisection: a whole number, at least 1, at most 24."] pub iterations :
+        u32, #[doc =
+        " The share of steps of a Markov chain that lead anywhere: a number, at least 0, at most 1."]
+        pub large_steps : f32, #[doc =
+        " Number of virtual lights: a whole number, at least 1, at most 65536."] pub
+        lights : u32, #[doc =
+        " Width and height of the reflective shadow map in texels: a whole number, at least 1, at most 16384."]
+        pub map : u32, #[doc =
+        " Mutations of each Markov chain in a frame: a whole number, at least 1, at most 65536."]
+        pub mutations : u32, #[doc =
+        " What lies within this many standard deviations of a light's positions does not occlude it: a number, at least 0."]
+        pub near_scale : f32, #[doc =
+        " What the random numbers of Markov chains are made of, with the number of the frame: a whole number, at least 0, at most 4294967295."]
+        pub seed : u32, #[doc =
+        " Points of the scene in each virtual light's map with visibility imperfect: a whole number, at least 1, at most 1048576."]
+        pub shadow_points : u32, #[doc =
+        " K, the size of kernels over their share of the density \\[Tokuyoshi 2016, Eq. (3)\\]: a number, above 0."]
+        pub size_factor : f32, #[doc =
+        " Half the side of the square that a small step of a Markov chain leads into; the image's side is 1: a number, at least 0, at most 1."]
+        pub small_step : f32, #[doc =
+        " How many texels a point's disc may reach from the texel of its centre, with visibility imperfect: a whole number, at least 0, at most 8."]
+        pub splat_reach : u32, #[doc =
+        " Width and height of a virtual light's map in texels: a power of two: a whole number, at least 8, at most 256."]
+        pub tile : u32, } impl Default for $name { fn default() -> Self { Self { $($own :
+        $value,)* density : $crate::Density::default(), diffuse :
+        $crate::Diffuse::default(), draw : $crate::Draw::default(), emitter :
+        $crate::Emitter::default(), filter : $crate::Filter::default(), kernel :
+        $crate::Kernel::default(), light : $crate::Light::default(), lobes :
+        $crate::Lobes::default(), ndf : $crate::Ndf::default(), precision :
+        $crate::Precision::default(), sharpness : $crate::Sharpness::default(), solver :
+        $crate::Solver::default(), space : $crate::Space::default(), specular :
+        $crate::Specular::default(), specular_power : $crate::SpecularPower::default(),
+        variance : $crate::Variance::default(), visibility :
+        $crate::Visibility::default(), bias_scale : 1.0, camera_lights : 2048,
+        emission_sharpness : 2.0, fill_levels : 0, iterations : 12, large_steps : 0.02,
+        lights : 1024, map : 256, mutations : 1, near_scale : 1.5, seed : 1,
+        shadow_points : 8192, size_factor : 1.0, small_step : 0.01, splat_reach : 2, tile
+        : 64, } } } impl $name { #[doc = r" The names of the axes."] pub const AXES : &
+        'static [& 'static str] = & ["density", "diffuse", "draw", "emitter", "filter",
+        "kernel", "light", "lobes", "ndf", "precision", "sharpness", "solver", "space",
+        "specular", "specular_power", "variance", "visibility"]; #[doc =
+        r" The names of the parameters."] pub const PARAMETERS : & 'static [& 'static
+        str] = & ["bias_scale", "camera_lights", "emission_sharpness", "fill_levels",
+        "iterations", "large_steps", "lights", "map", "mutations", "near_scale", "seed",
+        "shadow_points", "size_factor", "small_step", "splat_reach", "tile"]; #[doc =
+        r" The name of the value on an axis; nothing if there is no such axis."] pub fn
+        axis(& self, name : & str) -> Option < & 'static str > { Some(match name {
+        "density" => self.density.name(), "diffuse" => self.diffuse.name(), "draw" =>
+        self.draw.name(), "emitter" => self.emitter.name(), "filter" => self.filter
+        .name(), "kernel" => self.kernel.name(), "light" => self.light.name(), "lobes" =>
+        self.lobes.name(), "ndf" => self.ndf.name(), "precision" => self.precision
+        .name(), "sharpness" => self.sharpness.name(), "solver" => self.solver.name(),
+        "space" => self.space.name(), "specular" => self.specular.name(),
+        "specular_power" => self.specular_power.name(), "variance" => self.variance
+        .name(), "visibility" => self.visibility.name(), _ => return None, }) } #[doc =
+        r" Sets an axis by the name of a value; nothing if there is no such axis."] pub
+        fn set_axis(& mut self, name : & str, value : & str,) -> Option < Result < (),
+        $crate::UnknownValue >> { Some(match name { "density" => value.parse().map(|
+        value | self.density = value), "diffuse" => value.parse().map(| value | self
+        .diffuse = value), "draw" => value.parse().map(| value | self.draw = value),
+        "emitter" => value.parse().map(| value | self.emitter = value), "filter" => value
+        .parse().map(| value | self.filter = value), "kernel" => value.parse().map(|
+        value | self.kernel = value), "light" => value.parse().map(| value | self.light =
+        value), "lobes" => value.parse().map(| value | self.lobes = value), "ndf" =>
+        value.parse().map(| value | self.ndf = value), "precision" => value.parse().map(|
+        value | self.precision = value), "sharpness" => value.parse().map(| value | self
+        .sharpness = value), "solver" => value.parse().map(| value | self.solver =
+        value), "space" => value.parse().map(| value | self.space = value), "specular" =>
+        value.parse().map(| value | self.specular = value), "specular_power" => value
+        .parse().map(| value | self.specular_power = value), "variance" => value.parse()
+        .map(| value | self.variance = value), "visibility" => value.parse().map(| value
+        | self.visibility = value), _ => return None, }) } #[doc =
+        r" The value of a parameter; nothing if there is no such parameter."] pub fn
+        number(& self, name : & str) -> Option < $crate::Number > { Some(match name {
+        "bias_scale" => $crate::Number::Real(self.bias_scale), "camera_lights" =>
+        $crate::Number::Whole(self.camera_lights), "emission_sharpness" =>
+        $crate::Number::Real(self.emission_sharpness), "fill_levels" =>
+        $crate::Number::Whole(self.fill_levels), "iterations" =>
+        $crate::Number::Whole(self.iterations), "large_steps" =>
+        $crate::Number::Real(self.large_steps), "lights" => $crate::Number::Whole(self
+        .lights), "map" => $crate::Number::Whole(self.map), "mutations" =>
+        $crate::Number::Whole(self.mutations), "near_scale" => $crate::Number::Real(self
+        .near_scale), "seed" => $crate::Number::Whole(self.seed), "shadow_points" =>
+        $crate::Number::Whole(self.shadow_points), "size_factor" =>
+        $crate::Number::Real(self.size_factor), "small_step" => $crate::Number::Real(self
+        .small_step), "splat_reach" => $crate::Number::Whole(self.splat_reach), "tile" =>
+        $crate::Number::Whole(self.tile), _ => return None, }) } #[doc =
+        r" Sets a parameter by its text; nothing if there is no such parameter, false if the text is no number of its"]
+        #[doc = r" kind. Whether it is in its range is not looked at."] pub fn
+        set_number(& mut self, name : & str, text : & str) -> Option < bool > {
+        Some(match name { "bias_scale" => text.parse().map(| number | self.bias_scale =
+        number).is_ok(), "camera_lights" => text.parse().map(| number | self
+        .camera_lights = number).is_ok(), "emission_sharpness" => text.parse().map(|
+        number | self.emission_sharpness = number).is_ok(), "fill_levels" => text.parse()
+        .map(| number | self.fill_levels = number).is_ok(), "iterations" => text.parse()
+        .map(| number | self.iterations = number).is_ok(), "large_steps" => text.parse()
+        .map(| number | self.large_steps = number).is_ok(), "lights" => text.parse()
+        .map(| number | self.lights = number).is_ok(), "map" => text.parse().map(| number
+        | self.map = number).is_ok(), "mutations" => text.parse().map(| number | self
+        .mutations = number).is_ok(), "near_scale" => text.parse().map(| number | self
+        .near_scale = number).is_ok(), "seed" => text.parse().map(| number | self.seed =
+        number).is_ok(), "shadow_points" => text.parse().map(| number | self
+        .shadow_points = number).is_ok(), "size_factor" => text.parse().map(| number |
+        self.size_factor = number).is_ok(), "small_step" => text.parse().map(| number |
+        self.small_step = number).is_ok(), "splat_reach" => text.parse().map(| number |
+        self.splat_reach = number).is_ok(), "tile" => text.parse().map(| number | self
+        .tile = number).is_ok(), _ => return None, }) } }
+    };
+}
+/// The names of what the frame declares.
+pub mod frame {
+    /// Parts of the frame.
+    pub mod part {
+        /// A part of the frame.
+        pub const LIGHTS: &str = "lights";
+        /// A part of the frame.
+        pub const PICTURE: &str = "picture";
+        /// A part of the frame.
+        pub const SHADING: &str = "shading";
+        /// A part of the frame.
+        pub const SURFACES: &str = "surfaces";
+        /// A part of the frame.
+        pub const VISIBILITY: &str = "visibility";
+    }
+    /// Resources.
+    pub mod resource {
+        /// A resource of the part `lights`.
+        pub const BOXES: &str = "boxes";
+        /// A resource of the part `lights`.
+        pub const CAMERA_DENSITY: &str = "camera_density";
+        /// A resource of the part `lights`.
+        pub const CAMERA_KERNELS: &str = "camera_kernels";
+        /// A resource of the part `lights`.
+        pub const CAMERA_MOMENTS: &str = "camera_moments";
+        /// A resource of the part `lights`.
+        pub const CAMERA_VSGLS: &str = "camera_vsgls";
+        /// A resource of the part `lights`.
+        pub const CENTRES: &str = "centres";
+        /// A resource of the part `lights`.
+        pub const CENTRES_BOX: &str = "centres_box";
+        /// A resource of the part `lights`.
+        pub const CHAINS: &str = "chains";
+        /// A resource of the part `lights`.
+        pub const CHILDREN: &str = "children";
+        /// A resource of the part `lights`.
+        pub const CODES_COUNTS: &str = "codes_counts";
+        /// A resource of the part `lights`.
+        pub const CODES_KEYS: &str = "codes_keys";
+        /// A resource of the part `lights`.
+        pub const CODES_SORTED: &str = "codes_sorted";
+        /// A resource of the part `lights`.
+        pub const CODES_VALUES: &str = "codes_values";
+        /// A resource of the part `lights`.
+        pub const DENSITY: &str = "density";
+        /// A resource of the part `shading`.
+        pub const DIFFUSE: &str = "diffuse";
+        /// A resource of the part `picture`.
+        pub const DIRECT: &str = "direct";
+        /// A resource of the part `picture`.
+        pub const EMISSION: &str = "emission";
+        /// A resource of the part `surfaces`.
+        pub const GBUFFER_BASE_COLOR: &str = "gbuffer_base_color";
+        /// A resource of the part `surfaces`.
+        pub const GBUFFER_DEPTH: &str = "gbuffer_depth";
+        /// A resource of the part `surfaces`.
+        pub const GBUFFER_NORMAL: &str = "gbuffer_normal";
+        /// A resource of the part `surfaces`.
+        pub const GBUFFER_POSITION: &str = "gbuffer_position";
+        /// A resource of the part `lights`.
+        pub const HALF_MOMENTS: &str = "half_moments";
+        /// A resource of the part `lights`.
+        pub const KERNELS: &str = "kernels";
+        /// A resource of the part `lights`.
+        pub const LEAVES: &str = "leaves";
+        /// A resource of the part `visibility`.
+        pub const LIGHT_MAPS: &str = "light_maps";
+        /// A resource of the part `lights`.
+        pub const MOMENTS: &str = "moments";
+        /// A resource of the part `visibility`.
+        pub const OCCLUDER_INDICES: &str = "occluder_indices";
+        /// A resource of the part `visibility`.
+        pub const OCCLUDER_POSITIONS: &str = "occluder_positions";
+        /// A resource of the part `lights`.
+        pub const PARENTS: &str = "parents";
+        /// A resource of the part `visibility`.
+        pub const POINTS: &str = "points";
+        /// A resource of the part `picture`.
+        pub const RADIANCE: &str = "radiance";
+        /// A resource of the part `surfaces`.
+        pub const RSM_BASE_COLOR: &str = "rsm_base_color";
+        /// A resource of the part `surfaces`.
+        pub const RSM_DEPTH: &str = "rsm_depth";
+        /// A resource of the part `surfaces`.
+        pub const RSM_NORMAL: &str = "rsm_normal";
+        /// A resource of the part `surfaces`.
+        pub const RSM_POSITION: &str = "rsm_position";
+        /// A resource of the part `surfaces`.
+        pub const SHADOW_MAP: &str = "shadow_map";
+        /// A resource of the part `shading`.
+        pub const SPECULAR: &str = "specular";
+        /// A resource of the part `visibility`.
+        pub const SPLATS: &str = "splats";
+        /// A resource of the part `lights`.
+        pub const STARTS: &str = "starts";
+        /// A resource of the part `lights`.
+        pub const TEXELS_COUNTS: &str = "texels_counts";
+        /// A resource of the part `lights`.
+        pub const TEXELS_KEYS: &str = "texels_keys";
+        /// A resource of the part `lights`.
+        pub const TEXELS_SORTED: &str = "texels_sorted";
+        /// A resource of the part `lights`.
+        pub const TEXELS_VALUES: &str = "texels_values";
+        /// A resource of the part `lights`.
+        pub const TRILINEAR: &str = "trilinear";
+        /// A resource of the part `lights`.
+        pub const VSGLS: &str = "vsgls";
+    }
+    /// What a host computes.
+    pub mod input {
+        /// How far a receiver is moved along its normal over its distance to the virtual light along |x| + |y| + |z|: bias_scale sqrt(2) h / (1 - sqrt(6) h), h = (1 + 1/16) / tile.
+        pub const BIAS: &str = "bias";
+        /// The camera's view and projection, of positions relative to the camera's: depth 0 at the near plane and 1 at the far one.
+        pub const CAMERA_CLIP_FROM_VIEW: &str = "camera_clip_from_view";
+        /// The camera as a light that sends importance: the position alone counts, everything else is 0.
+        pub const CAMERA_LIGHT: &str = "camera_light";
+        /// The same with w = 1.
+        pub const CAMERA_VIEW_EYE: &str = "camera_view_eye";
+        /// Subtracted from a position's depth before it is compared with the shadow map, in units of depth: 1e-5.
+        pub const DEPTH_BIAS: &str = "depth_bias";
+        /// Length of the mean direction of a texel's diffuse emission: with emitter lobe coth s - 1/s, or with sharpness toksvig s / (s + 1), s the parameter emission_sharpness; else 1.
+        pub const DIFFUSE_MEAN_LENGTH: &str = "diffuse_mean_length";
+        /// The camera's position, in world units.
+        pub const EYE: &str = "eye";
+        /// What lies within this distance of a virtual light does not occlude it: 1e-4 times the scene's radius, in world units.
+        pub const LEAST_NEAR: &str = "least_near";
+        /// The light.
+        pub const LIGHT: &str = "light";
+        /// View and projection of each face of the light's map, of positions relative to light_origin: one, or of a point light six in the order +x, -x, +y, -y, +z, -z.
+        pub const LIGHT_CLIP_FROM_VIEW: &str = "light_clip_from_view";
+        /// The light's position with w = 1, or the direction towards a directional light with w = 0.
+        pub const LIGHT_EYE: &str = "light_eye";
+        /// The light's position, or a position in the image's plane of a directional light, in world units.
+        pub const LIGHT_ORIGIN: &str = "light_origin";
+        /// The smallest positional variance of a virtual light: s^2 / 6, at least 1e-12, for a square as large as a texel of the map at the distance of the scene's radius; s = 2 tan_half_angle radius / map, directional 2 half_extent / map.
+        pub const MINIMUM_VARIANCE: &str = "minimum_variance";
+        /// A position is moved along its normal by this before it is compared with the shadow map, in world units: twice the footprint of a texel, 2 sqrt(6 minimum_variance) map / 2048.
+        pub const NORMAL_OFFSET: &str = "normal_offset";
+        /// What the moments' positions are relative to: the middle of the scene, in world units.
+        pub const ORIGIN: &str = "origin";
+        /// Precision f16: 1 / power_unit.
+        pub const POWER_SCALE: &str = "power_scale";
+        /// Precision f16: the power that a stored one stands for: 2^(ceil(log2 p) - 15), p the power of the brightest photon that the light can give a texel: the largest of its three intensities times A / map^2; spot A = 4 tan_half_angle^2, directional A = 4 half_extent^2, point A = 32; the exponent is -126 to 126, and power_unit is 1 where p is 0 or not finite.
+        pub const POWER_UNIT: &str = "power_unit";
+    }
+    /// Numbers that are set.
+    pub mod parameter {
+        /// Bias of the lights' maps, in units of the least one that keeps a plane from shadowing itself.
+        pub const BIAS_SCALE: &str = "bias_scale";
+        /// Number of the camera's virtual lights, of which the bidirectional density is made.
+        pub const CAMERA_LIGHTS: &str = "camera_lights";
+        /// Sharpness of the lobe that one texel emits with emitter lobe.
+        pub const EMISSION_SHARPNESS: &str = "emission_sharpness";
+        /// How many times holes between points are filled from texels twice as wide, with visibility imperfect.
+        pub const FILL_LEVELS: &str = "fill_levels";
+        /// Height of the picture in pixels.
+        pub const HEIGHT: &str = "height";
+        /// Steps of bisection.
+        pub const ITERATIONS: &str = "iterations";
+        /// The share of steps of a Markov chain that lead anywhere.
+        pub const LARGE_STEPS: &str = "large_steps";
+        /// Number of virtual lights.
+        pub const LIGHTS: &str = "lights";
+        /// Width and height of the reflective shadow map in texels.
+        pub const MAP: &str = "map";
+        /// Mutations of each Markov chain in a frame.
+        pub const MUTATIONS: &str = "mutations";
+        /// What lies within this many standard deviations of a light's positions does not occlude it.
+        pub const NEAR_SCALE: &str = "near_scale";
+        /// Number of their indices, three for each triangle.
+        pub const OCCLUDER_INDEX_COUNT: &str = "occluder_index_count";
+        /// Number of the vertices that are drawn into the virtual lights' maps.
+        pub const OCCLUDER_VERTEX_COUNT: &str = "occluder_vertex_count";
+        /// What the random numbers of Markov chains are made of, with the number of the frame.
+        pub const SEED: &str = "seed";
+        /// Points of the scene in each virtual light's map with visibility imperfect.
+        pub const SHADOW_POINTS: &str = "shadow_points";
+        /// K, the size of kernels over their share of the density \[Tokuyoshi 2016, Eq. (3)\].
+        pub const SIZE_FACTOR: &str = "size_factor";
+        /// Half the side of the square that a small step of a Markov chain leads into; the image's side is 1.
+        pub const SMALL_STEP: &str = "small_step";
+        /// How many texels a point's disc may reach from the texel of its centre, with visibility imperfect.
+        pub const SPLAT_REACH: &str = "splat_reach";
+        /// Width and height of a virtual light's map in texels: a power of two.
+        pub const TILE: &str = "tile";
+        /// Width of the picture in pixels.
+        pub const WIDTH: &str = "width";
+    }
+    /// Lists of draws of a host.
+    pub mod list {
+        /// The surfaces that emit, as the list surfaces has them.
+        pub const EMITTERS: &str = "emitters";
+        /// All surfaces; the host binds each material at group 1 and culls back faces of those that are single-sided.
+        pub const SURFACES: &str = "surfaces";
+    }
+}
 /// The density by which kernels are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Density {

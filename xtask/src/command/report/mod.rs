@@ -12,8 +12,9 @@ use sglow_measure::frontier::promise::{self, Promised};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::{RUNS, scene};
 use sglow_measure::picture_error::{Display, flip_map};
-use sglow_runtime::device::Gpu;
-use sglow_runtime::scene::Scene;
+use sglow_renderer::device::Gpu;
+use sglow_scene::Scene;
+use sglow_shader_gen::library::Library;
 
 use crate::derivation::Derivation;
 use crate::failure::{self, Result};
@@ -21,7 +22,7 @@ use crate::json::{Check, Relation, Report};
 use crate::machine::repository;
 use crate::page::report as page;
 use crate::progress::Bars;
-use crate::selection::{library, library_folder, whole_space};
+use crate::selection::library_folder;
 use crate::shot::{self, Numbers};
 use crate::{measured, picture_error, saving, say, table, write};
 
@@ -69,10 +70,10 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR", default_value = "out/report")]
     out: PathBuf,
     /// Also write the presets fast, balanced and accurate to shaders/presets.toml
-    #[arg(long, conflicts_with = "all")]
+    #[arg(long, conflicts_with_all = ["all", "library"])]
     presets: bool,
     /// Also write the effect of each deviation from the papers into docs/deviations.md
-    #[arg(long, conflicts_with = "all")]
+    #[arg(long, conflicts_with_all = ["all", "library"])]
     write_docs: bool,
     /// Print the JSON schema of report.json, and measure nothing
     #[arg(long)]
@@ -130,6 +131,8 @@ pub(crate) struct Case {
     pub(crate) scene: Scene,
     /// What it needs.
     pub(crate) derivation: Derivation,
+    /// The library that it was derived by.
+    pub(crate) library: Library,
 }
 
 impl Case {
@@ -140,8 +143,9 @@ impl Case {
     /// When the scene cannot be read.
     pub(crate) fn new(name: &str, size: [u32; 2], numbers: &Numbers) -> Result<Self> {
         let scene = shot::load(name, numbers.light)?;
-        let derivation = Derivation::new(&library()?, &scene, &[], &numbers.request(size))?;
-        Ok(Self { scene, derivation })
+        let library = numbers.over.library()?;
+        let derivation = Derivation::new(&library, &scene, &[], &numbers.request(size))?;
+        Ok(Self { scene, derivation, library })
     }
 }
 
@@ -176,7 +180,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         names.iter().map(|name| Case::new(name, arguments.size, &arguments.numbers)).collect();
     let settled = failure::both(only, failure::both(cache, write::probe(&arguments.out)));
     let ((only, (cache, ())), cases) = failure::both(settled, failure::all(cases))?;
-    let package = whole_space()?;
+    let over = &arguments.numbers.over;
+    let package = over.whole_space()?;
     let gpu = shot::gpu(&arguments.numbers)?;
     let mut report = Report::new();
     report.adapter.clone_from(&gpu.adapter.name);
@@ -207,7 +212,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         "{made} results measured, {outdated} of them since something had changed; {kept} as before"
     ));
     let scenes: Vec<SceneReport> = found.iter().map(|one| one.measured.clone()).collect();
-    let deviations = deviations::deviations(&library()?, &scenes)?;
+    let deviations = deviations::deviations(&over.library()?, &scenes)?;
     if arguments.write_docs {
         let path = repository().join("docs/deviations.md");
         let document = std::fs::read_to_string(&path)?;
@@ -282,7 +287,7 @@ fn measure(
     planned: Planned,
     cache: &Cache,
 ) -> Result<Found> {
-    let Case { scene, derivation } = case;
+    let Case { scene, derivation, library } = case;
     let subject = Subject::new(gpu, offer.package, scene, derivation.settings.clone());
     let bars = Bars::default();
     let measured = scene::scene(&subject, &planned.ways, &planned.close(), cache, &bars);
@@ -293,7 +298,7 @@ fn measure(
     if let Some(pruned) = &measured.pruned {
         measured::keep(cache, scene, pruned, &gpu.adapter)?;
     }
-    let (purpose, _) = saving::purpose(&library()?, derivation, &scene.name, &[], rules.as_ref())?;
+    let (purpose, _) = saving::purpose(library, derivation, &scene.name, &[], rules.as_ref())?;
     let map = |picture| flip_map(&pictures.reference, picture, measured.size, Display::Automatic);
     let flip = pictures.ways.iter().map(|(name, picture)| (name.clone(), map(picture))).collect();
     Ok(Found {

@@ -6,7 +6,7 @@ use std::path::Path;
 use sglow_measure::frontier::choose;
 use sglow_measure::frontier::document::{Metric, SceneReport};
 use sglow_measure::frontier::points::{self, Point};
-use sglow_runtime::device::Gpu;
+use sglow_renderer::device::Gpu;
 use sglow_shader_gen::library::{Measurement, Preset, PresetFile, Setting};
 
 use crate::failure::{Failure, Result};

@@ -9,7 +9,7 @@ use sglow_measure::frontier::promise;
 use sglow_measure::frontier::screen::{self, Single};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::way::{self, Allowed};
-use sglow_runtime::device::Gpu;
+use sglow_renderer::device::Gpu;
 use sglow_runtime::settings::Settings;
 
 use super::Case;
@@ -17,7 +17,6 @@ use super::ways::{self, Offer};
 use crate::derivation::{Derivation, Request};
 use crate::failure::{Failure, Result};
 use crate::progress::Bars;
-use crate::selection::library;
 
 /// What is measured of one scene.
 pub(crate) struct Planned {
@@ -119,7 +118,7 @@ fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started> {
 
 /// The configurations that promises are about.
 fn named(case: &Case) -> Result<BTreeMap<String, Settings>> {
-    let Case { scene, derivation } = case;
+    let Case { scene, derivation, library } = case;
     let usual = &derivation.settings;
     let own = promise::configurations(usual).into_iter();
     let mut named: BTreeMap<String, Settings> =
@@ -130,7 +129,7 @@ fn named(case: &Case) -> Result<BTreeMap<String, Settings>> {
         numbers: vec![format!("map={}", usual.rsm_size)],
         preset: Some(preset.clone()),
     };
-    let printed = Derivation::new(&library()?, scene, &[], &request)?.settings;
+    let printed = Derivation::new(library, scene, &[], &request)?.settings;
     named.insert(preset, Settings { assumed: usual.assumed.clone(), ..printed });
     Ok(named)
 }

@@ -1,0 +1,25 @@
+//! A scene's light as passes see it.
+
+use glam::{DVec3, Vec3};
+use sglow_runtime::light::{LightView, Surroundings};
+use sglow_scene::{Bounds, Light, LightKind};
+
+/// The view of a light on a scene with these bounds, for a map of `size` texels squared.
+#[must_use]
+pub fn view(light: &Light, bounds: &Bounds, size: u32) -> LightView {
+    let double = |[x, y, z]: [f32; 3]| DVec3::new(x.into(), y.into(), z.into());
+    let around = Surroundings {
+        origin: DVec3::ZERO,
+        center: double(bounds.center()),
+        radius: bounds.radius(),
+        map: size,
+    };
+    let (position, direction) = (double(light.position), Vec3::from(light.direction));
+    match light.kind {
+        LightKind::Spot { inner, outer } => {
+            LightView::spot(&around, position, direction, [inner, outer], light.intensity)
+        }
+        LightKind::Directional => LightView::directional(&around, direction, light.intensity),
+        LightKind::Point => LightView::point(&around, position, light.intensity),
+    }
+}

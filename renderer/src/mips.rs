@@ -1,0 +1,237 @@
+//! Mip chains on their own: made of any texels, and timed against a copy of the same bytes.
+
+use std::time::{Duration, Instant};
+
+use sglow_shaders::Texel;
+
+use crate::device::{DeviceError, Gpu};
+use sglow_graph::Configuration;
+use sglow_runtime::execute::{Executor, Faults, Inputs, Lists};
+use sglow_runtime::package::Package;
+use thiserror::Error;
+
+/// Why there is no mip chain.
+#[derive(Debug, Error)]
+pub enum MipsError {
+    /// The package describes no mip chains.
+    #[error("{0}; generate the package again: cargo xtask gen-shaders --out DIR")]
+    Description(String),
+    /// The chain cannot be executed.
+    #[error(transparent)]
+    Frame(#[from] Faults),
+    /// The device failed.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// Only squares of a power of two have levels that are exact means.
+    #[error("the size is {0}; it has to be a power of two, at least 2")]
+    Size(u32),
+    /// The texels are not those of the extent.
+    #[error("there are {found} bytes of texels; {wanted} are needed")]
+    Texels {
+        /// What there is.
+        found: usize,
+        /// What there has to be.
+        wanted: usize,
+    },
+}
+
+/// Rounds that are timed; a round times each candidate once.
+const ROUNDS: usize = 15;
+
+/// Median times of one run, each round by the wall's clock around `repetitions`.
+#[derive(Clone, Debug)]
+pub struct MipTimes {
+    /// The whole chain made from level 0.
+    pub mips: Duration,
+    /// The whole chain, all levels and layers, copied to another texture by the queue.
+    pub copy: Duration,
+    /// Level 0 alone, all layers, copied to another texture.
+    pub copy_of_level_0: Duration,
+    /// Median of the rounds' ratios of `mips` over `copy`.
+    pub ratio: f64,
+    /// The bytes of the chain.
+    pub bytes: u64,
+}
+
+fn format(texel: Texel) -> wgpu::TextureFormat {
+    match texel {
+        Texel::Rgba32float => wgpu::TextureFormat::Rgba32Float,
+        Texel::Rgba16float => wgpu::TextureFormat::Rgba16Float,
+        Texel::R32float => wgpu::TextureFormat::R32Float,
+    }
+}
+
+/// A frame of nothing but a mip chain, of which the first `extent` columns and rows hold anything.
+struct Chain {
+    executor: Executor,
+    texture: wgpu::Texture,
+    bytes: u64,
+}
+
+impl Chain {
+    fn new(
+        gpu: &Gpu,
+        package: &Package,
+        texel: Texel,
+        size: u32,
+        layers: u32,
+        [width, height]: [u32; 2],
+    ) -> Result<Self, MipsError> {
+        if size < 2 || !size.is_power_of_two() {
+            return Err(MipsError::Size(size));
+        }
+        let wrong = |error: &dyn std::fmt::Display| MipsError::Description(error.to_string());
+        let of = package.description();
+        let mut description = of.ok_or_else(|| wrong(&"the package describes no frame"))?.clone();
+        let levels = size.ilog2() + 1;
+        let frame = serde_json::json!({
+            "resource": { "chain": {
+                "description": "a texture with its mips", "kept": true,
+                "texture": {
+                    "format": names(texel), "size": [size, size], "layers": layers, "levels": levels,
+                },
+            } },
+            "step": [ {
+                "use": "mips", "label": "mips", "axes": { "texel": texel.name() },
+                "let": { "width": width, "height": height, "layers": layers, "levels": levels },
+                "names": { "pyramid": "chain" },
+            } ],
+        });
+        let frame = serde_json::from_value(frame).map_err(|error| wrong(&error))?;
+        description.template.insert("frame".to_owned(), frame);
+        let frame =
+            description.evaluate(&Configuration::default()).map_err(|error| wrong(&error))?;
+        let (device, queue) = (&gpu.device, &gpu.queue);
+        let executor = Executor::new(device, queue, package, &frame, &Lists::new())?;
+        let texture = executor.texture("chain").cloned();
+        let texture = texture.ok_or_else(|| wrong(&"there is no chain"))?;
+        let bytes = executor.bytes().map(|(_, bytes)| bytes).sum();
+        Ok(Self { executor, texture, bytes })
+    }
+
+    fn encode(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), MipsError> {
+        Ok(self.executor.encode(encoder, &Inputs::new(), None)?)
+    }
+}
+
+/// The format in the words of WebGPU.
+fn names(texel: Texel) -> &'static str {
+    match texel {
+        Texel::Rgba32float => "rgba32float",
+        Texel::Rgba16float => "rgba16float",
+        Texel::R32float => "r32float",
+    }
+}
+
+/// A mip chain of `size` squared texels of which the first `extent` columns and rows hold `texels`, layer by layer and
+/// row by row from the top, in the bytes of their format; the others are zero. Levels are made as far as the extent
+/// reaches.
+///
+/// # Errors
+///
+/// If the size is not a power of two, the texels are not as many as the extent and the layers need, or the device
+/// refuses.
+pub fn build(
+    gpu: &Gpu,
+    package: &Package,
+    texel: Texel,
+    size: u32,
+    layers: u32,
+    extent: [u32; 2],
+    texels: &[u8],
+) -> Result<wgpu::Texture, MipsError> {
+    let mut chain = Chain::new(gpu, package, texel, size, layers, extent)?;
+    let bytes = format(texel).block_copy_size(None).unwrap_or(0);
+    let [width, height] = extent;
+    let wanted = (width * height * layers * bytes) as usize;
+    if texels.len() != wanted {
+        return Err(MipsError::Texels { found: texels.len(), wanted });
+    }
+    gpu.queue.write_texture(
+        chain.texture.as_image_copy(),
+        texels,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(width * bytes),
+            rows_per_image: Some(height),
+        },
+        wgpu::Extent3d { width, height, depth_or_array_layers: layers },
+    );
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    chain.encode(&mut encoder)?;
+    gpu.queue.submit([encoder.finish()]);
+    gpu.finish()?;
+    Ok(chain.texture)
+}
+
+/// Times a mip chain of `size` squared texels and `layers` layers against copies of the same bytes, in turn within one
+/// run.
+///
+/// # Errors
+///
+/// If the size is not a power of two, or the device refuses.
+pub fn measure(
+    gpu: &Gpu,
+    package: &Package,
+    texel: Texel,
+    size: u32,
+    layers: u32,
+) -> Result<MipTimes, MipsError> {
+    let mut source = Chain::new(gpu, package, texel, size, layers, [size; 2])?;
+    let target = Chain::new(gpu, package, texel, size, layers, [size; 2])?.texture;
+    let (texture, bytes) = (source.texture.clone(), source.bytes);
+    let copy = |encoder: &mut wgpu::CommandEncoder, levels: u32| {
+        for mip_level in 0..levels {
+            let place = |texture| wgpu::TexelCopyTextureInfo {
+                texture,
+                mip_level,
+                origin: wgpu::Origin3d::ZERO,
+                aspect: wgpu::TextureAspect::All,
+            };
+            let side = size >> mip_level;
+            encoder.copy_texture_to_texture(
+                place(&texture),
+                place(&target),
+                wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+            );
+        }
+    };
+    // A submission should be small beside its work.
+    let repetitions = (64 * 1024 * 1024 / bytes.max(1)).clamp(2, 64) as u32;
+    let mut time = |candidate: usize| -> Result<Duration, MipsError> {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        for _ in 0..repetitions {
+            match candidate {
+                0 => source.encode(&mut encoder)?,
+                1 => copy(&mut encoder, texture.mip_level_count()),
+                _ => copy(&mut encoder, 1),
+            }
+        }
+        let commands = encoder.finish();
+        let start = Instant::now();
+        gpu.queue.submit([commands]);
+        gpu.finish()?;
+        Ok(start.elapsed() / repetitions)
+    };
+    // The first round compiles and touches all memory.
+    let mut rounds = Vec::new();
+    for _ in 0..=ROUNDS {
+        rounds.push([time(0)?, time(1)?, time(2)?]);
+    }
+    rounds.remove(0);
+    let median = |index: usize| {
+        let mut times: Vec<_> = rounds.iter().map(|round| round[index]).collect();
+        times.sort();
+        times[times.len() / 2]
+    };
+    let mut ratios: Vec<_> =
+        rounds.iter().map(|round| round[0].as_secs_f64() / round[1].as_secs_f64()).collect();
+    ratios.sort_by(f64::total_cmp);
+    Ok(MipTimes {
+        mips: median(0),
+        copy: median(1),
+        copy_of_level_0: median(2),
+        ratio: ratios[ratios.len() / 2],
+        bytes,
+    })
+}

@@ -1,0 +1,358 @@
+//! What a scene needs of a frame's numbers, each with its reason, and what was taken for granted of it.
+//!
+//! What it needs of the axes follows from [`sglow_scene::Facts`] by the rules of the shader library. No device is needed
+//! for either.
+
+use std::fmt;
+
+use sglow_shaders::{Density, Lobes, Precision, SglowShadowPoint, Space, Visibility};
+
+use crate::frame::kind;
+use sglow_runtime::occluders::SUBSETS;
+use sglow_runtime::package::Assumption;
+use sglow_runtime::settings::Settings;
+use sglow_scene::{Facts, LightKind, Scene};
+
+/// What a scene needs and was taken not to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MissingNeed {
+    /// Name of the fact that holds and was taken not to.
+    pub fact: String,
+    /// Name of the rule that left something out because of it.
+    pub rule: String,
+    /// What shows that it holds.
+    pub evidence: String,
+}
+
+impl fmt::Display for MissingNeed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { fact, rule, evidence } = self;
+        write!(f, "{evidence}, while `{fact}` was taken not to hold (rule `{rule}`)")
+    }
+}
+
+/// Everything that a scene needs and that was taken not to hold. A fact that was taken to hold and does not means that
+/// the scene needs less.
+pub fn missing(facts: &Facts, assumed: &[Assumption]) -> Vec<MissingNeed> {
+    let missing = |assumption: &Assumption| {
+        let fact = facts.get(&assumption.fact).filter(|fact| fact.holds && !assumption.holds)?;
+        Some(MissingNeed {
+            fact: assumption.fact.clone(),
+            rule: assumption.rule.clone(),
+            evidence: fact.evidence.clone(),
+        })
+    };
+    assumed.iter().filter_map(missing).collect()
+}
+
+/// A number or a choice that no axis has, with its reason.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Decision {
+    /// What is decided.
+    pub name: &'static str,
+    /// The value.
+    pub value: String,
+    /// Why.
+    pub reason: String,
+    /// Whether it is another value than was wished for.
+    pub changed: bool,
+}
+
+/// What a scene needs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Needs {
+    /// What is true of it.
+    pub facts: Facts,
+    /// Everything that was decided, with its reason.
+    pub decisions: Vec<Decision>,
+    /// The settings that were wished for with what was decided.
+    pub settings: Settings,
+}
+
+impl Needs {
+    fn decide(&mut self, name: &'static str, wished: u32, value: u32, reason: String) -> u32 {
+        let changed = wished != value;
+        self.decisions.push(Decision { name, value: value.to_string(), reason, changed });
+        value
+    }
+
+    fn note(&mut self, name: &'static str, value: impl Into<String>, reason: impl Into<String>) {
+        let (value, reason) = (value.into(), reason.into());
+        self.decisions.push(Decision { name, value, reason, changed: false });
+    }
+}
+
+/// What every WebGPU device grants.
+pub fn least_limits() -> wgpu::Limits {
+    wgpu::Limits::default()
+}
+
+/// What a scene needs, lit by its light number `light` (the first if there is no such light), of the numbers of the
+/// settings that are wished for. What a device with these limits could not do is brought within them.
+pub fn needs(scene: &Scene, light: usize, wished: &Settings, limits: &wgpu::Limits) -> Needs {
+    let mut needs =
+        Needs { facts: scene.facts_lit_by(light), decisions: Vec::new(), settings: wished.clone() };
+    let light = scene.lights.get(light).or(scene.lights.first());
+    if let Some(light) = light {
+        needs.settings.light = kind(light);
+        let (value, reason) = match light.kind {
+            LightKind::Spot { .. } => {
+                ("planar", "a spot light sees its cone in one perspective image")
+            }
+            LightKind::Directional => {
+                ("planar", "a directional light sees the scene in one orthographic image")
+            }
+            LightKind::Point => {
+                ("deep", "a point light sees all around it: six faces in a grid of 4 x 2")
+            }
+        };
+        needs.note("reflective shadow map", value, reason);
+    }
+    let point = light.is_some_and(|light| light.kind == LightKind::Point);
+    size_of_map(&mut needs, point, limits);
+    number_of_lights(&mut needs, point, limits);
+    light_maps(&mut needs, limits);
+    roughness(&mut needs, scene);
+    needs.note(
+        "environment",
+        "none",
+        "no scene has one in this version; what a file has of one is ignored with a note",
+    );
+    needs
+}
+
+fn size_of_map(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
+    let wished = needs.settings.rsm_size;
+    let mut most = 1 << limits.max_texture_dimension_2d.max(1).ilog2();
+    let mut why =
+        format!("this device's textures are at most {} wide", limits.max_texture_dimension_2d);
+    let words = limits.max_storage_buffer_binding_size / 4;
+    if needs.settings.space != Space::None && words < u64::from(most).pow(2) {
+        most = words.isqrt() as u32;
+        why =
+            format!("clusters sort its texels in a buffer of at most {words} words on this device");
+    }
+    let mut size = wished.clamp(1, most.max(1));
+    let mut reason = if size < wished { why } else { "as asked".to_owned() };
+    if point && !size.is_multiple_of(4) {
+        size = (size / 4).max(1) * 4;
+        reason = format!("{reason}; a multiple of 4, for its faces are tiles of it");
+    }
+    needs.settings.rsm_size = needs.decide("size of the map", wished, size, reason);
+}
+
+fn number_of_lights(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
+    let Settings { count: wished, rsm_size, lobes, precision, .. } = needs.settings;
+    // Two of the eight tiles of a point light's map are empty.
+    let texels = u64::from(rsm_size).pow(2);
+    let texels = if point { texels / 8 * 6 } else { texels };
+    let light = vsgl_size(lobes, precision).max(1);
+    let room = limits.max_storage_buffer_binding_size / light;
+    let choices = [
+        (u64::from(wished), "as asked; 1024 are those of [Tokuyoshi 2016]".to_owned()),
+        (
+            texels,
+            format!("the map has no more texels than {texels}, and each makes one light at most"),
+        ),
+        (room, format!("a buffer of this device has room for {room} lights of {light} bytes")),
+        (65536, "no more are told apart".to_owned()),
+    ];
+    // The first of several that are alike.
+    let least = choices.into_iter().min_by_key(|(count, _)| *count);
+    if let Some((count, reason)) = least {
+        let count = count.max(1) as u32;
+        needs.settings.count = needs.decide("number of VSGLs", wished, count, reason);
+    }
+    if needs.settings.density == Density::Bidirectional {
+        let wished = needs.settings.camera_count;
+        let pixels: u64 = needs.settings.size.into_iter().map(u64::from).product();
+        let count = u64::from(wished).min(pixels.max(1)) as u32;
+        let reason = if count < wished { "no more than pixels" } else { "as asked" };
+        needs.settings.camera_count =
+            needs.decide("number of the camera's VSGLs", wished, count, reason.to_owned());
+    }
+}
+
+fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
+    if needs.settings.visibility == Visibility::None {
+        return;
+    }
+    let most = u64::from(limits.max_texture_dimension_2d);
+    let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let imperfect = needs.settings.visibility == Visibility::Imperfect;
+    let fits = |maps: &Maps| {
+        maps.atlas().iter().all(|side| *side <= most)
+            && (!imperfect || maps.splat_bytes() <= binding)
+    };
+    let (tile, count) = (needs.settings.light_tile, needs.settings.count);
+    let mut maps = Maps { tile, count };
+    while !fits(&maps) && maps.tile > LEAST_TILE {
+        maps.tile /= 2;
+    }
+    while !fits(&maps) && maps.count > 1 {
+        maps.count /= 2;
+    }
+    let reason = |changed: bool| {
+        if changed {
+            format!(
+                "so that the atlas of all maps is at most {most} wide and high, and its buffer at most {binding} bytes"
+            )
+        } else {
+            "as asked; the atlas of all maps is within the device's limits".to_owned()
+        }
+    };
+    needs.settings.light_tile =
+        needs.decide("tile of a light's map", tile, maps.tile, reason(tile != maps.tile));
+    if count != maps.count {
+        needs.settings.count =
+            needs.decide("number of VSGLs with maps", count, maps.count, reason(true));
+    }
+    if imperfect {
+        let wished = needs.settings.shadow_points;
+        let one = u64::from(SUBSETS) * size_of::<SglowShadowPoint>() as u64;
+        let points = u64::from(wished).min((binding / one).max(1)) as u32;
+        let reason =
+            if points < wished { "all sets of points are in one buffer" } else { "as asked" };
+        needs.settings.shadow_points =
+            needs.decide("points that a light sees", wished, points, reason.to_owned());
+    }
+}
+
+/// The maps of virtual lights in an atlas.
+struct Maps {
+    tile: u32,
+    count: u32,
+}
+
+impl Maps {
+    /// Width and height of the atlas in texels: as near to a square as powers of two allow.
+    fn atlas(&self) -> [u64; 2] {
+        let bits = self.count.max(1).next_power_of_two().ilog2();
+        [bits.div_ceil(2), bits / 2].map(|bits| u64::from(self.tile) << bits)
+    }
+
+    /// Bytes of the maps that points are drawn into.
+    fn splat_bytes(&self) -> u64 {
+        4 * u64::from(self.count) * u64::from(self.tile) * u64::from(self.tile)
+    }
+}
+
+/// The bytes of a virtual light.
+fn vsgl_size(lobes: Lobes, precision: Precision) -> u64 {
+    let size = match (precision, lobes) {
+        (Precision::F32, Lobes::Both) => size_of::<sglow_shaders::SglowVsglBoth>(),
+        (Precision::F32, Lobes::Diffuse) => size_of::<sglow_shaders::SglowVsglDiffuse>(),
+        (Precision::F16, Lobes::Both) => size_of::<sglow_shaders::SglowPackedVsglBoth>(),
+        (Precision::F16, Lobes::Diffuse) => size_of::<sglow_shaders::SglowPackedVsglDiffuse>(),
+    };
+    size as u64
+}
+
+/// The least tile of a light's map.
+const LEAST_TILE: u32 = 8;
+
+fn roughness(needs: &mut Needs, scene: &Scene) {
+    let traits = scene.traits();
+    let used = scene.meshes.iter().filter_map(|mesh| traits.get(mesh.material));
+    let specular: Vec<_> = used.filter(|traits| traits.specular).collect();
+    if specular.is_empty() {
+        return needs.note("roughness", "of no account", "no surface is specular");
+    }
+    let least = specular.iter().map(|traits| traits.alpha[0]).fold(f32::MAX, f32::min);
+    let most = specular.iter().map(|traits| traits.alpha[1]).fold(0.0, f32::max);
+    needs.note(
+        "roughness",
+        format!("alpha {least:.3} to {most:.3}"),
+        "every form is finite from 0.01, the least that is drawn, to 1 (docs/numerics.md): none is left out as unstable",
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limits() -> wgpu::Limits {
+        wgpu::Limits::default()
+    }
+
+    fn value(needs: &Needs, name: &str) -> (String, bool) {
+        let found = needs.decisions.iter().find(|decision| decision.name == name).unwrap();
+        assert!(!found.reason.is_empty());
+        (found.value.clone(), found.changed)
+    }
+
+    #[test]
+    fn what_fits_stays_as_it_was_asked_for() {
+        let scene = Scene::builtin("cornell").unwrap();
+        let wished = Settings { visibility: Visibility::Imperfect, ..Settings::default() };
+        let needs = needs(&scene, 0, &wished, &limits());
+        assert_eq!(needs.settings, wished);
+        assert!(needs.decisions.iter().all(|decision| !decision.changed), "{:?}", needs.decisions);
+        assert_eq!(value(&needs, "reflective shadow map").0, "planar");
+        assert_eq!(value(&needs, "environment").0, "none");
+    }
+
+    #[test]
+    fn what_is_too_much_is_brought_within_the_limits() {
+        let scene = Scene::builtin("cornell").unwrap();
+        let decided = |wished: Settings| needs(&scene, 0, &wished, &limits());
+        let few = decided(Settings { rsm_size: 8, ..Settings::default() });
+        assert_eq!(
+            (few.settings.count, value(&few, "number of VSGLs")),
+            (64, ("64".to_owned(), true))
+        );
+        let large = decided(Settings { rsm_size: 20000, ..Settings::default() });
+        assert_eq!(large.settings.rsm_size, 8192);
+        // 256 x 256 tiles: of 32 texels they are 8192 wide.
+        let many =
+            Settings { count: 65536, visibility: Visibility::ShadowMap, ..Settings::default() };
+        assert_eq!(decided(many.clone()).settings.light_tile, 32);
+        // 4 * 65536 * 16^2 bytes are 64 MiB.
+        let splats = Settings { visibility: Visibility::Imperfect, ..many.clone() };
+        assert_eq!(decided(splats).settings.light_tile, 16);
+        let small = wgpu::Limits { max_texture_dimension_2d: 1024, ..limits() };
+        let fewer = needs(&scene, 0, &many, &small).settings;
+        assert_eq!((fewer.light_tile, fewer.count), (8, 16384));
+        let space = Space::Image;
+        let small = wgpu::Limits { max_storage_buffer_binding_size: 40_000, ..limits() };
+        let sorted = needs(&scene, 0, &Settings { space, ..Settings::default() }, &small).settings;
+        assert_eq!(sorted.rsm_size, 100);
+        for settings in [many, Settings { count: 0, rsm_size: 0, ..Settings::default() }] {
+            let found = decided(settings).settings;
+            assert!(found.count > 0 && found.rsm_size > 0);
+        }
+    }
+
+    #[test]
+    fn a_point_light_has_a_deep_map_of_tiles() {
+        let mut scene = Scene::builtin("cornell").unwrap();
+        scene.lights[0].kind = LightKind::Point;
+        let wished = Settings { rsm_size: 18, ..Settings::default() };
+        let needs = needs(&scene, 0, &wished, &limits());
+        assert_eq!(needs.settings.light, sglow_shaders::Light::Point);
+        assert_eq!((needs.settings.rsm_size, needs.settings.count), (16, 192));
+        assert_eq!(value(&needs, "reflective shadow map").0, "deep");
+    }
+
+    #[test]
+    fn only_what_was_taken_not_to_hold_and_does_is_missing() {
+        let facts = Scene::builtin("cornell-glossy").unwrap().facts();
+        let assume = |fact: &str, holds| Assumption {
+            rule: format!("rule-of-{fact}"),
+            fact: fact.to_owned(),
+            holds,
+        };
+        let assumed = [
+            assume("specular", false),
+            assume("cutout", false),
+            assume("occluders", true),
+            assume("textured", true),
+        ];
+        let missing = missing(&facts, &assumed);
+        assert_eq!(missing.len(), 1);
+        let text = missing[0].to_string();
+        for part in ["`specular`", "rule-of-specular", "material `"] {
+            assert!(text.contains(part), "{text}");
+        }
+    }
+}

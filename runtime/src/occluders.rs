@@ -1,0 +1,94 @@
+//! The triangles that occlude virtual lights, on a device.
+
+use sglow_shaders::{SglowShadowPoint, Visibility};
+use wgpu::util::DeviceExt as _;
+
+use crate::execute::Inputs;
+use crate::points::{Geometry, GeometryError};
+use crate::settings::Settings;
+
+/// Sets of points; lights that are neighbours see different ones, so that their errors average out.
+pub const SUBSETS: u32 = 16;
+
+/// What the maps of virtual lights are drawn from: triangles, or points on them. All of them count as opaque, those with
+/// alpha test as well, and from both sides.
+#[derive(Clone, Debug, Default)]
+pub struct Occluders {
+    buffers: Vec<(&'static str, wgpu::Buffer)>,
+    counts: [u32; 2],
+}
+
+impl Occluders {
+    /// Uploads what the visibility of the settings needs of the triangles; nothing with visibility `none`.
+    ///
+    /// # Errors
+    ///
+    /// The first index or position at fault.
+    pub fn new(
+        device: &wgpu::Device,
+        settings: &Settings,
+        geometry: Geometry<'_>,
+    ) -> Result<Self, GeometryError> {
+        geometry.check()?;
+        let make = |name: &'static str, contents: &[u8], usage| {
+            let descriptor = wgpu::util::BufferInitDescriptor {
+                label: Some(name),
+                contents,
+                usage: usage | wgpu::BufferUsages::COPY_SRC,
+            };
+            (name, device.create_buffer_init(&descriptor))
+        };
+        let Geometry { positions, indices } = geometry;
+        let mut counts = [positions.len() as u32, indices.len() as u32];
+        // A buffer of no bytes cannot be bound; nothing is drawn of these.
+        let buffers = match settings.visibility {
+            Visibility::None => Vec::new(),
+            Visibility::ShadowMap => {
+                let positions = if positions.is_empty() { &[[0.0; 3]] } else { positions };
+                let indices = if indices.is_empty() { &[0] } else { indices };
+                vec![
+                    make(
+                        "occluder_positions",
+                        bytemuck::cast_slice(positions),
+                        wgpu::BufferUsages::VERTEX,
+                    ),
+                    make(
+                        "occluder_indices",
+                        bytemuck::cast_slice(indices),
+                        wgpu::BufferUsages::INDEX,
+                    ),
+                ]
+            }
+            Visibility::Imperfect => {
+                let mut points = geometry.points(settings.shadow_points, SUBSETS);
+                if points.is_empty() {
+                    counts[1] = 0;
+                    points.resize(
+                        settings.shadow_points as usize * SUBSETS as usize,
+                        SglowShadowPoint::default(),
+                    );
+                }
+                let bytes = bytemuck::cast_slice(&points);
+                vec![make("points", bytes, wgpu::BufferUsages::STORAGE)]
+            }
+        };
+        Ok(Self { buffers, counts })
+    }
+
+    /// Numbers of vertices and of indices.
+    pub fn counts(&self) -> [u32; 2] {
+        self.counts
+    }
+
+    /// The buffers by the names of the frame's resources.
+    pub fn buffers(&self) -> impl Iterator<Item = (&'static str, &wgpu::Buffer)> {
+        self.buffers.iter().map(|(name, buffer)| (*name, buffer))
+    }
+
+    /// Supplies the buffers for a frame.
+    pub fn supply(&self, inputs: &mut Inputs<'_>) {
+        for (name, buffer) in self.buffers() {
+            inputs.buffer(name, buffer);
+        }
+    }
+}

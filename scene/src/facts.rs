@@ -1,0 +1,365 @@
+//! What is true of a scene, and what shows it: what the rules in `library.toml` decide by.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use super::occlusion::occlusion;
+use super::{Image, Light, LightKind, Material, Scene, TextureUse};
+
+/// The least roughness alpha that the rasteriser writes.
+const LEAST_ALPHA: f32 = 0.01;
+
+/// Something that is true or false of a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fact {
+    /// Its name in `library.toml`.
+    pub name: &'static str,
+    /// Whether it is true.
+    pub holds: bool,
+    /// What shows it.
+    pub evidence: String,
+}
+
+/// All facts of a scene, sorted by name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Facts(Vec<Fact>);
+
+impl Facts {
+    /// Whether the fact called `name` holds; none where there is no such fact.
+    pub fn holds(&self, name: &str) -> Option<bool> {
+        self.get(name).map(|fact| fact.holds)
+    }
+
+    /// The fact called `name`.
+    pub fn get(&self, name: &str) -> Option<&Fact> {
+        self.0.iter().find(|fact| fact.name == name)
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &Fact> {
+        self.0.iter()
+    }
+
+    /// Each by its name, as rules take them.
+    pub fn known(&self) -> BTreeMap<String, bool> {
+        self.iter().map(|fact| (fact.name.to_owned(), fact.holds)).collect()
+    }
+}
+
+/// What a material's factors, with the texels that they are multiplied with, ask of the passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Traits {
+    /// Some texture has a say in it.
+    pub textured: bool,
+    /// Some of it is less opaque than its cutoff.
+    pub cutout: bool,
+    /// Some of it emits light.
+    pub emits: bool,
+    /// Some of it reflects specularly.
+    pub specular: bool,
+    /// The least and the greatest roughness alpha.
+    pub alpha: [f32; 2],
+}
+
+/// The least and the greatest value of each channel of images, of those that were asked for.
+pub(crate) struct Texels<'a> {
+    images: &'a [Image],
+    ranges: RefCell<BTreeMap<usize, [[u8; 2]; 4]>>,
+}
+
+impl<'a> Texels<'a> {
+    pub(crate) fn new(images: &'a [Image]) -> Self {
+        Self { images, ranges: RefCell::default() }
+    }
+
+    /// The range of a channel, 0 to 1, in the image's own encoding, which keeps 0 and 1 and the order. What has no
+    /// texture is multiplied with 1. Filters and mip levels give means, which lie within the range.
+    fn range(&self, texture: Option<&TextureUse>, channel: usize) -> [f32; 2] {
+        let found =
+            texture.and_then(|texture| Some((texture.image, self.images.get(texture.image)?)));
+        let Some((index, image)) = found else { return [1.0; 2] };
+        let mut ranges = self.ranges.borrow_mut();
+        let range = ranges.entry(index).or_insert_with(|| {
+            let mut range = [[u8::MAX, 0]; 4];
+            for texel in image.rgba8.as_chunks::<4>().0 {
+                for ([least, most], value) in range.iter_mut().zip(texel) {
+                    (*least, *most) = ((*least).min(*value), (*most).max(*value));
+                }
+            }
+            range
+        });
+        range[channel].map(|value| f32::from(value) / 255.0)
+    }
+
+    /// Whether a colour times a texture is black everywhere.
+    fn black(&self, color: [f32; 3], texture: Option<&TextureUse>) -> bool {
+        color
+            .iter()
+            .enumerate()
+            .all(|(channel, factor)| *factor == 0.0 || self.range(texture, channel)[1] == 0.0)
+    }
+
+    /// The least opacity of a material.
+    fn least_opacity(&self, material: &Material) -> f32 {
+        material.base_color[3] * self.range(material.base_color_texture.as_ref(), 3)[0]
+    }
+
+    /// What a material asks of the passes.
+    pub(crate) fn traits(&self, material: &Material) -> Traits {
+        let Material { metallic, dielectric, base_color: [r, g, b, _], .. } = *material;
+        let (color, surface) =
+            (material.base_color_texture.as_ref(), material.metallic_roughness_texture.as_ref());
+        // A filter's weights may sum to a little less than 1.
+        let cutout = material
+            .alpha_cutoff
+            .is_some_and(|cutoff| self.least_opacity(material) * (255.0 / 256.0) < cutoff);
+        let emits =
+            material.emits() && !self.black(material.emission, material.emission_texture.as_ref());
+        let specular = dielectric > 0.0
+            || (metallic > 0.0 && self.range(surface, 2)[1] > 0.0 && !self.black([r, g, b], color));
+        let read = color.is_some() || surface.is_some();
+        Traits {
+            // The pass that cuts out reads an opacity texture, white where there is none.
+            textured: cutout || read || (emits && material.emission_texture.is_some()),
+            cutout,
+            emits,
+            specular,
+            alpha: self
+                .range(surface, 1)
+                .map(|texel| (material.roughness * texel).powi(2).max(LEAST_ALPHA)),
+        }
+    }
+}
+
+impl Scene {
+    /// What each material asks of the passes, in their order.
+    pub fn traits(&self) -> Vec<Traits> {
+        let texels = Texels::new(&self.images);
+        self.materials.iter().map(|material| texels.traits(material)).collect()
+    }
+
+    /// What the scene holds, for the rules that turn facts into needs, with what shows it: `cutout`,
+    /// `directional_light`, `emissive`, `occluders`, `point_light`, `specular`, `spot_light`, `textured`.
+    ///
+    /// A fact that could be either way holds: what follows is that nothing is left out for it.
+    pub fn facts(&self) -> Facts {
+        self.facts_with(&self.lights)
+    }
+
+    /// The facts of the scene as if its light number `light` were the only one; of all where there is no such light.
+    pub fn facts_lit_by(&self, light: usize) -> Facts {
+        self.facts_with(self.lights.get(light..=light).unwrap_or(&self.lights))
+    }
+
+    fn facts_with(&self, lights: &[Light]) -> Facts {
+        let texels = Texels::new(&self.images);
+        let mut used: Vec<_> = self.meshes.iter().map(|mesh| mesh.material).collect();
+        used.sort_unstable();
+        used.dedup();
+        let used: Vec<_> = used
+            .into_iter()
+            .filter_map(|index| self.materials.get(index))
+            .map(|material| (material, texels.traits(material)))
+            .collect();
+        let material = |name,
+                        test: fn(&Traits) -> bool,
+                        shown: &dyn Fn(&Material) -> String,
+                        none: &str| {
+            let found = used.iter().find(|(_, traits)| test(traits));
+            let evidence = match found {
+                Some((material, _)) => format!("material `{}` {}", material.name, shown(material)),
+                None => format!("none of {} {none}", count(used.len(), "material")),
+            };
+            Fact { name, holds: found.is_some(), evidence }
+        };
+        let light = |name, kind: &str, test: fn(&LightKind) -> bool| {
+            let found = lights.iter().find(|light| test(&light.kind));
+            let evidence = match found {
+                Some(light) => format!("light `{}` is {kind}", light.name),
+                None => format!("none of {} is {kind}", count(lights.len(), "light")),
+            };
+            Fact { name, holds: found.is_some(), evidence }
+        };
+        let occlusion = occlusion(self);
+        Facts(vec![
+            material(
+                "cutout",
+                |traits| traits.cutout,
+                &|material| {
+                    let (least, cutoff) =
+                        (texels.least_opacity(material), material.alpha_cutoff.unwrap_or_default());
+                    format!("has an opacity of {least:.3}, its cutoff is {cutoff}")
+                },
+                "is less opaque than its cutoff anywhere",
+            ),
+            light("directional_light", "directional", |kind| {
+                matches!(kind, LightKind::Directional)
+            }),
+            material(
+                "emissive",
+                |traits| traits.emits,
+                &|material| {
+                    let [r, g, b] = material.emission;
+                    format!("emits ({r}, {g}, {b})")
+                },
+                "emits light",
+            ),
+            Fact { name: "occluders", holds: occlusion.possible, evidence: occlusion.evidence },
+            light("point_light", "a point", |kind| matches!(kind, LightKind::Point)),
+            material(
+                "specular",
+                |traits| traits.specular,
+                &|material| {
+                    if material.dielectric > 0.0 {
+                        format!("has a specular reflectance of {}", material.dielectric)
+                    } else {
+                        format!("is metallic ({})", material.metallic)
+                    }
+                },
+                "has any specular reflectance",
+            ),
+            light("spot_light", "a spot", |kind| matches!(kind, LightKind::Spot { .. })),
+            material(
+                "textured",
+                |traits| traits.textured,
+                &|material| match material.textures().count() {
+                    0 => "is cut out, which a texture does".to_owned(),
+                    textures => format!("has {}", count(textures, "texture")),
+                },
+                "has a texture that changes anything",
+            ),
+        ])
+    }
+}
+
+fn count(number: usize, what: &str) -> String {
+    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Mesh;
+
+    /// One texel in each image: what a texture multiplies with everywhere.
+    fn scene(material: Material, texels: &[[u8; 4]]) -> Scene {
+        let image = |texel: &[u8; 4]| Image {
+            name: "texels".to_owned(),
+            width: 1,
+            height: 2,
+            rgba8: [*texel, *texel].concat(),
+            srgb: false,
+        };
+        let mut scene = Scene::builtin("cornell").unwrap();
+        scene.meshes = vec![quad([[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])];
+        scene.materials = vec![material];
+        scene.images = texels.iter().map(image).collect();
+        scene
+    }
+
+    fn quad(corners: [[f32; 3]; 4]) -> Mesh {
+        Mesh {
+            name: "quad".to_owned(),
+            positions: corners.to_vec(),
+            normals: vec![[0.0, 0.0, 1.0]; 4],
+            uvs: vec![[0.0; 2]; 4],
+            indices: vec![0, 1, 2, 0, 2, 3],
+            material: 0,
+        }
+    }
+
+    fn holds(scene: &Scene, name: &str) -> bool {
+        let facts = scene.facts();
+        let fact = facts.get(name).unwrap();
+        assert!(!fact.evidence.is_empty());
+        fact.holds
+    }
+
+    #[test]
+    fn a_texture_that_takes_everything_away_is_seen() {
+        let texture = |index| Some(TextureUse::repeating(index));
+        let grey = || Material::diffuse("grey", [0.5; 3]);
+        let metal = Material {
+            metallic: 1.0,
+            roughness: 0.4,
+            metallic_roughness_texture: texture(0),
+            ..grey()
+        };
+        let lamp = Material { emission: [2.0, 0.0, 0.0], emission_texture: texture(0), ..grey() };
+        let mask = Material { alpha_cutoff: Some(0.5), base_color_texture: texture(0), ..grey() };
+        let black = Material { base_color: [0.0, 0.0, 0.0, 1.0], ..metal.clone() };
+        for (fact, material, texel, expected) in [
+            ("specular", &metal, [255, 255, 0, 255], false),
+            ("specular", &metal, [255, 255, 1, 255], true),
+            ("specular", &black, [255, 255, 255, 255], false),
+            ("emissive", &lamp, [0, 255, 255, 255], false),
+            ("emissive", &lamp, [1, 0, 0, 255], true),
+            ("textured", &lamp, [0, 255, 255, 255], false),
+            ("textured", &lamp, [255, 255, 255, 255], true),
+            ("textured", &mask, [255, 255, 255, 255], true),
+            ("cutout", &mask, [255, 255, 255, 129], false),
+            ("cutout", &mask, [255, 255, 255, 127], true),
+        ] {
+            let scene = scene(material.clone(), &[texel]);
+            assert_eq!(
+                holds(&scene, fact),
+                expected,
+                "{fact} of {} times {texel:?}",
+                material.name
+            );
+        }
+        // What no mesh is made of does not count.
+        let mut unused = scene(grey(), &[]);
+        unused.materials.push(Material { dielectric: 0.04, ..grey() });
+        assert!(!holds(&unused, "specular"));
+        unused.meshes[0].material = 1;
+        assert!(holds(&unused, "specular"));
+    }
+
+    #[test]
+    fn a_light_that_is_not_used_does_not_count() {
+        let mut scene = scene(Material::diffuse("grey", [0.5; 3]), &[]);
+        scene.lights.push(Light { kind: LightKind::Point, ..scene.lights[0].clone() });
+        let lights = |facts: &Facts| {
+            ["spot_light", "point_light"].map(|fact| facts.holds(fact).unwrap_or_default())
+        };
+        assert_eq!(lights(&scene.facts()), [true, true]);
+        assert_eq!(lights(&scene.facts_lit_by(0)), [true, false]);
+        assert_eq!(lights(&scene.facts_lit_by(1)), [false, true]);
+    }
+
+    #[test]
+    fn what_is_convex_from_within_has_no_occluders() {
+        let matt = Material::diffuse("matt", [0.5; 3]);
+        let floor = [[0.0; 3], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0], [0.0, 4.0, 0.0]];
+        // Faces +y into the room above the floor.
+        let wall = [[4.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 3.0], [4.0, 0.0, 3.0]];
+        let back = [wall[3], wall[2], wall[1], wall[0]];
+        let table = [[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [2.0, 2.0, 1.0], [1.0, 2.0, 1.0]];
+        let sunk = [[0.0, 0.0, -1e-9], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0], [0.0, 4.0, 0.0]];
+        let occluders = |quads: &[[[f32; 3]; 4]], double_sided: bool| {
+            let mut scene = scene(Material { double_sided, ..matt.clone() }, &[]);
+            scene.meshes = quads.iter().map(|corners| quad(*corners)).collect();
+            holds(&scene, "occluders")
+        };
+        assert!(!occluders(&[floor], false) && !occluders(&[floor], true));
+        assert!(!occluders(&[floor, wall], false));
+        assert!(!occluders(&[sunk, wall], false), "rounding is no occluder");
+        assert!(
+            occluders(&[floor, wall], true),
+            "the wall's other side hides it from what is beyond"
+        );
+        assert!(occluders(&[floor, back], false), "the floor lies behind the wall");
+        assert!(occluders(&[floor, wall, table], false));
+    }
+
+    #[test]
+    fn what_would_take_too_long_to_prove_may_hide_something() {
+        let mut scene = scene(Material::diffuse("matt", [0.5; 3]), &[]);
+        let flat = scene.meshes.remove(0);
+        scene.meshes = vec![flat; 1500];
+        let facts = scene.facts();
+        let fact = facts.get("occluders").unwrap();
+        assert!(fact.holds && fact.evidence.contains("too many"), "{}", fact.evidence);
+    }
+}

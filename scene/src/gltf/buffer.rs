@@ -1,0 +1,191 @@
+//! Buffers and buffer views: bytes from the binary chunk, data URIs, files, and compressed views.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use gltf::json;
+use gltf::json::validation::Validate;
+use percent_encoding::percent_decode_str;
+use serde::Deserialize;
+
+use super::meshopt::{self, Filter, Mode};
+use crate::{SceneError, error};
+
+/// The extension of compressed buffer views.
+const COMPRESSION: &str = "EXT_meshopt_compression";
+
+/// The bytes of each buffer view.
+pub(super) struct Views(Vec<Vec<u8>>);
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Compression {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: usize,
+    byte_length: usize,
+    byte_stride: usize,
+    count: usize,
+    mode: Mode,
+    #[serde(default)]
+    filter: Filter,
+}
+
+impl Views {
+    /// The bytes of a view; nothing for an index out of range.
+    pub(super) fn get(&self, index: usize) -> &[u8] {
+        self.0.get(index).map_or(&[], |bytes| bytes)
+    }
+}
+
+/// Reads the buffers and cuts them into views.
+pub(super) fn load(
+    file: &Path,
+    root: &json::Root,
+    binary: Option<&[u8]>,
+) -> Result<Views, SceneError> {
+    let mut buffers = Vec::with_capacity(root.buffers.len());
+    for (index, buffer) in root.buffers.iter().enumerate() {
+        buffers.push(load_buffer(file, index, buffer, binary)?);
+    }
+    let cut = |place: &str, buffer: usize, offset: usize, length: usize| {
+        let invalid = |reason: String| SceneError::Invalid {
+            file: file.into(),
+            place: place.to_owned(),
+            reason,
+        };
+        let bytes =
+            buffers.get(buffer).ok_or_else(|| invalid(format!("there is no buffer {buffer}")))?;
+        let range = offset..offset.saturating_add(length);
+        bytes.get(range).ok_or_else(|| {
+            let end = offset.saturating_add(length);
+            invalid(format!("ends at byte {end} of buffer {buffer}, which has {}", bytes.len()))
+        })
+    };
+    let mut views = Vec::with_capacity(root.buffer_views.len());
+    for (index, view) in root.buffer_views.iter().enumerate() {
+        let place = format!("bufferViews[{index}]");
+        let extension = view.extensions.as_ref().and_then(|e| e.others.get(COMPRESSION));
+        let length = view.byte_length.0 as usize;
+        views.push(match extension {
+            None => {
+                let offset = view.byte_offset.map_or(0, |offset| offset.0 as usize);
+                cut(&place, view.buffer.value(), offset, length)?.to_vec()
+            }
+            Some(extension) => {
+                let place = format!("{place}.extensions.{COMPRESSION}");
+                let invalid = |reason: String| SceneError::Invalid {
+                    file: file.into(),
+                    place: place.clone(),
+                    reason,
+                };
+                let c = Compression::deserialize(extension).map_err(|e| invalid(e.to_string()))?;
+                let data = cut(&place, c.buffer, c.byte_offset, c.byte_length)?;
+                let decoded = meshopt::decode(data, c.mode, c.filter, c.count, c.byte_stride)
+                    .map_err(invalid)?;
+                if decoded.len() != length {
+                    return Err(invalid(format!(
+                        "decodes to {} bytes, the view has {length}",
+                        decoded.len()
+                    )));
+                }
+                decoded
+            }
+        });
+    }
+    Ok(Views(views))
+}
+
+fn load_buffer<'a>(
+    file: &Path,
+    index: usize,
+    buffer: &json::Buffer,
+    binary: Option<&'a [u8]>,
+) -> Result<Cow<'a, [u8]>, SceneError> {
+    let (from, bytes) = match &buffer.uri {
+        Some(uri) => read_uri(file, uri)?,
+        None => match binary {
+            Some(binary) if index == 0 => (file.into(), Cow::Borrowed(binary)),
+            // A placeholder: every view of it is compressed, or will be found out of range.
+            _ => return Ok(Cow::Borrowed(&[])),
+        },
+    };
+    let length = buffer.byte_length.0;
+    if (bytes.len() as u64) < length {
+        return Err(SceneError::Truncated {
+            file: from,
+            what: format!("buffer {index} announces {length} bytes, found {}", bytes.len()),
+        });
+    }
+    Ok(bytes)
+}
+
+/// The bytes behind a URI, and the file they came from.
+pub(super) fn read_uri(
+    file: &Path,
+    uri: &str,
+) -> Result<(PathBuf, Cow<'static, [u8]>), SceneError> {
+    let invalid = |reason: String| SceneError::Invalid {
+        file: file.into(),
+        place: format!("uri `{}`", uri.chars().take(60).collect::<String>()),
+        reason,
+    };
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (_, payload) = data
+            .split_once(";base64,")
+            .ok_or_else(|| invalid("a data URI must be encoded as base64".to_owned()))?;
+        let bytes = STANDARD.decode(payload).map_err(|error| invalid(error.to_string()))?;
+        return Ok((file.into(), Cow::Owned(bytes)));
+    }
+    if uri.contains("://") {
+        return Err(invalid("only data URIs and relative paths are read".to_owned()));
+    }
+    let relative = percent_decode_str(uri).decode_utf8_lossy();
+    let path = file.parent().unwrap_or(Path::new("")).join(&*relative);
+    let bytes = error::read(&path)?;
+    Ok((path, Cow::Owned(bytes)))
+}
+
+/// Checks all indices and required properties, so that nothing later meets a dangling one.
+pub(super) fn validate(file: &Path, root: &json::Root) -> Result<(), SceneError> {
+    let mut faults = Vec::new();
+    let mut fault = |place: String, reason: &str| {
+        faults.push(SceneError::Invalid { file: file.into(), place, reason: reason.to_owned() });
+    };
+    // Validating a primitive looks at its positions before it knows whether they are there.
+    for (m, mesh) in root.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            for accessor in primitive.attributes.values() {
+                if accessor.value() >= root.accessors.len() {
+                    let place = format!("meshes[{m}].primitives[{p}].attributes");
+                    fault(place, &format!("there is no accessor {}", accessor.value()));
+                }
+            }
+        }
+    }
+    if faults.is_empty() {
+        root.validate(root, json::Path::new, &mut |path, error| {
+            let place = path().to_string();
+            use json::validation::Error::{
+                IndexOutOfBounds, Invalid, Missing, Oversize, Unsupported,
+            };
+            let reason = match error {
+                IndexOutOfBounds => "the index is out of range",
+                Invalid => "the value is not valid",
+                Missing if place.ends_with(".min") || place.ends_with(".max") => return,
+                Missing => "is missing",
+                Oversize => "is too large for this machine",
+                // Checked before, with names.
+                Unsupported => return,
+            };
+            faults.push(SceneError::Invalid {
+                file: file.into(),
+                place,
+                reason: reason.to_owned(),
+            });
+        });
+    }
+    if faults.is_empty() { Ok(()) } else { Err(SceneError::of(faults)) }
+}
