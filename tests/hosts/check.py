@@ -52,7 +52,7 @@ CASES = {
         "visibility=imperfect", "lights=64,tile=16,shadow_points=50,fill_levels=2", 1, False,
         ("frame.uniform.light_maps.levels", SHORT)),
     "clusters": (CLUSTERS, "lights=64", 1, True, ("sort.step.0.repeat", SHORT)),
-    "chains": (CHAINS, "lights=64,mutations=4", 3, True, ("chain.uniform.metropolis.frame", 0)),
+    "chains": (CHAINS, "lights=64,mutations=4", 3, True, ("chains.uniform.move.frame", 0)),
     "clusters-of-chains": (f"{CLUSTERS},{CHAINS}", "lights=64", 3, True, ("clusters.uniform.count.count", SHORT)),
 }  # fmt: skip
 
