@@ -17,7 +17,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE / "python"))
-from check import COMMITTED, SHORT, wrong  # noqa: E402
+from check import CASES, COMMITTED, SHORT, wrong  # noqa: E402
 from graph import Frame, Problem, Table, configured  # noqa: E402
 from inputs import INPUTS as python_inputs  # noqa: E402
 
@@ -235,6 +235,8 @@ def main():
                 print(f"  crate {one}\n  host  {other}")
     names = " and ".join(hosts)
     print(f"{names}: {len(cases)} configurations, {errors} refused by all, {steps} steps; {apart} frames apart")
+    for *_, of_frame in CASES.values():
+        wrong(graph, *of_frame)  # names something that the description has
     control = wrong(graph, "mips.step.0.repeat", SHORT)
     seen = sum(of_host(evaluated(control, case)) != of_host(host) for case, host in zip(cases, hosts["python"]))
     print(f"control, mips one round short: {seen} frames apart")
