@@ -19,7 +19,7 @@ use sglow_runtime::package::Package;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-const PARTS: [&str; 4] = ["lights", "visibility", "shading", "indirect"];
+const PARTS: [&str; 3] = ["lights", "visibility", "shading"];
 const OUTPUTS: [&str; 3] = ["diffuse", "specular", "vsgls"];
 
 struct Arguments {

@@ -3,6 +3,7 @@
     python3 agree.py FILE                              {"graph", "cases": [{"configuration", "frame"}]}
     python3 agree.py [--graph FILE] [--number 200]     random configurations, by the crate's example `evaluate`
 
+The second also compares the numbers that hosts compute with the package's inputs.json.
 --graph: the description as JSON, if not that of the committed package.
 """
 
@@ -16,10 +17,16 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE / "python"))
-from check import COMMITTED, SHORT, wrong  # noqa: E402
+from check import CASES, COMMITTED, SHORT, wrong  # noqa: E402
 from graph import Frame, Problem, Table, configured  # noqa: E402
+from inputs import INPUTS as python_inputs  # noqa: E402
 
 PARTS = ["surfaces", "lights", "visibility", "shading", "picture"]
+INPUTS = """
+const { INPUTS } = await import(process.argv[1]);
+const list = JSON.parse((await import('node:fs')).readFileSync(0, 'utf8'));
+console.log(JSON.stringify(list.map(({ name, given }) => INPUTS[name](given))));
+"""
 NODE = """
 const { Frame, Problem, configured, read } = await import(process.argv[1]);
 const [graph, list] = read((await import('node:fs')).readFileSync(0, 'utf8'));
@@ -162,6 +169,33 @@ def evaluated(graph, case):
     return json.loads(json.dumps({"resources": frame.resources, "steps": frame.steps}), object_hook=Table)
 
 
+def node(script, module, data):
+    """What a script in JavaScript says of data, with a module of the host; None without Node."""
+    if not shutil.which("node"):
+        return None
+    command = ["node", "--input-type=module", "-e", script, (HERE / "javascript" / module).as_uri()]
+    text = subprocess.run(command, input=json.dumps(data), stdout=-1, text=True, check=True).stdout
+    return json.loads(text, object_hook=Table)
+
+
+def inputs():
+    """How many numbers that hosts compute are not what the package says."""
+    examples = json.loads((COMMITTED / "inputs.json").read_text())["inputs"]
+    cases = [{"name": name, **one} for name, list in examples.items() for one in list]
+    hosts = {"python": [python_inputs[one["name"]](one["given"]) for one in cases]}
+    if (script := node(INPUTS, "inputs.mjs", cases)) is not None:
+        hosts["javascript"] = script
+    near = lambda one, other: abs(one - other) <= 1e-6 * abs(other)
+    apart = 0
+    for name, results in hosts.items():
+        for one, result in zip(cases, results):
+            if not near(result, one["result"]) or (result and near(1.0001 * result, one["result"])):
+                apart += 1
+                print(f"{name}: {result} for {json.dumps(one)}")
+    print(f"{' and '.join(hosts)}: {len(cases)} numbers that a host computes; {apart} apart")
+    return apart
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", type=Path, nargs="?")
@@ -184,10 +218,8 @@ def main():
     cases = [Table(case, facts=[name for name, holds in case["facts"].items() if holds], parts=case["parts"] or PARTS)
              for case in cases]  # fmt: skip
     hosts = {"python": [evaluated(graph, case) for case in cases]}
-    if shutil.which("node"):
-        node = ["node", "--input-type=module", "-e", NODE, (HERE / "javascript/graph.mjs").as_uri()]
-        script = subprocess.run(node, input=json.dumps([graph, cases]), stdout=-1, text=True, check=True).stdout
-        hosts["javascript"] = json.loads(script, object_hook=Table)
+    if (script := node(NODE, "graph.mjs", [graph, cases])) is not None:
+        hosts["javascript"] = script
     errors = steps = apart = 0
     for case, frame, *of in zip(cases, crate, *hosts.values()):
         expected = of_crate(frame)
@@ -203,9 +235,12 @@ def main():
                 print(f"  crate {one}\n  host  {other}")
     names = " and ".join(hosts)
     print(f"{names}: {len(cases)} configurations, {errors} refused by all, {steps} steps; {apart} frames apart")
+    for *_, of_frame in CASES.values():
+        wrong(graph, *of_frame)  # names something that the description has
     control = wrong(graph, "mips.step.0.repeat", SHORT)
     seen = sum(of_host(evaluated(control, case)) != of_host(host) for case, host in zip(cases, hosts["python"]))
     print(f"control, mips one round short: {seen} frames apart")
+    apart += 0 if given.file else inputs()
     sys.exit(apart > 0 or seen == 0)
 
 

@@ -3,14 +3,14 @@
     python3 check.py [--graph FILE] [--runtime COMMAND] [--xtask COMMAND] [--case NAME] [--work DIR] [--json FILE]
     python3 check.py --install [--work DIR]
 
---graph: the description as JSON, if not that of the committed package. --runtime: tests/examples/host_frame.rs [default:
-by cargo]. --xtask: what generates variants that the package lacks [default: cargo xtask]. --work: for libraries and
-results [default: target/hosts]. --json: receives the differences. --install: fetches the libraries alone, once, at fixed
-versions. All run on the same driver: SwiftShader where a browser brought it, for Dawn takes few others; else the
-system's.
+--graph: the description as JSON, if not that of the committed package. --runtime: tests/examples/host_frame.rs
+[default: by cargo]. --xtask: what generates variants that the package lacks [default: cargo xtask]. --work: for
+libraries and results [default: target/hosts]. --json: receives the differences. --install: fetches the libraries alone,
+once, at fixed versions. All run on the same driver: SwiftShader where a browser brought it, for Dawn takes few others;
+else the system's.
 
-Two controls for each frame have to differ: the Python host with one number of the description wrong, and the runtime with
-the light a thousandth brighter.
+Two controls for each frame have to differ: the Python host with one number of the description wrong, and the runtime
+with the light a thousandth brighter.
 """
 
 import argparse
@@ -52,7 +52,7 @@ CASES = {
         "visibility=imperfect", "lights=64,tile=16,shadow_points=50,fill_levels=2", 1, False,
         ("frame.uniform.light_maps.levels", SHORT)),
     "clusters": (CLUSTERS, "lights=64", 1, True, ("sort.step.0.repeat", SHORT)),
-    "chains": (CHAINS, "lights=64,mutations=4", 3, True, ("chain.uniform.metropolis.frame", 0)),
+    "chains": (CHAINS, "lights=64,mutations=4", 3, True, ("chains.uniform.move.frame", 0)),
     "clusters-of-chains": (f"{CLUSTERS},{CHAINS}", "lights=64", 3, True, ("clusters.uniform.count.count", SHORT)),
 }  # fmt: skip
 
@@ -121,8 +121,8 @@ def layout(package, step, name):
 def difference(one, other, members, stride):
     """The largest difference of two results, relative to the largest component of the vector that a number stands in.
 
-    Vectors below 1e-6 of the largest of their member are compared relative to that. Whole numbers have to be the same, and
-    so has what is not finite.
+    Vectors below 1e-6 of the largest of their member are compared relative to that. Whole numbers have to be the same,
+    and so has what is not finite.
     """
     results = []
     for path in (one, other):

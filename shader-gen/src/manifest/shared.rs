@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::{Binding, Described, EntryPoint, Requires, Struct, Variant};
 
 /// What variants refer to by key. A key is a name; where different things have the same name, those after the first have
-/// `:2`, `:3` and so on behind it.
+/// `:2`, `:3` and so on behind it. Types in WGSL name a struct by its name: the one of that name among the variant's own.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shared {

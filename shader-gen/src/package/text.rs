@@ -9,7 +9,7 @@ pub(super) fn readme(library: &Library, manifest: &Manifest) -> String {
         "# {} {}\n\n{}.\n\n\
          Every file here is generated; `SHA256SUMS` has their hashes. `manifest.json` says of each variant what it binds, \
          needs and promises (its form: `manifest.schema.json`). What several variants have in common stands once, under `shared`; \
-         variants refer to it by key. `omitted.json` says what pruning has left out of each variant: for each the keys of \
+         variants refer to it by key: a name, with `:2` and so on behind it where different things have the same. `omitted.json` says what pruning has left out of each variant: for each the keys of \
          `left_out`, which has the declarations by reason.\n\n\
          A shader in `wgsl/` is whole: hand its text to the device, make the bind groups of `bindings`, and set its \
          `overrides` as constants of the pipeline. Buffers have the layout of `structs`; the units and ranges of all \

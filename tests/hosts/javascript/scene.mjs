@@ -3,12 +3,13 @@
 // Surfaces take + - * / and square roots of 64 bits alone, in this order, so that every language has the same numbers.
 
 import { Problem } from './graph.mjs';
+import { INPUTS } from './inputs.mjs';
 
 // Position; unit axes to the right, up and into the scene; half the image's height at unit distance.
 const LIGHT = [[0.5, 3.5, 1.0], [1.0, 0.0, 0.0], [0.0, 0.6, -0.8], [0.0, -0.8, -0.6], 0.75];
 const CAMERA = [[-0.25, 1.5, 4.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0], 0.625];
-// W/sr; cosines of the cone.
-const [INTENSITY, INNER, OUTER] = [[20.0, 18.0, 15.0], 0.875, 0.6875];
+// W/sr; angles of the cone.
+const [INTENSITY, INNER, OUTER] = [[20.0, 18.0, 15.0], 0.5, 0.8];
 const [LOW, HIGH, CENTRE, BALL] = [[-2.0, 0.0, -2.0], [2.0, 3.0, 2.0], [0.25, 0.625, -0.5], 0.625];
 // Axis of the normal; base colour and metallic; roughness alpha.
 const FLOOR = [1, [0.75, 0.5, 0.25, 0.0], 0.25];
@@ -117,22 +118,16 @@ export function inputs({ parameters, root }) {
   const [position, right, up, forward, tangent] = LIGHT;
   const origin = XYZ.map((i) => (LOW[i] + HIGH[i]) / 2.0);
   const radius = Math.sqrt(XYZ.reduce((sum, i) => sum + (HIGH[i] - LOW[i]) ** 2, 0.0)) / 2.0;
-  const { map, tile, bias_scale: biasScale, emission_sharpness: s } = parameters;
-  const meanLength = root.axis('sharpness') === 'toksvig' ? s / (s + 1.0) : 1.0 / Math.tanh(s) - 1.0 / s;
-  const unit = 2.0 ** (Math.ceil(Math.log2(Math.max(...INTENSITY) * ((2.0 * tangent) / map) ** 2)) - 15);
-  const half = (1.0 + 1.0 / 16.0) / tile;
-  const scale = 1.0 / Math.max(INNER - OUTER, 1e-3);
-  const cone = { cone_scale: scale, cone_offset: -scale * OUTER };
-  const view = { position, right, up, forward, tan_half_angle: tangent, half_extent: 0.0 };
-  const light = { ...view, ...cone, intensity: INTENSITY };
+  const cone = { light: kind, tan_half_angle: tangent, intensity: INTENSITY, inner: INNER, outer: OUTER };
+  const of = { ...cone, radius, emitter: root.axis('emitter'), sharpness: root.axis('sharpness'), ...parameters };
+  const computed = Object.entries(INPUTS).filter(([name]) => name !== 'normal_offset' && !name.includes('.'));
+  const view = { position, right, up, forward, tan_half_angle: tangent, half_extent: 0.0, intensity: INTENSITY };
+  const members = ['cone_scale', 'cone_offset'].map((name) => [name, INPUTS[`light.${name}`](of)]);
+  const light = { ...view, ...Object.fromEntries(members) };
   const zeros = Object.entries(light).map(([name, value]) => [name, Array.isArray(value) ? [0.0, 0.0, 0.0] : 0.0]);
   return {
+    ...Object.fromEntries(computed.map(([name, compute]) => [name, compute(of)])),
     eye: CAMERA[0], light, light_eye: [...position, 1.0], origin,
     camera_light: { ...Object.fromEntries(zeros), position: CAMERA[0] },
-    minimum_variance: Math.max(((2.0 * tangent * radius) / map) ** 2 / 6.0, 1e-12),
-    power_unit: unit, power_scale: 1.0 / unit,
-    diffuse_mean_length: root.axis('emitter') === 'lobe' ? meanLength : 1.0,
-    least_near: 1e-4 * radius,
-    bias: (biasScale * Math.sqrt(2.0) * half) / (1.0 - Math.sqrt(6.0) * half),
   };
 }

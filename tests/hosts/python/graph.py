@@ -39,7 +39,7 @@ def entry(table, kind, name):
 
 
 def configured(graph, facts, preset, own):
-    """Axes and parameters for an input with these facts: the defaults of its class, changed by a preset, then by `own`."""
+    """Axes and parameters for an input with these facts: defaults of its class, changed by a preset, then by `own`."""
     made = {}
     for rule in graph["default"]:
         if all((fact in facts) == holds for fact, holds in rule["when"].items()) and not own.keys() & rule["unless"]:

@@ -3,14 +3,15 @@
 Surfaces take + - * / and square roots of 64 bits alone, in this order, so that every language has the same numbers.
 """
 
-from math import ceil, floor, log2, sqrt, tanh
+from math import floor, sqrt
 
 from graph import Problem
+from inputs import INPUTS
 
 # Position; unit axes to the right, up and into the scene; half the image's height at unit distance.
 LIGHT = ([0.5, 3.5, 1.0], [1.0, 0.0, 0.0], [0.0, 0.6, -0.8], [0.0, -0.8, -0.6], 0.75)
 CAMERA = ([-0.25, 1.5, 4.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0], 0.625)
-INTENSITY, INNER, OUTER = [20.0, 18.0, 15.0], 0.875, 0.6875  # W/sr; cosines of the cone
+INTENSITY, INNER, OUTER = [20.0, 18.0, 15.0], 0.5, 0.8  # W/sr; angles of the cone
 LOW, HIGH, CENTRE, BALL = [-2.0, 0.0, -2.0], [2.0, 3.0, 2.0], [0.25, 0.625, -0.5], 0.625
 # Axis of the normal; base colour and metallic; roughness alpha.
 FLOOR, WALL = (1, [0.75, 0.5, 0.25, 0.0], 0.25), (2, [0.25, 0.625, 0.75, 0.0], 0.5)
@@ -106,20 +107,12 @@ def inputs(frame):
     eye, right, up, forward, tangent = LIGHT
     origin = [(low + high) / 2.0 for low, high in zip(LOW, HIGH)]
     radius = sqrt(sum((high - low) ** 2 for low, high in zip(LOW, HIGH))) / 2.0
-    size, s = numbers["map"], numbers["emission_sharpness"]
-    mean_length = {"toksvig": s / (s + 1.0)}.get(axis("sharpness"), 1.0 / tanh(s) - 1.0 / s)
-    unit = 2.0 ** (ceil(log2(max(INTENSITY) * (2.0 * tangent / size) ** 2)) - 15)
-    half = (1.0 + 1.0 / 16.0) / numbers["tile"]
-    scale = 1.0 / max(INNER - OUTER, 1e-3)
+    of = {"light": "spot", "tan_half_angle": tangent, "intensity": INTENSITY, "inner": INNER, "outer": OUTER}
+    of |= {"radius": radius} | {name: axis(name) for name in ("emitter", "sharpness")} | numbers
+    made = {name: compute(of) for name, compute in INPUTS.items() if name != "normal_offset"}
     light = {"position": eye, "right": right, "up": up, "forward": forward, "tan_half_angle": tangent}
-    light |= {"half_extent": 0.0, "cone_scale": scale, "cone_offset": -scale * OUTER, "intensity": INTENSITY}
+    light |= {"half_extent": 0.0, "intensity": INTENSITY}
+    light |= {name.removeprefix("light."): made.pop(name) for name in ("light.cone_scale", "light.cone_offset")}
     nothing = {name: [0.0] * 3 if isinstance(value, list) else 0.0 for name, value in light.items()}
-    return {
-        "eye": CAMERA[0], "light": light, "light_eye": [*eye, 1.0], "origin": origin,
-        "camera_light": nothing | {"position": CAMERA[0]},
-        "minimum_variance": max((2.0 * tangent * radius / size) ** 2 / 6.0, 1e-12),
-        "power_unit": unit, "power_scale": 1.0 / unit,
-        "diffuse_mean_length": mean_length if axis("emitter") == "lobe" else 1.0,
-        "least_near": 1e-4 * radius,
-        "bias": numbers["bias_scale"] * sqrt(2.0) * half / (1.0 - sqrt(6.0) * half),
-    }  # fmt: skip
+    made |= {"eye": CAMERA[0], "light": light, "light_eye": [*eye, 1.0], "origin": origin}
+    return made | {"camera_light": nothing | {"position": CAMERA[0]}}

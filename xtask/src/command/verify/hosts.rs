@@ -54,7 +54,7 @@ impl Hosts {
                 .help(format!("type: {}", apt::line(&SWIFTSHADER_PACKAGES))));
         }
         let found = Self { work: target_folder().join("verify/hosts") };
-        let spinner = progress::spinner("looking at the libraries of hosts");
+        let spinner = progress::spinner("fetching the libraries of hosts");
         let installed = succeed(found.script().arg("--install"));
         spinner.finish_and_clear();
         installed.map(|()| found)
