@@ -189,7 +189,9 @@ impl<'a, 'd> Env<'a, 'd> {
             let fact = description.facts.contains(name);
             return Ok(fact.then(|| Number::Whole(u64::from(holds))));
         };
-        let value = *configuration.parameters.get(name).unwrap_or(&parameter.default);
+        // What is out of its range is an error already: the others are found with its default.
+        let given = configuration.parameters.get(name).filter(|given| parameter.allows(**given));
+        let value = *given.unwrap_or(&parameter.default);
         let real = parameter.kind == ParameterType::Real;
         Ok(Some(if real { Number::Real(value.real()) } else { value }))
     }

@@ -212,7 +212,7 @@ mod tests {
         let all = every(&base);
         let names: BTreeSet<String> = all.iter().map(|way| name(way, &base)).collect();
         assert_eq!(names.len(), all.len());
-        assert!(names.contains("default") && names.contains("kernel=previous,diffuse=constant"));
+        assert!(names.contains("default") && names.contains("diffuse=constant,kernel=previous"));
         for way in &all {
             assert!(way.shade().excluded().is_none() && way.sample().excluded().is_none());
         }

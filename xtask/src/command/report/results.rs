@@ -138,7 +138,7 @@ mod tests {
         let (name, ways) = (scene.scene.clone(), scene.ways.len());
         let checks = [
             Check::new("flicker", 1.5, "times", Relation::AtMost, 1.0),
-            Check::new("bias", 0.5, "", Relation::AtMost, 1.0),
+            Check::new("time", 0.5, "", Relation::AtMost, 1.0),
         ];
         let document = "# T\n<!-- frontier: begin -->\nold\n<!-- frontier: end -->\nprose\n";
         let text =
@@ -147,10 +147,10 @@ mod tests {
         assert!(
             text.contains("1 of 2 checks fail") && text.contains("| flicker | 1.5000 times | 1 |")
         );
-        assert!(!text.contains("| bias |") && !text.contains("\nold\n"));
+        assert!(!text.contains("| time |") && !text.contains("\nold\n"));
         let rows = text.lines().filter(|line| line.starts_with("| `")).count();
         assert!((2..=ways).contains(&rows), "{rows} of {ways}");
-        assert!(text.contains("`default`"));
+        assert!(text.contains(&format!("`{}`", scene.ways[default].name)));
         // The default without visibility by the number of lights; what was not measured is a dash.
         scene.ways[default].unshadowed = Some(scene.ways[default].picture);
         let own = [(named::BARE.to_owned(), scene.ways[default].name.clone())].into();

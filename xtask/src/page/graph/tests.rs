@@ -90,7 +90,8 @@ fn nothing_is_on_top_of_something_else() {
 
 #[test]
 fn what_is_on_top_or_outside_is_noticed() {
-    let changes: [(&str, fn(&mut Layout)); 6] = [
+    type Change = fn(&mut Layout);
+    let changes: [(&str, Change); 6] = [
         ("on top of `", |drawing| drawing.texts[1].y = drawing.texts[0].y),
         ("leaves the drawing", |drawing| drawing.width /= 2.0),
         ("leaves the drawing", |drawing| drawing.height -= 60.0),
