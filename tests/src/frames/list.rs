@@ -342,13 +342,13 @@ fn darkness(list: &mut List) {
 /// up to 9, which is more than a workgroup makes of the third level of a chain.
 fn sizes(list: &mut List) {
     for map in [1, 2, 4, 16, 32, 48, 63, 71] {
-        list.one(format!("map={map}"), Settings { map: map, ..base() });
+        list.one(format!("map={map}"), Settings { map, ..base() });
         let precision = Precision::F16;
-        list.one(format!("map={map} precision=f16"), Settings { map: map, precision, ..base() });
+        list.one(format!("map={map} precision=f16"), Settings { map, precision, ..base() });
     }
     for map in [1, 48, 63, 71] {
         let space = Space::World;
-        list.three(format!("map={map} space=world"), Settings { map: map, space, ..base() });
+        list.three(format!("map={map} space=world"), Settings { map, space, ..base() });
     }
     let lights = Settings { map: 63, draw: Draw::Metropolis, ..base() };
     list.three("map=63 draw=metropolis", lights);
