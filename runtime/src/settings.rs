@@ -48,7 +48,8 @@ sglow_shaders::settings! {
         /// What was taken to be so of the scene when these were derived from it. A scene of which something else is so by
         /// now, and that needs more, is refused. Nothing where a person chose.
         pub assumed: Vec<Assumption> = Vec::new(),
-        /// Axes and parameters of a library that was laid over this one, by name.
+        /// Axes and parameters of a library that was laid over this one, by name. An axis that has a field, and values that
+        /// the field cannot hold, is there as well: empty while the field has its value.
         pub others: BTreeMap<String, String> = BTreeMap::new(),
     }
 }
@@ -61,7 +62,16 @@ impl Settings {
     /// An unknown name or value, with those that are known; a number that is none.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), SettingsError> {
         if let Some(set) = self.set_axis(name, value) {
-            return set.map_err(|error| SettingsError::UnknownValue(error.to_string()));
+            let Some(other) = self.others.get_mut(name) else {
+                return set.map_err(|error| SettingsError::UnknownValue(error.to_string()));
+            };
+            // Whether there is such a value, the description of the frame says.
+            if set.is_ok() {
+                other.clear()
+            } else {
+                value.clone_into(other)
+            }
+            return Ok(());
         }
         let known = Self::PARAMETERS.iter().find(|known| **known == name);
         let set = self.set_number(name, value);
@@ -87,9 +97,10 @@ impl Settings {
 
     /// The value of an axis or a parameter, as [`Self::set`] takes it; nothing if there is none of this name.
     pub fn get(&self, name: &str) -> Option<String> {
-        let own = self.axis(name).map(str::to_owned);
-        own.or_else(|| self.number(name).map(|number| number.to_string()))
-            .or_else(|| self.others.get(name).cloned())
+        let other = self.others.get(name).filter(|other| !other.is_empty()).cloned();
+        other
+            .or_else(|| self.axis(name).map(str::to_owned))
+            .or_else(|| self.number(name).map(|number| number.to_string()))
     }
 
     /// The settings in the words of a frame's description. What others are numbers are parameters.
@@ -111,7 +122,7 @@ impl Settings {
             let side = description::Number::Whole(side.into());
             configuration.parameters.insert(name.to_owned(), side);
         }
-        for (name, value) in &self.others {
+        for (name, value) in self.others.iter().filter(|(_, value)| !value.is_empty()) {
             let whole = value.parse().map(description::Number::Whole).ok();
             let number = whole.or_else(|| value.parse().map(description::Number::Real).ok());
             match number {

@@ -61,7 +61,7 @@ fn ways() -> Vec<Settings> {
         "diffuse=fitted",
         "emitter=lobe",
     ];
-    let only: Allowed = allowed(&only.map(str::to_owned)).unwrap();
+    let only: Allowed = allowed(&only.map(str::to_owned), &base()).unwrap();
     every(&base()).into_iter().filter(|way| fits(way, &only)).collect()
 }
 

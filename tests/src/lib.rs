@@ -48,6 +48,8 @@ mod mip;
 #[cfg(test)]
 mod moments;
 #[cfg(test)]
+mod overlay;
+#[cfg(test)]
 mod package;
 #[cfg(test)]
 mod part;

@@ -8,7 +8,7 @@ use sglow_renderer::plan::{Plan, Surfaces};
 use sglow_runtime::package::Assumption;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
-use sglow_shader_gen::library::{Library, Setting};
+use sglow_shader_gen::library::{AxisValue, Library, Setting};
 use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
 use sglow_shaders::{Ndf, Specular};
 
@@ -107,22 +107,35 @@ impl Derivation {
         }
         let needs = needs(scene, 0, &settings, &least_limits());
         let mut settings = needs.settings.clone();
-        settings.assumed = assumptions(library, &allowed, Settings::AXES, set);
+        settings.assumed = assumptions(library, &allowed, &axes(&requested), set);
         let surfaces = Surfaces::of(scene, settings.complete);
         let plan = plan(library, &settings, &surfaces)?;
         Ok(Self { request: request.clone(), needs, allowed, settings, surfaces, plan })
     }
 }
 
-/// The defaults of what a library that is laid over this one adds: axes and parameters.
-fn others(library: &Library) -> BTreeMap<String, String> {
+/// The defaults of what a library that is laid over this one adds: axes and parameters, and nothing yet for axes of which it
+/// has more values.
+pub(crate) fn others(library: &Library) -> BTreeMap<String, String> {
     let own = Settings::default();
-    let axes = library.axis.iter().filter(|(_, axis)| axis.setting);
-    let axes = axes.map(|(name, axis)| (name.clone(), axis.default.clone()));
+    let settings = || library.axis.iter().filter(|(_, axis)| axis.setting);
+    let more = settings().filter(|(name, axis)| {
+        let unknown = |value: &AxisValue| own.clone().set(name, &value.name).is_err();
+        own.get(name).is_some() && axis.value.iter().any(unknown)
+    });
+    let more: Vec<_> = more.map(|(name, _)| (name.clone(), String::new())).collect();
+    let axes = settings().map(|(name, axis)| (name.clone(), axis.default.clone()));
     let parameters = library.parameters().filter(|(_, parameter)| !parameter.host);
     let parameters =
         parameters.map(|(name, parameter)| (name.clone(), parameter.default.real().to_string()));
-    axes.chain(parameters).filter(|(name, _)| own.get(name).is_none()).collect()
+    axes.chain(parameters).filter(|(name, _)| own.get(name).is_none()).chain(more).collect()
+}
+
+/// The axes that settings have values on; among the others are parameters, which nothing narrows.
+pub(crate) fn axes(settings: &Settings) -> Vec<&str> {
+    let others = settings.others.keys().map(String::as_str);
+    let others = others.filter(|axis| !Settings::AXES.contains(axis));
+    Settings::AXES.iter().copied().chain(others).collect()
 }
 
 /// What a frame takes, at any size.
@@ -181,7 +194,7 @@ pub(crate) fn settle(
     requested: &Settings,
 ) -> Result<Settings> {
     let mut settings = requested.clone();
-    for axis in Settings::AXES.iter().copied() {
+    for axis in axes(requested) {
         let (Some(allowed), Some(value)) = (allowed.get(axis), settings.get(axis)) else {
             continue;
         };

@@ -74,9 +74,10 @@ pub(crate) fn purpose(
         made_for: MadeFor {
             input: name.to_owned(),
             assumed: assumed(library, derivation, set),
-            chosen: Settings::AXES
-                .iter()
-                .filter_map(|axis| Some(((*axis).to_owned(), derivation.settings.get(axis)?)))
+            chosen: derivation::axes(&derivation.settings)
+                .into_iter()
+                .filter(|axis| library.axis.contains_key(*axis))
+                .filter_map(|axis| Some((axis.to_owned(), derivation.settings.get(axis)?)))
                 .collect(),
             saved: weight(&everything, &weights) - own,
         },

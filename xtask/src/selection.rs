@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use clap::Args;
 use sglow_renderer::plan::Plan;
 use sglow_runtime::package::Package;
-use sglow_runtime::settings::Settings;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::{Library, Parameter, Pass, Setting};
 use sglow_shader_gen::matrix::{Absent, AllowedValues, Because, Facts, Variant};
@@ -182,7 +181,8 @@ impl Choice {
         // Axes that no renderer has are for `all` alone.
         let parameter = |name: &String| library.parameter(name).is_some();
         let of_renderer = |(axis, _): &(&String, &Vec<String>)| {
-            !self.all || Settings::AXES.contains(&axis.as_str()) || parameter(axis)
+            let setting = library.axis.get(*axis).is_some_and(|axis| axis.setting);
+            !self.all || setting || parameter(axis)
         };
         let mut combinations = vec![Vec::new()];
         for (axis, values) in set.iter().filter(of_renderer) {

@@ -389,12 +389,13 @@ pub(super) fn no_density() -> FrontierError {
     IndirectError::Description("the frame has no density".to_owned()).into()
 }
 
-/// Whether two ways' lights are held alike, so that what reflects the ones reflects the others.
+/// Whether two ways' lights are held alike, so that what reflects the ones reflects the others. What a library that was laid
+/// over this one makes of them is not known.
 pub(super) fn held_alike(one: &Settings, other: &Settings) -> bool {
     let held = |settings: &Settings| {
         (settings.lobes, settings.precision == Precision::F16, settings.lights)
     };
-    held(one) == held(other)
+    held(one) == held(other) && one.others == other.others
 }
 
 #[cfg(test)]

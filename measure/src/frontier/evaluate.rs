@@ -1,6 +1,8 @@
 //! How far one picture is off: against its reference, against the oracle with the same lights, and that oracle against the
 //! sum over all points.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sglow_oracle::Vector3;
@@ -44,6 +46,7 @@ pub struct Evaluator<'a> {
     eye: Vector3,
     sample: Vec<SurfaceTexel>,
     size: [u32; 2],
+    others: BTreeMap<String, String>,
     exposure: Exposure,
     /// The whole pictures of the reference's halves.
     whole_halves: [Radiance; 2],
@@ -76,6 +79,7 @@ impl<'a> Evaluator<'a> {
             surfaces: &frame.gbuffer,
             eye: reference::vector(eye),
             size: subject.base.size,
+            others: subject.base.others.clone(),
             whole_halves: truth.halves.each_ref().map(|half| whole(&fixed, half)),
             unshadowed: [unshadowed.clone(), whole(&fixed, &unshadowed)],
             exposure,
@@ -116,7 +120,8 @@ impl<'a> Evaluator<'a> {
             model_rms_over_mean: None,
             not_finite,
         };
-        if settings.visibility != Visibility::None {
+        // The oracle knows nothing of what is laid over the library.
+        if settings.visibility != Visibility::None || settings.others != self.others {
             return seen;
         }
         let oracle = self.by_oracle(settings, lights);

@@ -139,9 +139,16 @@ impl<'a> Lights<'a> {
 
 /// What tells maps that hide lights from others, whatever the lights.
 fn hiding_id(settings: &Settings) -> String {
-    let Settings { visibility, shadow_points, tile: light_tile, near_scale, bias_scale, .. } =
-        settings;
-    format!("{visibility} {shadow_points} {light_tile} {near_scale} {bias_scale}")
+    let Settings {
+        visibility,
+        shadow_points,
+        tile: light_tile,
+        near_scale,
+        bias_scale,
+        others,
+        ..
+    } = settings;
+    format!("{visibility} {shadow_points} {light_tile} {near_scale} {bias_scale} {others:?}")
 }
 
 fn key(subject: &Subject<'_>, what: &str, settings: &Settings) -> Result<Key, FrontierError> {

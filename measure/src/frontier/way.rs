@@ -29,26 +29,28 @@ pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
 /// The value of each parameter, and of what a library that was laid over this one adds.
 pub fn parameters(settings: &Settings) -> impl Iterator<Item = (&str, String)> {
     let own = Settings::PARAMETERS.iter().copied();
-    own.chain(settings.others.keys().map(String::as_str))
+    let others = settings.others.iter().filter(|(_, value)| !value.is_empty());
+    own.chain(others.map(|(name, _)| name.as_str()))
         .map(|name| (name, settings.get(name).unwrap_or_default()))
 }
 
 /// The value on an axis, or of a parameter; nothing if there is neither.
 #[must_use]
 pub fn value(settings: &Settings, axis: &str) -> Option<String> {
-    let of_axis = axes(settings).get(axis).map(|value| (*value).to_owned());
+    let other = settings.others.get(axis).is_some_and(|other| !other.is_empty());
+    let of_axis = axes(settings).get(axis).filter(|_| !other).map(|value| (*value).to_owned());
     of_axis.or_else(|| settings.get(axis))
 }
 
 /// Values that one axis or parameter each may have; one that is not named may have any.
 pub type Allowed = BTreeMap<String, BTreeSet<String>>;
 
-/// Reads `axis=value`; an axis may be given more than once.
+/// Reads `axis=value`; an axis may be given more than once. `base` knows what a library that was laid over this one adds.
 ///
 /// # Errors
 ///
 /// All that is wrong: an axis or a value that there is not, with those that there are.
-pub fn allowed(only: &[String]) -> Result<Allowed, Vec<String>> {
+pub fn allowed(only: &[String], base: &Settings) -> Result<Allowed, Vec<String>> {
     let mut allowed = Allowed::new();
     let mut wrong = Vec::new();
     for one in only {
@@ -57,10 +59,10 @@ pub fn allowed(only: &[String]) -> Result<Allowed, Vec<String>> {
             continue;
         };
         let known = compared().chain(Settings::PARAMETERS.iter().copied()).map(str::to_owned);
-        let known: Vec<String> = known.collect();
+        let known: Vec<String> = known.chain(base.others.keys().cloned()).collect();
         if !known.iter().any(|known| known == axis) {
             wrong.push(SettingsError::UnknownAxis { axis: axis.to_owned(), known }.to_string());
-        } else if let Err(error) = Settings::default().set(axis, value) {
+        } else if let Err(error) = base.clone().set(axis, value) {
             wrong.push(format!("axis {axis}: {error}"));
         } else {
             allowed.entry(axis.to_owned()).or_default().insert(value.to_owned());
@@ -89,12 +91,14 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
     };
     let value = |axis| Some(format!("{axis}={}", ours.get(axis)?));
     let mut told: Vec<String> = compared().filter(differs).filter_map(value).collect();
-    let numbers = parameters(settings).zip(parameters(base));
-    told.extend(
-        numbers
-            .filter(|(ours, theirs)| ours != theirs)
-            .map(|((name, ours), _)| format!("{name}={ours}")),
-    );
+    let numbers = Settings::PARAMETERS.iter().copied();
+    let others = settings.others.keys().map(String::as_str);
+    for name in numbers.chain(others) {
+        let [ours, theirs] = [settings, base].map(|one| self::value(one, name));
+        let text = ours.iter().filter(|_| ours != theirs).map(|ours| format!("{name}={ours}"));
+        // An axis that has a field is there already if that has changed.
+        told.extend(text.filter(|text| !told.contains(text)).collect::<Vec<_>>());
+    }
     if told.is_empty() { "default".to_owned() } else { told.join(",") }
 }
 
@@ -234,22 +238,23 @@ mod tests {
         }
         let few = Settings { lights: 64, size_factor: 0.25, ..base.clone() };
         assert_eq!(name(&few, &base), "lights=64,size_factor=0.25");
-        assert!(fits(&few, &allowed(&["lights=64".to_owned()]).unwrap()));
-        assert!(!fits(&base, &allowed(&["lights=64".to_owned()]).unwrap()));
+        assert!(fits(&few, &allowed(&["lights=64".to_owned()], &base).unwrap()));
+        assert!(!fits(&base, &allowed(&["lights=64".to_owned()], &base).unwrap()));
     }
 
     #[test]
     fn what_is_not_an_axis_or_a_value_is_told_with_what_is() {
         let wrong = ["colour=red", "kernel=cubic", "kernel", "light=spot"].map(str::to_owned);
-        let text = allowed(&wrong).unwrap_err().join("\n");
+        let text = allowed(&wrong, &Settings::default()).unwrap_err().join("\n");
         for part in ["no axis 'colour'", "previous, modified", "not AXIS=VALUE", "no axis 'light'"]
         {
             assert!(text.contains(part), "{text}");
         }
         let two = ["kernel=previous", "kernel=modified"].map(str::to_owned);
-        let allowed = allowed(&two).unwrap();
-        assert!(fits(&Settings::default(), &allowed));
-        let one = super::allowed(&two[..1]).unwrap();
-        assert!(!fits(&Settings::default(), &one));
+        let base = Settings::default();
+        let allowed = allowed(&two, &base).unwrap();
+        assert!(fits(&base, &allowed));
+        let one = super::allowed(&two[..1], &base).unwrap();
+        assert!(!fits(&base, &one));
     }
 }

@@ -98,7 +98,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         (None, None) => return Err(Failure::new("give --max-error or --max-ms")),
     };
     let metric = arguments.metric;
-    let (only, cache) = (ways::only(&arguments.choice.only), arguments.choice.cache());
+    let library = arguments.numbers.over.library()?;
+    let only = ways::only(&arguments.choice.only, &library);
+    let cache = arguments.choice.cache();
     let case = Case::new(&arguments.scene, arguments.size, &arguments.numbers);
     let places = failure::both(cache, gen_shaders::writable(&arguments.out));
     let ((only, (cache, ())), case) = failure::both(failure::both(only, places), case)?;

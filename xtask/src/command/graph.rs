@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sglow_graph::description::Number;
+use sglow_graph::description::{Number, Parameter};
 use sglow_graph::frame::Frame;
 use sglow_graph::{Configuration, Description};
 use sglow_runtime::interface;
@@ -190,12 +190,14 @@ fn changed(description: &Description, configuration: &Configuration) -> Vec<Stri
     let axes = axes.map(|(name, value)| format!("{name}={value}"));
     let numbers = configuration.parameters.iter().filter(|(name, number)| {
         let known = description.parameter.get(*name);
-        known.is_some_and(|known| known.default.real() != number.real())
+        // Settings hold real numbers in 32 bits.
+        let same = |known: &Parameter| known.default.real() as f32 == number.real() as f32;
+        known.is_some_and(|known| !same(known))
             // The title says these, and the scene.
             && !["width", "height"].contains(&name.as_str())
             && !name.starts_with("occluder_")
     });
-    let numbers = numbers.map(|(name, number)| format!("{name}={}", number.real()));
+    let numbers = numbers.map(|(name, number)| format!("{name}={}", number.real() as f32));
     axes.chain(numbers).collect()
 }
 

@@ -57,7 +57,10 @@ fn resources(content: &Content) -> String {
     }
     let largest = content.resources.iter().map(|resource| resource.bytes).max().unwrap_or(0).max(1);
     for part in content.parts.iter().filter(|part| part.resources > 0) {
-        let count = format!("{} resources", part.resources);
+        let count = match part.resources {
+            1 => "1 resource".to_owned(),
+            count => format!("{count} resources"),
+        };
         table.add_row([part.name.to_uppercase(), count, bytes(part.bytes), String::new()]);
         for resource in content.resources.iter().filter(|resource| resource.part == part.name) {
             let mark = match (resource.external, resource.kept) {

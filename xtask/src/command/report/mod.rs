@@ -176,12 +176,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     } else {
         arguments.scene.clone()
     };
-    let (only, cache) = (ways::only(&arguments.choice.only), arguments.choice.cache());
+    let over = &arguments.numbers.over;
+    let library = over.library()?;
+    let only = ways::only(&arguments.choice.only, &library);
+    let cache = arguments.choice.cache();
     let cases: Vec<Result<Case>> =
         names.iter().map(|name| Case::new(name, arguments.size, &arguments.numbers)).collect();
     let settled = failure::both(only, failure::both(cache, write::probe(&arguments.out)));
     let ((only, (cache, ())), cases) = failure::both(settled, failure::all(cases))?;
-    let over = &arguments.numbers.over;
     let package = over.whole_space()?;
     let gpu = shot::gpu(&arguments.numbers)?;
     let mut report = Report::new();
@@ -213,7 +215,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         "{made} results measured, {outdated} of them since something had changed; {kept} as before"
     ));
     let scenes: Vec<SceneReport> = found.iter().map(|one| one.measured.clone()).collect();
-    let deviations = deviations::deviations(&over.library()?, &scenes)?;
+    let deviations = deviations::deviations(&library, &scenes)?;
     if arguments.write_docs {
         docs(&names, &report, &scenes, &deviations)?;
     }

@@ -54,7 +54,7 @@ pub(crate) fn plan(
 ) -> Result<Vec<Planned>> {
     if offer.all {
         let all = |case: &Case| {
-            let ways = ways::of(offer, &case.scene.name, &case.derivation, only)?;
+            let ways = ways::of(offer, case, only)?;
             Ok(Planned { ways, screening: None })
         };
         return cases.iter().map(all).collect();
@@ -108,10 +108,12 @@ fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started> {
         }
     }
     if allowed(&base) {
-        return Ok(Started { singles: screen::singles(&base, &allowed), base });
+        let mut singles = screen::singles(&base, &allowed);
+        singles.extend(ways::singles(&base, &case.derivation, &case.library, &allowed));
+        return Ok(Started { singles, base });
     }
     let name = &case.scene.name;
-    ways::of(offer, name, &case.derivation, only)?;
+    ways::of(offer, case, only)?;
     Err(Failure::new(format!("{name}: screening has no configuration to start from"))
         .help("--all measures every legal one that has these values"))
 }
@@ -144,7 +146,8 @@ mod tests {
     fn started(scene: &str, words: &[&str]) -> Result<Started> {
         let case = Case::new(scene, [16, 9], &Numbers::default()).unwrap();
         let package = Package::embedded();
-        let only = ways::only(&words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>())?;
+        let words: Vec<_> = words.iter().map(|&word| word.to_owned()).collect();
+        let only = ways::only(&words, &case.library)?;
         start(&Offer { package: &package, all: false, filters: true }, &case, &only)
     }
 
@@ -172,5 +175,43 @@ mod tests {
             way::name(&named[promise::named::DEFAULT], &case.derivation.settings),
             "default"
         );
+    }
+
+    #[test]
+    fn what_is_laid_over_the_library_is_screened() {
+        let folder = crate::machine::repository().join("tests/overlays/blur");
+        let over = crate::selection::Over { library: vec![folder] };
+        let numbers = Numbers { over, ..Numbers::default() };
+        let case = Case::new("cornell", [16, 9], &numbers).unwrap();
+        assert_eq!(case.derivation.settings.get("denoise").as_deref(), Some("none"));
+        let package = Package::embedded();
+        let of = |words: &[&str], all: bool| {
+            let words: Vec<_> = words.iter().map(|&word| word.to_owned()).collect();
+            let only = ways::only(&words, &case.library)?;
+            let offer = Offer { package: &package, all, filters: true };
+            let usual = &case.derivation.settings;
+            let names = |ways: &[Settings]| -> Vec<String> {
+                ways.iter().map(|way| way::name(way, usual)).collect()
+            };
+            if all {
+                return Ok(names(&ways::of(&offer, &case, &only)?));
+            }
+            let Started { base, singles } = start(&offer, &case, &only)?;
+            let singles: Vec<_> = singles.into_iter().map(|single| single.settings).collect();
+            Ok::<_, Failure>([names(&[base]), names(&singles)].concat())
+        };
+        let usual = of(&[], false).unwrap();
+        assert!(usual.contains(&"denoise=blur".to_owned()), "{usual:?}");
+        let few = of(&["denoise=blur", "blur_radius=4", "lights=64"], false).unwrap();
+        assert_eq!(few[0], "lights=64,blur_radius=4,denoise=blur");
+        let own = ["space=world", "visibility=none", "density=power", "draw=warped"];
+        let both = ["denoise=none", "denoise=blur"];
+        let two = of(&[&own[..], &both].concat(), true).unwrap();
+        let one = of(&[&own[..], &both[..1]].concat(), true).unwrap();
+        assert_eq!(two.len(), 2 * one.len());
+        for wrong in ["denoise=sharpen", "denose=blur"] {
+            let text = of(&[wrong], false).unwrap_err().to_string();
+            assert!(text.contains("blur") || text.contains("denoise"), "{text}");
+        }
     }
 }

@@ -1,17 +1,80 @@
 //! Which ways are measured: those that the package offers, the scene allows and the user asks for.
 
+use sglow_measure::frontier::screen::{self, Single};
 use sglow_measure::frontier::way::{self, Allowed};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
+use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::Allowed as AllowedValue;
 use sglow_shaders::Filter;
 
-use crate::derivation::Derivation;
+use super::Case;
+use crate::derivation::{Derivation, others};
 use crate::failure::{Failure, Result};
 
 /// What `--only` says.
-pub(crate) fn only(only: &[String]) -> Result<Allowed> {
-    way::allowed(only).map_err(|wrong| Failure::new(wrong.join("\n")))
+pub(crate) fn only(only: &[String], library: &Library) -> Result<Allowed> {
+    let base = Settings { others: others(library), ..Settings::default() };
+    let wrong = |wrong: Vec<String>| Failure::new(wrong.join("\n"));
+    let allowed = way::allowed(only, &base).map_err(wrong)?;
+    // Settings do not know the values of axes that are laid over the library.
+    let unknown = allowed.iter().filter_map(|(axis, values)| {
+        let axis = (axis, &library.axis.get(axis)?.value);
+        let known = |value: &&String| !axis.1.iter().any(|known| known.name == **value);
+        let value = values.iter().find(known)?;
+        let known: Vec<&str> = axis.1.iter().map(|value| value.name.as_str()).collect();
+        Some(format!("unknown value `{value}` of axis `{}`; known: {}", axis.0, known.join(", ")))
+    });
+    let unknown: Vec<String> = unknown.collect();
+    if unknown.is_empty() { Ok(allowed) } else { Err(wrong(unknown)) }
+}
+
+/// The values of each axis that settings have no field for.
+fn more(derivation: &Derivation, library: &Library) -> Vec<(String, Vec<String>)> {
+    let others = derivation.settings.others.keys();
+    let values = |axis: &String| {
+        let values = library.axis.get(axis)?.value.iter().map(|value| value.name.clone());
+        let own = Settings::default();
+        // What a field can hold is among the values that are known without the library.
+        let values = values.filter(|value| own.clone().set(axis, value).is_err());
+        Some((axis.clone(), values.collect()))
+    };
+    others.filter_map(values).collect()
+}
+
+/// The configurations that differ from `base` in one value of such an axis.
+pub(super) fn singles(
+    base: &Settings,
+    derivation: &Derivation,
+    library: &Library,
+    allowed: &dyn Fn(&Settings) -> bool,
+) -> Vec<Single> {
+    let mut all = Vec::new();
+    for (axis, values) in more(derivation, library) {
+        for value in values {
+            if let Some(settings) = screen::with(base, &axis, &value).filter(|one| allowed(one)) {
+                all.push(Single { axis: axis.clone(), value, settings });
+            }
+        }
+    }
+    all
+}
+
+/// Each with every value of these axes.
+fn crossed(mut all: Vec<Settings>, more: &[(String, Vec<String>)]) -> Vec<Settings> {
+    for (axis, values) in more {
+        let with = |way: Settings| {
+            let more = values.iter().filter_map(|value| {
+                let mut way = way.clone();
+                (way.get(axis).as_ref() != Some(value) && way.set(axis, value).is_ok())
+                    .then_some(way)
+            });
+            let more: Vec<Settings> = more.collect();
+            std::iter::once(way).chain(more)
+        };
+        all = all.into_iter().flat_map(with).collect();
+    }
+    all
 }
 
 /// What there is to choose from.
@@ -48,6 +111,9 @@ fn needs_leave(derivation: &Derivation, way: &Settings) -> bool {
     way::axes(way).iter().all(|(axis, value)| {
         let allowed = derivation.allowed.get(*axis);
         allowed.is_none_or(|allowed| allowed.values.iter().any(|allowed| allowed == value))
+    }) && way.others.iter().filter(|(_, value)| !value.is_empty()).all(|(axis, value)| {
+        let allowed = derivation.allowed.get(axis);
+        allowed.is_none_or(|allowed| allowed.values.contains(value))
     })
 }
 
@@ -56,14 +122,12 @@ fn needs_leave(derivation: &Derivation, way: &Settings) -> bool {
 /// # Errors
 ///
 /// When none remains: says what took the last ones away.
-pub(crate) fn of(
-    offer: &Offer<'_>,
-    scene: &str,
-    derivation: &Derivation,
-    only: &Allowed,
-) -> Result<Vec<Settings>> {
+pub(crate) fn of(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Vec<Settings>> {
+    let Case { scene, derivation, library } = case;
+    let scene = &scene.name;
     let needed = |way: &&Settings| needs_leave(derivation, way);
-    let mut asked = way::every(&derivation.settings);
+    let every = way::every(&derivation.settings);
+    let mut asked = crossed(every, &more(derivation, library));
     asked.retain(|way| way::fits(way, only));
     let failure = || Failure::new(format!("{scene}: nothing remains to be measured"));
     if asked.is_empty() {
@@ -103,14 +167,14 @@ pub(crate) fn of(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::report::Case;
     use crate::shot::Numbers;
 
     fn ways(scene: &str, words: &[&str], all: bool, filters: bool) -> Result<Vec<Settings>> {
         let case = Case::new(scene, [16, 9], &Numbers::default()).unwrap();
         let package = Package::embedded();
-        let only = only(&words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>()).unwrap();
-        of(&Offer { package: &package, all, filters }, scene, &case.derivation, &only)
+        let words: Vec<_> = words.iter().map(|&word| word.to_owned()).collect();
+        let only = only(&words, &case.library).unwrap();
+        of(&Offer { package: &package, all, filters }, &case, &only)
     }
 
     #[test]
