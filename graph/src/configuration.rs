@@ -103,11 +103,19 @@ impl Setting {
     }
 }
 
+impl fmt::Display for Number {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole(number) => number.fmt(out),
+            Self::Real(number) => number.fmt(out),
+        }
+    }
+}
+
 impl fmt::Display for Setting {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Number(Number::Whole(number)) => number.fmt(out),
-            Self::Number(Number::Real(number)) => number.fmt(out),
+            Self::Number(number) => number.fmt(out),
             Self::Name(name) => name.fmt(out),
         }
     }

@@ -131,8 +131,9 @@ impl Indirect {
         Self::of_configuration(source, settings, configuration, occluders, &Lists::new())
     }
 
-    /// The frame of a configuration, which is that of the settings with more said: its parts, its draws. The numbers of the
-    /// occluders are added.
+    /// The frame of a configuration, which is that of the settings with more said: its parts, its draws, and which resources the
+    /// engine supplies with each frame in place of those that are made here, such as textures of its own to write to. The
+    /// numbers of the occluders are added.
     ///
     /// # Errors
     ///

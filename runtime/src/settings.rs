@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sglow_graph::{Configuration, description};
+use sglow_graph::{Configuration, Description, Errors, description};
 use sglow_shaders::frame::parameter;
 use sglow_shaders::{Emitter, Number, Sharpness};
 use thiserror::Error;
@@ -55,6 +55,29 @@ sglow_shaders::settings! {
 }
 
 impl Settings {
+    /// What a package advises for scenes of which these facts are known (those of its library, such as whether there are
+    /// occluders; the others count as false): its defaults for the class, changed by a preset.
+    ///
+    /// # Errors
+    ///
+    /// An unknown preset, with those that there are.
+    pub fn advised(
+        description: &Description,
+        facts: &BTreeMap<String, bool>,
+        preset: Option<&str>,
+    ) -> Result<Self, Errors> {
+        let Configuration { axes, parameters, .. } =
+            description.configure(facts, preset, &BTreeMap::new())?;
+        let numbers = parameters.into_iter().map(|(name, number)| (name, number.to_string()));
+        let mut settings = Self::default();
+        for (name, value) in axes.into_iter().chain(numbers) {
+            if settings.set(&name, &value).is_err() {
+                settings.others.insert(name, value);
+            }
+        }
+        Ok(settings)
+    }
+
     /// Sets one axis by the name of its value, or one parameter.
     ///
     /// # Errors

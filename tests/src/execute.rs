@@ -11,7 +11,8 @@ use sglow_renderer::readback;
 use sglow_renderer::stages::Stages as _;
 use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists, Stage};
 use sglow_runtime::host;
-use sglow_runtime::indirect::PARTS;
+use sglow_runtime::indirect::{Indirect, PARTS};
+use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::{Light, Scene};
@@ -148,6 +149,57 @@ fn an_engine_supplies_maps_and_may_change_them() {
     embedded.renderer = first;
     embedded.run();
     assert!(embedded.lights() == expected);
+}
+
+/// A texture of an engine's own that shading writes to.
+fn output(format: wgpu::TextureFormat) -> wgpu::Texture {
+    gpu().device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 40, height: 24, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+#[test]
+fn an_engine_supplies_what_is_written_to() {
+    let mut embedded = Embedded::new(base());
+    embedded.run();
+    let Embedded { settings, package, renderer, executor, .. } = &embedded;
+    let expected = readback::texture(gpu(), executor.texture("diffuse").unwrap(), 0).unwrap();
+    let configuration = Configuration {
+        parts: Some(PARTS.map(str::to_owned).into()),
+        supplied: ["diffuse".to_owned()].into(),
+        ..settings.configuration()
+    };
+    let (source, nothing) = (gpu().source(package), Occluders::default());
+    let indirect =
+        Indirect::of_configuration(source, settings, configuration, &nothing, &Lists::new());
+    let indirect = indirect.unwrap();
+    let encode = |texture: &wgpu::Texture| {
+        let mut given = indirect.given(&renderer.inputs());
+        given.texture("diffuse", texture);
+        let mut encoder = gpu().device.create_command_encoder(&Default::default());
+        let encoded = indirect.encode_where(|_| true, &mut encoder, &given, None);
+        gpu().queue.submit([encoder.finish()]);
+        gpu().finish().unwrap();
+        encoded.map_err(|error| error.to_string())
+    };
+    let own = output(wgpu::TextureFormat::Rgba32Float);
+    encode(&own).unwrap();
+    assert!(readback::texture(gpu(), &own, 0).unwrap() == expected);
+    // What is written is of one format.
+    let text = encode(&output(wgpu::TextureFormat::Rgba16Float)).unwrap_err();
+    assert_eq!(
+        text,
+        "resource `diffuse` is a texture of format Rgba16Float; it has to be a texture of 40 x 24 texels, rgba32float"
+    );
 }
 
 #[test]

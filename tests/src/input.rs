@@ -8,7 +8,7 @@ use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::pipeline::PipelineError;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
-use sglow_shaders::{Light, Ndf, Specular};
+use sglow_shaders::{Emitter, Light, Ndf, Space, Specular, Visibility};
 
 use crate::common::{broken, gpu, small};
 
@@ -59,6 +59,28 @@ fn unknown_axes_and_values_list_the_known_ones() {
     let text = settings.set("kernel", "cubic").unwrap_err().to_string();
     assert!(text.contains("'cubic'") && text.contains("previous, modified"), "{text}");
     settings.set("kernel", "previous").unwrap();
+}
+
+#[test]
+fn a_package_advises_settings_by_the_class_of_a_scene() {
+    let package = Package::embedded();
+    let description = package.description().unwrap();
+    let advised = |occluders: bool, preset: Option<&str>| {
+        let facts = [("occluders".to_owned(), occluders)].into();
+        Settings::advised(description, &facts, preset)
+    };
+    let (open, closed) = (advised(false, None).unwrap(), advised(true, None).unwrap());
+    assert_eq!((open.visibility, open.space), (Visibility::None, Space::None));
+    assert_eq!((closed.visibility, closed.space), (Visibility::ShadowMap, Space::World));
+    let printed = advised(true, Some("tokuyoshi2016")).unwrap();
+    assert_eq!((printed.emitter, printed.size_factor), (Emitter::Lobe, 1.0));
+    let text = advised(true, Some("best")).unwrap_err().to_string();
+    assert!(text.contains("`best`") && text.contains("tokuyoshi2016"), "{text}");
+    // What is advised runs.
+    for settings in [open, closed, printed] {
+        let small = Settings { size: [8, 8], map: 8, lights: 4, camera_lights: 4, ..settings };
+        Indirect::new(&gpu().device, &gpu().queue, &small).map(drop).unwrap();
+    }
 }
 
 #[test]

@@ -377,18 +377,29 @@ impl Resource {
                     (!lacks.is_empty()).then(|| format!("a buffer without usage {lacks:?}"))
                 }
             }
-            (Kind::Texture { size, .. }, External::Texture(given)) => {
-                self.misfit_texture(given, size)
+            (Kind::Texture { format, size, .. }, External::Texture(given)) => {
+                self.misfit_texture(given, format, size)
             }
-            (Kind::Texture { size, .. }, External::View(given)) => {
-                self.misfit_texture(given.texture(), size)
+            (Kind::Texture { format, size, .. }, External::View(given)) => {
+                self.misfit_texture(given.texture(), format, size)
             }
             (_, External::Buffer(_)) => Some("a buffer".to_owned()),
             (_, External::Texture(_) | External::View(_)) => Some("a texture".to_owned()),
         }
     }
 
-    fn misfit_texture(&self, texture: &wgpu::Texture, size: &[u64; 2]) -> Option<String> {
+    /// What is sampled may be of another format, for shaders read floats of any; what is written is of the one.
+    fn misfit_texture(
+        &self,
+        texture: &wgpu::Texture,
+        format: &str,
+        size: &[u64; 2],
+    ) -> Option<String> {
+        const WRITTEN: wgpu::TextureUsages =
+            wgpu::TextureUsages::STORAGE_BINDING.union(wgpu::TextureUsages::RENDER_ATTACHMENT);
+        if self.texture.intersects(WRITTEN) && names::texture(format) != Some(texture.format()) {
+            return Some(format!("a texture of format {:?}", texture.format()));
+        }
         let found = [texture.width(), texture.height()];
         let fits = found.iter().zip(size).all(|(found, wanted)| u64::from(*found) >= *wanted);
         let lacks = self.texture - texture.usage();
