@@ -416,4 +416,22 @@ mod tests {
         assert_eq!((runs.whole().least, runs.whole().most), (8.0, 11.0));
         assert_eq!(Runs::default().whole(), Time::default());
     }
+
+    #[test]
+    fn what_reflects_other_lights_or_runs_other_steps_is_another() {
+        let base = Settings {
+            others: [("denoise".to_owned(), "none".to_owned())].into(),
+            ..Settings::default()
+        };
+        let id = shading_id(&base);
+        let same = Settings { density: sglow_shaders::Density::Reflectance, ..base.clone() };
+        assert_eq!(shading_id(&same), id, "how lights are made does not count");
+        for (name, value) in
+            [("lights", "64"), ("tile", "32"), ("visibility", "imperfect"), ("denoise", "blur")]
+        {
+            let mut other = base.clone();
+            other.set(name, value).unwrap();
+            assert_ne!(shading_id(&other), id, "{name}");
+        }
+    }
 }

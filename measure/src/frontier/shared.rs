@@ -4,11 +4,10 @@ use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use sglow_renderer::variants::Variants as _;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 
-use super::bench::{RUNS, Runs, Timed, of_lights, of_maps};
+use super::bench::{RUNS, Runs, Timed, of_lights, of_maps, shading_id};
 use super::subject::{FrontierError, Subject};
 use super::way;
 use crate::cache::{Cache, Key};
@@ -26,7 +25,7 @@ impl<'a, 's> Shared<'a, 's> {
     }
 
     pub(super) fn shading(&self, settings: &Settings) -> Result<Rc<Indirect>, FrontierError> {
-        let id = settings.shade().id().to_string();
+        let id = shading_id(settings);
         if let Some(made) = self.shadings.borrow().get(&id) {
             return Ok(made.clone());
         }

@@ -164,9 +164,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 /// The line that renders what was chosen, with the numbers that it was measured with.
 fn again(arguments: &Arguments, set: &[String]) -> String {
     let Arguments { scene, size: [width, height], out, numbers, .. } = arguments;
-    let Numbers { preset, lights, rsm, iterations, size_factor, light, .. } = numbers;
+    let Numbers { over, preset, lights, rsm, iterations, size_factor, light, .. } = numbers;
     let mut words = vec!["render".to_owned(), "--scene".to_owned(), scene.clone()];
     let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+    for folder in &over.library {
+        option("--library", folder.display().to_string());
+    }
     if let Some(preset) = preset {
         option("--preset", preset.clone());
     }
