@@ -163,9 +163,10 @@ impl<'d> Env<'_, 'd> {
         result.map_err(|error| self.of.errors.borrow_mut().push(error)).ok()
     }
 
+    /// Whether a part of the frame runs; what is of no part always does.
     fn runs(&self, part: &str) -> bool {
         let parts = &self.of.configuration.parts;
-        parts.as_ref().is_none_or(|parts| parts.contains(part))
+        part.is_empty() || parts.as_ref().is_none_or(|parts| parts.contains(part))
     }
 
     /// Declares what a scope has and runs its steps.

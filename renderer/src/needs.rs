@@ -1,4 +1,4 @@
-//! What a scene needs of a frame's numbers, each with its reason, and what was taken for granted of it.
+//! What a scene needs of a frame's numbers, each with its reason, and what was assumed of it.
 //!
 //! What it needs of the axes follows from [`sglow_scene::Facts`] by the rules of the shader library. No device is needed
 //! for either.
@@ -54,7 +54,7 @@ pub struct Decision {
     pub value: String,
     /// Why.
     pub reason: String,
-    /// Whether it is another value than was wished for.
+    /// Whether it is another value than was requested for.
     pub changed: bool,
 }
 
@@ -65,13 +65,13 @@ pub struct Needs {
     pub facts: Facts,
     /// Everything that was decided, with its reason.
     pub decisions: Vec<Decision>,
-    /// The settings that were wished for with what was decided.
+    /// The settings that were requested for with what was decided.
     pub settings: Settings,
 }
 
 impl Needs {
-    fn decide(&mut self, name: &'static str, wished: u32, value: u32, reason: String) -> u32 {
-        let changed = wished != value;
+    fn decide(&mut self, name: &'static str, requested: u32, value: u32, reason: String) -> u32 {
+        let changed = requested != value;
         self.decisions.push(Decision { name, value: value.to_string(), reason, changed });
         value
     }
@@ -88,10 +88,13 @@ pub fn least_limits() -> wgpu::Limits {
 }
 
 /// What a scene needs, lit by its light number `light` (the first if there is no such light), of the numbers of the
-/// settings that are wished for. What a device with these limits could not do is brought within them.
-pub fn needs(scene: &Scene, light: usize, wished: &Settings, limits: &wgpu::Limits) -> Needs {
-    let mut needs =
-        Needs { facts: scene.facts_lit_by(light), decisions: Vec::new(), settings: wished.clone() };
+/// settings that are requested for. What a device with these limits could not do is brought within them.
+pub fn needs(scene: &Scene, light: usize, requested: &Settings, limits: &wgpu::Limits) -> Needs {
+    let mut needs = Needs {
+        facts: scene.facts_lit_by(light),
+        decisions: Vec::new(),
+        settings: requested.clone(),
+    };
     let light = scene.lights.get(light).or(scene.lights.first());
     if let Some(light) = light {
         needs.settings.light = kind(light);
@@ -122,7 +125,7 @@ pub fn needs(scene: &Scene, light: usize, wished: &Settings, limits: &wgpu::Limi
 }
 
 fn size_of_map(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
-    let wished = needs.settings.map;
+    let requested = needs.settings.map;
     let mut most = 1 << limits.max_texture_dimension_2d.max(1).ilog2();
     let mut why =
         format!("this device's textures are at most {} wide", limits.max_texture_dimension_2d);
@@ -132,44 +135,44 @@ fn size_of_map(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
         why =
             format!("clusters sort its texels in a buffer of at most {words} words on this device");
     }
-    let mut size = wished.clamp(1, most.max(1));
-    let mut reason = if size < wished { why } else { "as asked".to_owned() };
+    let mut size = requested.clamp(1, most.max(1));
+    let mut reason = if size < requested { why } else { "as requested".to_owned() };
     if point && !size.is_multiple_of(4) {
         size = (size / 4).max(1) * 4;
         reason = format!("{reason}; a multiple of 4, for its faces are tiles of it");
     }
-    needs.settings.map = needs.decide("size of the map", wished, size, reason);
+    needs.settings.map = needs.decide("size of the map", requested, size, reason);
 }
 
 fn number_of_lights(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
-    let Settings { lights: wished, map: rsm_size, lobes, precision, .. } = needs.settings;
+    let Settings { lights: requested, map: rsm_size, lobes, precision, .. } = needs.settings;
     // Two of the eight tiles of a point light's map are empty.
     let texels = u64::from(rsm_size).pow(2);
     let texels = if point { texels / 8 * 6 } else { texels };
     let light = vsgl_size(lobes, precision).max(1);
     let room = limits.max_storage_buffer_binding_size / light;
     let choices = [
-        (u64::from(wished), "as asked; 1024 are those of [Tokuyoshi 2016]".to_owned()),
+        (u64::from(requested), "as requested; 1024 are those of [Tokuyoshi 2016]".to_owned()),
         (
             texels,
             format!("the map has no more texels than {texels}, and each makes one light at most"),
         ),
         (room, format!("a buffer of this device has room for {room} lights of {light} bytes")),
-        (65536, "no more are told apart".to_owned()),
+        (65536, "the maximum".to_owned()),
     ];
     // The first of several that are alike.
     let least = choices.into_iter().min_by_key(|(count, _)| *count);
     if let Some((count, reason)) = least {
         let count = count.max(1) as u32;
-        needs.settings.lights = needs.decide("number of VSGLs", wished, count, reason);
+        needs.settings.lights = needs.decide("number of VSGLs", requested, count, reason);
     }
     if needs.settings.density == Density::Bidirectional {
-        let wished = needs.settings.camera_lights;
+        let requested = needs.settings.camera_lights;
         let pixels: u64 = needs.settings.size.into_iter().map(u64::from).product();
-        let count = u64::from(wished).min(pixels.max(1)) as u32;
-        let reason = if count < wished { "no more than pixels" } else { "as asked" };
+        let count = u64::from(requested).min(pixels.max(1)) as u32;
+        let reason = if count < requested { "no more than pixels" } else { "as requested" };
         needs.settings.camera_lights =
-            needs.decide("number of the camera's VSGLs", wished, count, reason.to_owned());
+            needs.decide("number of the camera's VSGLs", requested, count, reason.to_owned());
     }
 }
 
@@ -198,7 +201,7 @@ fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
                 "so that the atlas of all maps is at most {most} wide and high, and its buffer at most {binding} bytes"
             )
         } else {
-            "as asked; the atlas of all maps is within the device's limits".to_owned()
+            "as requested; the atlas of all maps is within the device's limits".to_owned()
         }
     };
     needs.settings.tile =
@@ -208,13 +211,16 @@ fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
             needs.decide("number of VSGLs with maps", count, maps.count, reason(true));
     }
     if imperfect {
-        let wished = needs.settings.shadow_points;
+        let requested = needs.settings.shadow_points;
         let one = u64::from(SUBSETS) * size_of::<SglowShadowPoint>() as u64;
-        let points = u64::from(wished).min((binding / one).max(1)) as u32;
-        let reason =
-            if points < wished { "all sets of points are in one buffer" } else { "as asked" };
+        let points = u64::from(requested).min((binding / one).max(1)) as u32;
+        let reason = if points < requested {
+            "all sets of points are in one buffer"
+        } else {
+            "as requested"
+        };
         needs.settings.shadow_points =
-            needs.decide("points that a light sees", wished, points, reason.to_owned());
+            needs.decide("points per light map", requested, points, reason.to_owned());
     }
 }
 
@@ -256,7 +262,7 @@ fn roughness(needs: &mut Needs, scene: &Scene) {
     let used = scene.meshes.iter().filter_map(|mesh| traits.get(mesh.material));
     let specular: Vec<_> = used.filter(|traits| traits.specular).collect();
     if specular.is_empty() {
-        return needs.note("roughness", "of no account", "no surface is specular");
+        return needs.note("roughness", "not used", "no surface is specular");
     }
     let least = specular.iter().map(|traits| traits.alpha[0]).fold(f32::MAX, f32::min);
     let most = specular.iter().map(|traits| traits.alpha[1]).fold(0.0, f32::max);
@@ -284,9 +290,9 @@ mod tests {
     #[test]
     fn what_fits_stays_as_it_was_asked_for() {
         let scene = Scene::builtin("cornell").unwrap();
-        let wished = Settings { visibility: Visibility::Imperfect, ..Settings::default() };
-        let needs = needs(&scene, 0, &wished, &limits());
-        assert_eq!(needs.settings, wished);
+        let requested = Settings { visibility: Visibility::Imperfect, ..Settings::default() };
+        let needs = needs(&scene, 0, &requested, &limits());
+        assert_eq!(needs.settings, requested);
         assert!(needs.decisions.iter().all(|decision| !decision.changed), "{:?}", needs.decisions);
         assert_eq!(value(&needs, "reflective shadow map").0, "planar");
         assert_eq!(value(&needs, "environment").0, "none");
@@ -295,7 +301,7 @@ mod tests {
     #[test]
     fn what_is_too_much_is_brought_within_the_limits() {
         let scene = Scene::builtin("cornell").unwrap();
-        let decided = |wished: Settings| needs(&scene, 0, &wished, &limits());
+        let decided = |requested: Settings| needs(&scene, 0, &requested, &limits());
         let few = decided(Settings { map: 8, ..Settings::default() });
         assert_eq!(
             (few.settings.lights, value(&few, "number of VSGLs")),
@@ -327,8 +333,8 @@ mod tests {
     fn a_point_light_has_a_deep_map_of_tiles() {
         let mut scene = Scene::builtin("cornell").unwrap();
         scene.lights[0].kind = LightKind::Point;
-        let wished = Settings { map: 18, ..Settings::default() };
-        let needs = needs(&scene, 0, &wished, &limits());
+        let requested = Settings { map: 18, ..Settings::default() };
+        let needs = needs(&scene, 0, &requested, &limits());
         assert_eq!(needs.settings.light, sglow_shaders::Light::Point);
         assert_eq!((needs.settings.map, needs.settings.lights), (16, 192));
         assert_eq!(value(&needs, "reflective shadow map").0, "deep");

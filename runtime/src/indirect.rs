@@ -5,6 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::Vec3;
 use sglow_graph::Configuration;
+use sglow_shaders::Light;
 use sglow_shaders::frame::{input, part, resource};
 use thiserror::Error;
 
@@ -32,14 +33,35 @@ pub enum IndirectError {
     /// The frame cannot be executed.
     #[error(transparent)]
     Frame(Faults),
+    /// What occludes virtual lights does not fit the settings.
+    #[error(
+        "{found}; make them by Occluders::new of the settings and give them by Indirect::occlude"
+    )]
+    Occluders {
+        /// What is wrong with them.
+        found: String,
+    },
+    /// The light does not fit the settings.
+    #[error(
+        "the light is a {is} light for a map of {map} texels; the settings have light={wanted},map={texels}"
+    )]
+    Light {
+        /// Its kind.
+        is: Light,
+        /// The map that its view was made for.
+        map: u32,
+        /// The kind in the settings.
+        wanted: Light,
+        /// The map of the settings.
+        texels: u32,
+    },
 }
 
 impl From<Faults> for IndirectError {
-    /// A single variant that is at fault stands for itself.
+    /// A single variant that the device refuses stands for itself.
     fn from(Faults(mut faults): Faults) -> Self {
         match (faults.pop(), faults.is_empty()) {
             (Some(Fault::Pipeline(error)), true) => Self::Pipeline(error),
-            (Some(Fault::Variant { error, .. }), true) => Self::Pipeline(error.into()),
             (last, _) => {
                 faults.extend(last);
                 Self::Frame(Faults(faults))
@@ -51,7 +73,7 @@ impl From<Faults> for IndirectError {
 /// The three surface textures of a reflective shadow map or a G-buffer; what they hold stands in ARCHITECTURE.md.
 #[derive(Clone, Copy)]
 pub struct SurfaceViews<'a> {
-    /// World position; dielectric reflectance in w, negative without a surface.
+    /// Position, relative to [`crate::light::Surroundings::origin`]; dielectric reflectance in w, negative without a surface.
     pub position: &'a wgpu::TextureView,
     /// Unit normal; roughness alpha in w.
     pub normal: &'a wgpu::TextureView,
@@ -62,13 +84,13 @@ pub struct SurfaceViews<'a> {
 /// What one frame of indirect light reads.
 #[derive(Clone, Copy)]
 pub struct Inputs<'a> {
-    /// The reflective shadow map, `rsm_size` squared.
+    /// The reflective shadow map, [`Settings::map`] squared.
     pub rsm: SurfaceViews<'a>,
     /// The camera's G-buffer, of the picture's size.
     pub gbuffer: SurfaceViews<'a>,
     /// The light and its map.
     pub light: &'a LightView,
-    /// The camera's position.
+    /// The camera's position, relative to [`crate::light::Surroundings::origin`].
     pub eye: Vec3,
 }
 
@@ -101,11 +123,11 @@ pub struct Source<'a> {
 }
 
 impl Indirect {
-    /// Indirect light by the embedded package, in a scene without occluders or with visibility `none`.
+    /// Indirect light by the embedded package. With visibility, [`Self::occlude`] gives it the triangles of the scene.
     ///
     /// # Errors
     ///
-    /// All the settings that cannot be, at once; or the variant that the device refuses.
+    /// All invalid settings at once; or the variant that the device refuses.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -152,26 +174,29 @@ impl Indirect {
     }
 
     /// Takes other settings: another size, other numbers, other values of axes. Pipelines that serve them stay; what was kept
-    /// from frame to frame begins again.
+    /// from frame to frame begins again. Not for a frame with lists of draws.
     ///
     /// # Errors
     ///
     /// As [`Self::new`]; what there was before stays.
     pub fn resize(&mut self, settings: &Settings) -> Result<(), IndirectError> {
         let Configuration { axes, parameters, .. } = settings.configuration();
-        let configuration = Configuration { axes, parameters, ..self.configuration.clone() };
-        let frame = frame(&self.package, configuration, &self.occluders)?;
+        let mut configuration = self.configuration.clone();
+        configuration.axes.extend(axes);
+        configuration.parameters.extend(parameters);
+        let frame = frame(&self.package, configuration.clone(), &self.occluders)?;
         self.executor().resize(&self.package, &frame, &Lists::new())?;
-        self.settings = settings.clone();
+        (self.settings, self.configuration) = (settings.clone(), configuration);
         Ok(())
     }
 
-    /// Takes other triangles that occlude virtual lights.
+    /// Takes other triangles that occlude virtual lights. Not for a frame with lists of draws.
     ///
     /// # Errors
     ///
     /// As [`Self::new`]; what there was before stays.
     pub fn occlude(&mut self, occluders: Occluders) -> Result<(), IndirectError> {
+        occluders.check(&self.settings)?;
         let frame = frame(&self.package, self.configuration.clone(), &occluders)?;
         self.executor().resize(&self.package, &frame, &Lists::new())?;
         self.occluders = occluders;
@@ -194,6 +219,12 @@ impl Indirect {
         inputs: &Inputs<'_>,
         timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), IndirectError> {
+        self.occluders.check(&self.settings)?;
+        let (light, &Settings { light: wanted, map, .. }) = (inputs.light, &self.settings);
+        if light.kind != wanted || light.map != map {
+            let (is, map, texels) = (light.kind, light.map, map);
+            return Err(IndirectError::Light { is, map, wanted, texels });
+        }
         Ok(self.executor().encode(encoder, &self.given(inputs), timer)?)
     }
 

@@ -3,7 +3,7 @@
 use glam::camera::rh::proj::directx::orthographic;
 use glam::camera::rh::view::look_to_mat4;
 use glam::{DVec3, Mat4, Vec3, Vec4};
-use sglow_shaders::SglowLight;
+use sglow_shaders::{Light, SglowLight};
 
 use crate::host;
 
@@ -23,11 +23,15 @@ pub struct Face {
 /// A light as it is seen by the passes.
 #[derive(Clone, Debug)]
 pub struct LightView {
+    /// Its kind.
+    pub kind: Light,
+    /// Width and height of its map in texels.
+    pub map: u32,
     /// The light's uniform.
     pub uniform: SglowLight,
     /// One face, or the six of a point light in the order +x, -x, +y, -y, +z, -z.
     pub faces: Vec<Face>,
-    /// What the moments' positions are relative to: the middle of the scene.
+    /// What the moments' positions are relative to: the middle of the scene, itself relative to [`Surroundings::origin`].
     pub origin: Vec3,
     /// The least positional variance of a virtual light: that of a square as large as a texel of the map, at the
     /// distance of the scene's radius.
@@ -73,7 +77,7 @@ enum LightKind {
 
 impl LightView {
     /// A spot light at `position`. `inner` and `outer` are angles from `direction` in radians, between which the intensity
-    /// falls to 0 (KHR_lights_punctual); `intensity` is in W/sr per channel, or candela.
+    /// falls to 0 (KHR_lights_punctual), at most 1.569, for the map is one perspective image; `intensity` is in W/sr per channel, or candela.
     pub fn spot(
         around: &Surroundings,
         position: DVec3,
@@ -81,7 +85,8 @@ impl LightView {
         [inner, outer]: [f32; 2],
         intensity: [f32; 3],
     ) -> Self {
-        let kind = LightKind::Spot { inner, outer };
+        let outer = outer.clamp(1e-3, 1.569);
+        let kind = LightKind::Spot { inner: inner.min(outer), outer };
         Self::new(kind, (position - around.origin).as_vec3(), direction, intensity, around)
     }
 
@@ -192,7 +197,14 @@ impl LightView {
         };
         let brightest = intensity.into_iter().map(f64::from).fold(0.0, f64::max) * image
             / f64::from(size).powi(2);
+        let of = match kind {
+            LightKind::Spot { .. } => Light::Spot,
+            LightKind::Directional => Light::Directional,
+            LightKind::Point => Light::Point,
+        };
         Self {
+            kind: of,
+            map: size,
             uniform,
             faces,
             origin,
@@ -207,7 +219,13 @@ impl LightView {
     /// The camera as a light that sends importance: what stands in a light's place for its G-buffer. Positions are
     /// relative to the same origin, and variances kept above the same floor.
     pub fn of_camera(&self, eye: Vec3) -> Self {
-        Self { uniform: host::of_camera(eye), faces: Vec::new(), power_unit: 1.0, ..self.clone() }
+        Self {
+            kind: Light::Camera,
+            uniform: host::of_camera(eye),
+            faces: Vec::new(),
+            power_unit: 1.0,
+            ..self.clone()
+        }
     }
 
     /// The light's position with w = 1, or the direction towards it with w = 0.

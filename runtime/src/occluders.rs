@@ -5,6 +5,7 @@ use sglow_shaders::{SglowShadowPoint, Visibility};
 use wgpu::util::DeviceExt as _;
 
 use crate::execute::Inputs;
+use crate::indirect::IndirectError;
 use crate::points::{Geometry, GeometryError};
 use crate::settings::Settings;
 
@@ -17,6 +18,8 @@ pub const SUBSETS: u32 = 16;
 pub struct Occluders {
     buffers: Vec<(&'static str, wgpu::Buffer)>,
     counts: [u32; 2],
+    /// What they were made for: the visibility, and the points of each light's map.
+    made_for: Option<(Visibility, u32)>,
 }
 
 impl Occluders {
@@ -73,7 +76,37 @@ impl Occluders {
                 vec![make(resource::POINTS, bytes, wgpu::BufferUsages::STORAGE)]
             }
         };
-        Ok(Self { buffers, counts })
+        let made_for = Some((settings.visibility, settings.shadow_points));
+        Ok(Self { buffers, counts, made_for })
+    }
+
+    /// Whether they serve these settings: other numbers of points lie elsewhere in their buffer.
+    pub(crate) fn check(&self, settings: &Settings) -> Result<(), IndirectError> {
+        let Settings { visibility, shadow_points, .. } = *settings;
+        let points = |of: Visibility, count: u32| {
+            if of == Visibility::Imperfect {
+                format!(",shadow_points={count}")
+            } else {
+                String::new()
+            }
+        };
+        let wanted = format!("visibility={visibility}{}", points(visibility, shadow_points));
+        let found = match self.made_for {
+            _ if visibility == Visibility::None => return Ok(()),
+            None => format!("{wanted} needs the triangles of the scene"),
+            Some((of, count))
+                if of == visibility && points(of, count) == points(of, shadow_points) =>
+            {
+                return Ok(());
+            }
+            Some((of, count)) => {
+                format!(
+                    "the occluders are of visibility={of}{}; the settings have {wanted}",
+                    points(of, count)
+                )
+            }
+        };
+        Err(IndirectError::Occluders { found })
     }
 
     /// Numbers of vertices and of indices.

@@ -60,7 +60,7 @@ pub enum PackageError {
     },
 }
 
-/// Something that was taken to be so of a scene, and by which rule it let something be left out.
+/// An assumption about a scene, and the rule by which it let something be left out.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Deserialize)]
 pub struct Assumption {
     /// Name of the rule.

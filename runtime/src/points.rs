@@ -4,7 +4,7 @@ use glam::DVec3;
 use sglow_shaders::SglowShadowPoint;
 use thiserror::Error;
 
-/// Triangles in world space.
+/// Triangles, relative to [`crate::light::Surroundings::origin`].
 #[derive(Clone, Copy, Debug)]
 pub struct Geometry<'a> {
     /// Positions of vertices.
@@ -43,7 +43,7 @@ pub enum GeometryError {
 }
 
 impl Geometry<'_> {
-    /// Holds the triangles against what is asked of them.
+    /// Checks indices and positions.
     ///
     /// # Errors
     ///

@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::host;
 use crate::package::Assumption;
 
-/// A setting that cannot be.
+/// An invalid setting.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SettingsError {
     /// A number is out of its range.
@@ -24,9 +24,9 @@ pub enum SettingsError {
         range: String,
     },
     /// There is no such axis.
-    #[error("there is no axis '{axis}' to set; there are: {}", known.join(", "))]
+    #[error("unknown axis '{axis}'; expected one of: {}", known.join(", "))]
     UnknownAxis {
-        /// What was asked for.
+        /// The given name.
         axis: String,
         /// The axes that exist.
         known: Vec<String>,
@@ -97,11 +97,9 @@ impl Settings {
             return Ok(());
         }
         let known = Self::PARAMETERS.iter().find(|known| **known == name);
-        let set = self.set_number(name, value);
-        if let (Some(name), Some(set)) = (known, set) {
-            let is_finite =
-                !matches!(self.number(name), Some(Number::Real(real)) if !real.is_finite());
-            if set && is_finite {
+        if let Some(name) = known {
+            let is_finite = value.parse().is_ok_and(f64::is_finite);
+            if is_finite && self.set_number(name, value) == Some(true) {
                 return Ok(());
             }
             let range = "a finite number, whole where the parameter is".to_owned();

@@ -4,6 +4,7 @@
 
 mod foreign;
 
+use glam::{DVec3, Vec3};
 use sglow_graph::{Configuration, Frame};
 use sglow_renderer::frame::Renderer;
 use sglow_renderer::plan::Surfaces;
@@ -12,13 +13,14 @@ use sglow_renderer::stages::Stages as _;
 use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists, Stage};
 use sglow_runtime::host;
 use sglow_runtime::indirect::{Indirect, PARTS};
+use sglow_runtime::light::{LightView, Surroundings};
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::{Light, Scene};
-use sglow_shaders::Draw;
+use sglow_shaders::{Draw, Emitter, Visibility};
 
-use crate::common::{gpu, library, package_of, packaged, plan};
+use crate::common::{gpu, library, package_of, packaged, plan, whole_space};
 
 /// The frame of settings, or parts of it, in a scene.
 fn frame(package: &Package, settings: &Settings, scene: &Scene, parts: Option<&[&str]>) -> Frame {
@@ -200,6 +202,69 @@ fn an_engine_supplies_what_is_written_to() {
         text,
         "resource `diffuse` is a texture of format Rgba16Float; it has to be a texture of 40 x 24 texels, rgba32float"
     );
+}
+
+/// Indirect light that was resized and given other triangles is that of one that is made anew.
+#[test]
+fn what_is_resized_and_occluded_is_as_if_made_anew() {
+    let visibility = Visibility::Imperfect;
+    let small = Settings { visibility, shadow_points: 128, tile: 16, ..base() };
+    let other = Settings { lights: 30, emitter: Emitter::Disc, bias_scale: 2.0, ..small.clone() };
+    let Embedded { scene, renderer, .. } = Embedded::new(base());
+    let (source, inputs) = (gpu().source(whole_space()), renderer.inputs());
+    let occluders =
+        |settings: &Settings| sglow_renderer::frame::occluders(gpu(), &scene, settings).unwrap();
+    let made = |settings: &Settings, occluders: &Occluders| {
+        Indirect::of_parts(source, settings, &PARTS, occluders).unwrap()
+    };
+    let run = |indirect: &Indirect| {
+        let mut encoder = gpu().device.create_command_encoder(&Default::default());
+        indirect.encode(&mut encoder, &inputs, None).map_err(|error| error.to_string())?;
+        gpu().queue.submit([encoder.finish()]);
+        gpu().finish().unwrap();
+        Ok::<_, String>(readback::texture(gpu(), &indirect.diffuse().unwrap(), 0).unwrap())
+    };
+    let mut indirect = made(&small, &Occluders::default());
+    // Without triangles no light is unshadowed in silence, and other numbers of points lie elsewhere.
+    let text = run(&indirect).unwrap_err();
+    assert!(text.contains("visibility=imperfect,shadow_points=128 needs the triangles"), "{text}");
+    let of_others = occluders(&Settings { shadow_points: 64, ..small.clone() });
+    let text = indirect.occlude(of_others).unwrap_err().to_string();
+    assert!(text.contains("shadow_points=64; the settings have visibility=imperfect"), "{text}");
+    indirect.occlude(occluders(&small)).unwrap();
+    let first = run(&indirect).unwrap();
+    indirect.resize(&other).unwrap();
+    let second = run(&indirect).unwrap();
+    indirect.occlude(occluders(&other)).unwrap();
+    assert!(run(&indirect).unwrap() == second);
+    assert!(first == run(&made(&small, &occluders(&small))).unwrap());
+    assert!(second == run(&made(&other, &occluders(&other))).unwrap() && first != second);
+    // A light of another kind.
+    let directional = Settings { light: sglow_shaders::Light::Directional, ..base() };
+    let text = run(&made(&directional, &Occluders::default())).unwrap_err();
+    assert!(text.contains("a spot light") && text.contains("light=directional"), "{text}");
+}
+
+/// Positions are relative to an origin: far from that of the world nothing changes.
+#[test]
+fn lights_far_from_the_worlds_origin_are_those_near_it() {
+    let view = |offset: DVec3| {
+        let center = offset + DVec3::new(0.5, 1.0, -0.25);
+        let around = Surroundings { origin: offset, center, radius: 3.0, map: 64 };
+        let at = offset + DVec3::new(1.0, 4.0, 0.5);
+        [
+            LightView::spot(&around, at, Vec3::NEG_Y, [0.3, 0.6], [1.0, 2.0, 3.0]),
+            LightView::directional(&around, Vec3::NEG_Y, [1.0; 3]),
+            LightView::point(&around, at, [1.0; 3]),
+        ]
+    };
+    let text = |offset| format!("{:?}", view(offset));
+    let far = f64::from(1 << 20) * DVec3::new(1.0, -2.0, 4.0);
+    assert_eq!(text(far), text(DVec3::ZERO));
+    // Negative control: positions that are relative to another origin.
+    let around = Surroundings { origin: DVec3::ONE, center: DVec3::ZERO, radius: 3.0, map: 64 };
+    let near = LightView::point(&around, DVec3::ZERO, [1.0; 3]);
+    assert_ne!(near.origin, view(DVec3::ZERO)[2].origin);
 }
 
 #[test]

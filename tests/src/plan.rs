@@ -81,7 +81,12 @@ fn difference(scene: &Scene, settings: &Settings, planned: &Settings) -> Option<
     let (asked, mut variants) = (package.asked(), plan.variants);
     // A picture may change its size, and with it the lengths of its chains: all of their variants are planned.
     variants.retain(|id| asked.contains(id) || !id.starts_with("mip-"));
-    let mut bytes: Vec<_> = plan.resources.into_iter().map(|of| (of.name, of.bytes)).collect();
+    let mut bytes: Vec<_> = plan
+        .resources
+        .into_iter()
+        // A buffer has a multiple of four bytes.
+        .map(|of| (of.name, of.bytes.max(4).next_multiple_of(4)))
+        .collect();
     let mut kept = renderer.bytes();
     bytes.sort_unstable();
     kept.sort_unstable();

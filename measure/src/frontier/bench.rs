@@ -110,6 +110,10 @@ pub(super) fn of_shading(settings: &Settings) -> Settings {
         emission_sharpness: usual.emission_sharpness,
         iterations: usual.iterations,
         camera_lights: usual.camera_lights,
+        mutations: usual.mutations,
+        small_step: usual.small_step,
+        large_steps: usual.large_steps,
+        seed: usual.seed,
         ..made_by_default(settings)
     }
 }
@@ -140,6 +144,8 @@ fn reflected_by_default(settings: &Settings) -> Settings {
         tile: Settings::default().tile,
         near_scale: Settings::default().near_scale,
         bias_scale: Settings::default().bias_scale,
+        splat_reach: Settings::default().splat_reach,
+        fill_levels: Settings::default().fill_levels,
         ..settings.clone()
     }
 }

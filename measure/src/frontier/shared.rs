@@ -138,16 +138,11 @@ impl<'a> Lights<'a> {
 
 /// What tells maps that hide lights from others, whatever the lights.
 fn hiding_id(settings: &Settings) -> String {
-    let Settings {
-        visibility,
-        shadow_points,
-        tile: light_tile,
-        near_scale,
-        bias_scale,
-        others,
-        ..
-    } = settings;
-    format!("{visibility} {shadow_points} {light_tile} {near_scale} {bias_scale} {others:?}")
+    let Settings { visibility, shadow_points, tile, .. } = settings;
+    let Settings { near_scale, bias_scale, splat_reach, fill_levels, .. } = settings;
+    format!(
+        "{visibility} {shadow_points} {tile} {near_scale} {bias_scale} {splat_reach} {fill_levels}"
+    )
 }
 
 fn key(subject: &Subject<'_>, what: &str, settings: &Settings) -> Result<Key, FrontierError> {

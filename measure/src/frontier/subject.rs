@@ -172,7 +172,7 @@ impl<'a> Subject<'a> {
     ///
     /// When the package lacks one of the shaders.
     pub fn key(&self, what: &str, name: &str, settings: &Settings) -> Result<Key, FrontierError> {
-        self.key_on(what, name, settings, &PARTS, |_| true)
+        self.key_on(what, name, settings, &[&[part::SURFACES], &PARTS[..]].concat())
     }
 
     /// The key of a result that hangs on no reflection.
@@ -186,8 +186,7 @@ impl<'a> Subject<'a> {
         name: &str,
         settings: &Settings,
     ) -> Result<Key, FrontierError> {
-        let reflects = ["shade", "direct", "compose", "light_shadow", "light_points", "light_fill"];
-        self.key_on(what, name, settings, &[part::LIGHTS], |pass| !reflects.contains(&pass))
+        self.key_on(what, name, settings, &[part::SURFACES, part::LIGHTS])
     }
 
     fn key_on(
@@ -196,10 +195,8 @@ impl<'a> Subject<'a> {
         name: &str,
         settings: &Settings,
         parts: &[&str],
-        counts: impl Fn(&str) -> bool,
     ) -> Result<Key, FrontierError> {
-        let mut variants = self.plan(settings)?.variants;
-        variants.retain(|id| counts(id.split('-').next().unwrap_or_default()));
+        let variants = Plan::of(&self.evaluated(settings, Some(parts))?).variants;
         let [width, height] = settings.size;
         let size = format!("{width}x{height}");
         let key = Key::new(&[
@@ -225,9 +222,8 @@ impl<'a> Subject<'a> {
     ///
     /// When the package lacks a shader that draws them.
     pub fn scene_key(&self, what: &str) -> Result<Key, FrontierError> {
-        let draws = ["surface", "shadow", "emission", "direct"];
-        let mut variants = self.plan(&self.base)?.variants;
-        variants.retain(|id| draws.contains(&id.split('-').next().unwrap_or_default()));
+        let parts = [part::SURFACES, part::PICTURE];
+        let variants = Plan::of(&self.evaluated(&self.base, Some(&parts))?).variants;
         let Settings { size: [width, height], map: rsm_size, .. } = self.base;
         let (size, map) = (format!("{width}x{height}"), rsm_size.to_string());
         let what =
@@ -235,7 +231,7 @@ impl<'a> Subject<'a> {
         Ok(Key::new(&what)
             .on("scene", &self.hash)
             .on("ndf", self.base.ndf.name())
-            .on("steps", self.steps(&self.base, &[part::SURFACES, part::PICTURE])?)
+            .on("steps", self.steps(&self.base, &parts)?)
             .on("shaders", self.shaders(&variants)?)
             .on("adapter", &self.gpu.adapter.name)
             .on("driver", &self.gpu.adapter.driver))

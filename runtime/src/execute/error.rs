@@ -1,4 +1,4 @@
-//! Why a frame cannot be executed.
+//! Errors of [`super::Executor`].
 
 use std::collections::BTreeSet;
 

@@ -226,8 +226,8 @@ impl Resources {
 
     /// Bytes of what is made here, by name.
     pub(super) fn bytes(&self) -> impl Iterator<Item = (&str, u64)> {
-        let own = self.list.iter().filter(|one| !one.of.external && one.object.is_some());
-        own.map(|one| (one.of.name.as_str(), one.of.bytes))
+        let own = self.list.iter().filter(|one| !one.of.external);
+        own.filter_map(|one| Some((one.of.name.as_str(), one.object.as_ref()?.bytes())))
     }
 
     /// How many frames ago each was new.
@@ -334,6 +334,23 @@ impl Resource {
     }
 }
 
+impl Object {
+    /// The bytes that it has on the device.
+    fn bytes(&self) -> u64 {
+        let texture = match self {
+            Self::Buffer(buffer) => return buffer.size(),
+            Self::Texture(texture) => texture,
+            Self::View(_) | Self::Sampler(_) => return 0,
+        };
+        let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(0));
+        let texels = (0..texture.mip_level_count()).map(|level| {
+            let side = |size: u32| u64::from((size >> level).max(1));
+            side(texture.width()) * side(texture.height())
+        });
+        texels.sum::<u64>() * u64::from(texture.depth_or_array_layers()) * texel
+    }
+}
+
 impl Bound {
     fn make(&mut self, object: Option<&Object>) {
         self.made = match object {
@@ -401,7 +418,7 @@ impl Resource {
             return Some(format!("a texture of format {:?}", texture.format()));
         }
         let found = [texture.width(), texture.height()];
-        let fits = found.iter().zip(size).all(|(found, wanted)| u64::from(*found) >= *wanted);
+        let fits = found.iter().zip(size).all(|(found, wanted)| u64::from(*found) == *wanted);
         let lacks = self.texture - texture.usage();
         if !fits {
             Some(format!("a texture of {} x {} texels", found[0], found[1]))

@@ -57,6 +57,15 @@ pub(super) fn lay<'a>(
             None => return,
         },
     };
+    if !matches!(place, Place::Part)
+        && !step.contains_key("part")
+        && let Some(DeValue::Table(target)) =
+            targets.first().and_then(|first| at(own, first)).map(Value::get_mut)
+        && let Some((key, part)) = target.iter().find(|(key, _)| **key.get_ref() == *"part")
+    {
+        // A step is of the part of the frame that it stands in.
+        step.insert(key.clone(), part.clone());
+    }
     let whole = |step| Value::new(range.clone(), DeValue::Table(step));
     match (place, targets.first().cloned(), targets.last().cloned()) {
         (Place::Before, Some(first), _) => insert(own, &first, 0, whole(step)),

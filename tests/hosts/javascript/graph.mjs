@@ -51,6 +51,11 @@ export class Frame {
   steps = []; // { new, clear, bytes, and variant, entry, constants, calls, draw }
   known = {}; // by name: an index, a pair { first, front }, an alias { scope, choice }, or null
 
+  // What is of no part always runs.
+  runs(part) {
+    return !part || this.parts.has(part);
+  }
+
   constructor(graph, axes, parameters, parts, facts = new Set()) {
     const defaults = mapped(graph.parameter, (one) => one.default);
     Object.assign(this, { graph, axes, parts, facts, parameters: { ...defaults, ...parameters } });
@@ -173,7 +178,7 @@ class Scope {
       const name = prefix + own;
       frame.known[name] = null;
       if (!(run && (one.when === null || this.resolve(one.when)))) continue;
-      const external = one.external === true || !frame.parts.has(one.part ?? part);
+      const external = one.external === true || !frame.runs(one.part ?? part);
       const made = table({ ...this.resolve(one), name, external });
       const first = frame.resources.length;
       frame.known[name] = one.flip === true ? { first, front: 0 } : first;
@@ -187,7 +192,7 @@ class Scope {
     for (const step of steps) {
       const own = step.part ?? part;
       const runs = Boolean(run && (step.when === null || this.resolve(step.when)));
-      const active = runs && frame.parts.has(own);
+      const active = runs && frame.runs(own);
       const times = runs ? this.resolve(step.repeat) : null;
       const ownFresh = active && step.new ? this.resolve(step.new).index : fresh;
       if (step.use) {

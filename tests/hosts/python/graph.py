@@ -177,7 +177,7 @@ class Scope:
         for name, one in self.template["resource"].items():
             name, found = self.prefix + name, None
             if run and (one["when"] is None or self.resolve(one["when"])):
-                external = bool(one["external"]) or (one["part"] or part) not in self.frame.parts
+                external = bool(one["external"]) or (one["part"] or part or None) not in {None, *self.frame.parts}
                 made = Table(self.resolve(one), name=name, external=external)
                 found = [len(resources), 0] if one["flip"] else len(resources)
                 resources += [made, made] if one["flip"] else [made]
@@ -188,7 +188,7 @@ class Scope:
         frame = self.frame
         for step in steps:
             own, runs = step["part"] or part, bool(run and (step["when"] is None or self.resolve(step["when"])))
-            active, rounds = runs and own in frame.parts, self.resolve(step["repeat"]) if runs else None
+            active, rounds = runs and (not own or own in frame.parts), self.resolve(step["repeat"]) if runs else None
             own_new = self.resolve(step["new"])[0] if active and step["new"] else new
             if step["use"]:
                 template = entry(frame.graph["template"], "template", step["use"])

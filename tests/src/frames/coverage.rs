@@ -135,9 +135,7 @@ fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Facts) -> 
         }
     }
 
-    let has = |name: &str, expected: &str| {
-        settings.get(name).or_else(|| settings.get(name)).is_none_or(|own| own == expected)
-    };
+    let has = |name: &str, expected: &str| settings.get(name).is_none_or(|own| own == expected);
     let mut default: BTreeMap<&str, String> =
         library.axis.iter().map(|(name, axis)| (name.as_str(), axis.default.clone())).collect();
     // The light's kind is the scene's.

@@ -38,7 +38,7 @@ Examples:
   cargo xtask graph --package shaders/packages/sglow --set lights=4096
 
 Which resources a frame keeps, the largest first in each part, and which steps it runs, in order: what each reads and writes,
-and how many workgroups or draws that are. Steps that repeat are told once, with the number of rounds. The .svg shows the
+and how many workgroups or draws that are. Steps that repeat are listed once, with the number of rounds. The .svg shows the
 same: a lane for each resource, a column for each step. The .json holds every step and every resource.";
 
 /// Options of `graph`.
