@@ -105,6 +105,26 @@ fn a_method_that_is_laid_over_the_library_renders() {
 }
 
 #[test]
+fn settings_hold_what_they_have_no_field_for() {
+    let mut settings = settings("none", 3);
+    // An axis that has a field, and a value more in the library.
+    settings.others.insert("space".to_owned(), String::new());
+    settings.set("denoise", "blur").unwrap();
+    settings.set("space", "tiles").unwrap();
+    let configuration = settings.configuration();
+    let axis = |name: &str| configuration.axes[name].as_str();
+    assert_eq!((axis("denoise"), axis("space")), ("blur", "tiles"));
+    assert_eq!(configuration.parameters["blur_radius"].real(), 3.0);
+    assert_eq!(settings.get("space").as_deref(), Some("tiles"));
+    settings.set("space", "world").unwrap();
+    assert_eq!(settings.space, sglow_shaders::Space::World);
+    assert_eq!(settings.configuration().axes["space"], "world");
+    assert!(settings.set("denose", "blur").is_err());
+    // Without a library that has the value it is none.
+    assert!(Settings::default().set("space", "tiles").is_err());
+}
+
+#[test]
 fn what_it_does_not_know_is_refused() {
     let (library, scene) = (library(), Scene::builtin("cornell").unwrap());
     let description = &library.frame().unwrap().description;

@@ -133,6 +133,19 @@ mod tests {
     }
 
     #[test]
+    fn every_line_of_the_documents_parses() {
+        let documents = [include_str!("../../docs/overlays.md")];
+        let lines = documents.iter().flat_map(|text| text.lines());
+        let lines: Vec<_> = lines.filter(|line| line.starts_with("cargo xtask ")).collect();
+        assert!(lines.len() >= 5);
+        for line in lines {
+            let words = line.split_whitespace().skip(2);
+            let parsed = Cli::try_parse_from(std::iter::once("cargo xtask").chain(words));
+            assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+        }
+    }
+
+    #[test]
     fn every_example_parses() {
         for command in Cli::command().get_subcommands() {
             let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();

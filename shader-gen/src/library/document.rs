@@ -1,23 +1,6 @@
 //! TOML files that are read as one: a library, and what is laid over it.
 //!
-//! # Laying over
-//! A file is laid over another one key by key; the result is read as if it stood in one file, and every place in it is
-//! known. What lies over *adds*: tables and keys that are not there yet, and entries of lists.
-//!
-//! - A list of tables that have a `name` (a citation: a `key`) grows by those of new names.
-//! - The lists of `require`, of `package.select` and of a template's steps grow.
-//! - Whatever else is there in both *clashes*, and is an error that names both places; unless the table in which it stands, or
-//!   one around it, says `replace = true`. Then the keys that it gives take the place of those that are there, and the others
-//!   stay. In a list of named tables the entry says so. To replace what is not there is an error.
-//!
-//! A step of a template that is there already may say where it stands, by the label of a step, or by its pass or the
-//! template that it uses (with the prefix in front of it) where no step has such a label:
-//!
-//! - `before = "label"` and `after = "label"`, of several steps before the first and behind the last one. Without either it
-//!   stands at the end. Steps behind the same one keep their order.
-//! - `replace = "label"` or `replace = ["label", …]`: where the first of these steps is, and in its configurations, those of
-//!   its `when`, instead of them. Without `when` they are gone.
-//! - `extend = "label"`: it is no step, but its keys are laid over those of the step, as those of any table are.
+//! By which rules, [`super::Overlay`] says.
 
 use std::borrow::Cow;
 use std::ops::Range;

@@ -6,6 +6,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use serde::Deserialize;
+
 use super::document::Read;
 use super::overlay::called;
 use super::place::Places;
@@ -64,16 +66,22 @@ impl Library {
         roots: &[PathBuf],
         mut sources: Sources,
     ) -> Result<Self, Report> {
-        let mut errors = Vec::new();
-        let files: Vec<_> = texts.iter().map(|(file, text)| (*file, text.as_str())).collect();
+        let presets = match presets(&texts[0], &roots[0], &mut sources) {
+            Ok(presets) => presets,
+            Err(error) => return Err(Report::new(vec![error], Arc::new(sources))),
+        };
+        // The presets are the library's own: they come before what is laid over it.
+        let all = texts[..1].iter().chain(&presets).chain(&texts[1..]);
+        let files: Vec<_> = all.map(|(file, text)| (*file, text.as_str())).collect();
         let laid = Read::new(&files).and_then(|mut read| {
-            let headers = read.take("library");
+            let headers = read.take("library").split_off(presets.iter().count());
             Ok((headers, read.laid()?))
         });
         let parsed = laid.and_then(|(headers, places)| {
             let library = places.parsed::<Self>().map_err(|error| vec![error])?;
             Ok((headers, places, library))
         });
+        let mut errors = Vec::new();
         let (headers, places, mut library) = match parsed {
             Ok(parsed) => parsed,
             Err(errors) => return Err(Report::new(errors, Arc::new(sources))),
@@ -85,7 +93,6 @@ impl Library {
             return Err(Report::new(errors, Arc::new(sources)));
         }
         let root = &roots[0];
-        library.read_presets(root, &places, &mut sources, &mut errors);
         library.read_frame(root, &places, &headers, &mut sources, &mut errors);
         library.read_inputs(root, &places, &mut sources, &mut errors);
         library.check(&places, &mut errors);
@@ -102,34 +109,6 @@ impl Library {
         library.check_pass_names(&places, unread, &mut errors);
         library.sources = sources;
         if errors.is_empty() { Ok(library) } else { Err(Report::new(errors, library.sources)) }
-    }
-
-    /// Adds the presets of the file that the header names; one that does not exist has none.
-    fn read_presets(
-        &mut self,
-        root: &Path,
-        places: &Places<'_>,
-        sources: &mut Sources,
-        errors: &mut Vec<Diagnostic>,
-    ) {
-        let Some(name) = &self.library.presets else { return };
-        let path = root.join(name);
-        let wrong = |why: String| {
-            let error = Diagnostic::new(Code::Read, format!("{}: {why}", relative(root, &path)));
-            places.mark(error, &["library", "presets"], "read from here")
-        };
-        let text = match fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(error) if error.kind() == ErrorKind::NotFound => return,
-            Err(error) => return errors.push(wrong(error.to_string())),
-        };
-        match PresetFile::read(&text) {
-            Ok(file) => {
-                sources.add(relative(root, &path), text.as_str());
-                self.preset.extend(file.preset);
-            }
-            Err(error) => errors.push(wrong(error.message().to_owned())),
-        }
     }
 
     /// The files that were read: `library.toml`, the presets, the frame and the examples of its inputs if there are any, then the modules.
@@ -190,5 +169,42 @@ impl Library {
             }
         }
         modules
+    }
+}
+
+/// The file of presets that the header of a library names, with its index; one that does not exist has none.
+fn presets(
+    (file, text): &(usize, String),
+    root: &Path,
+    sources: &mut Sources,
+) -> Result<Option<(usize, String)>, Diagnostic> {
+    #[derive(Deserialize)]
+    struct Alone {
+        library: Named,
+    }
+    #[derive(Deserialize)]
+    struct Named {
+        presets: Option<String>,
+    }
+    // What is wrong with the library itself, its reader says.
+    let named = toml::from_str(text).ok().and_then(|Alone { library }| library.presets);
+    let Some(path) = named.map(|name| root.join(name)) else { return Ok(None) };
+    let shown = relative(root, &path);
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => {
+            let error = Diagnostic::new(Code::Read, format!("{shown}: {error}"));
+            let place = Places::of(&[(*file, text.as_str())]);
+            return Err(place.mark(error, &["library", "presets"], "read from here"));
+        }
+    };
+    let file = sources.add(shown, text.as_str());
+    match PresetFile::read(&text) {
+        Ok(_) => Ok(Some((file, text))),
+        Err(error) => {
+            let range = error.span().unwrap_or_default();
+            Err(Diagnostic::new(Code::Declaration, error.message()).at(file, range, "here"))
+        }
     }
 }

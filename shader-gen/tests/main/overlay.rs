@@ -11,7 +11,7 @@ use sglow_shader_gen::package::{self, Options};
 use sglow_shader_gen::validate::Validated;
 use sglow_shader_gen::{frame, generate, manifest};
 
-use crate::{edited_in, foreign_library, foreign_root};
+use crate::{edited, edited_in, foreign_library, foreign_root};
 
 /// The folder of what is laid over the foreign library.
 fn over_root() -> PathBuf {
@@ -167,6 +167,37 @@ fn a_step_takes_the_place_of_others_in_its_configurations() {
         .filter_map(|step| Some((step.label.as_deref()?, step.when.as_ref()?.text.as_str())))
         .collect();
     assert_eq!(whens["sum"], "!(smooth == 'box')");
+}
+
+#[test]
+fn presets_of_files_count_and_those_that_are_laid_over_them_clash_or_replace() {
+    let base = edited(&[(
+        "library.toml",
+        "source = \"src\"",
+        "source = \"src\"\npresets = \"more.toml\"",
+    )]);
+    let preset = |more: &str| {
+        let set = "description = \"rough\"\nset = { channel = \"mean\" }\n";
+        format!("[[preset]]\nname = \"quick\"\n{more}{set}")
+    };
+    std::fs::write(base.path().join("more.toml"), preset("")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let over = folder.path().join("over");
+    let with = |more: &str| {
+        let _ = std::fs::remove_dir_all(&over);
+        edited_in(&over_root(), &over, &[]);
+        let path = over.join("library.toml");
+        let text = std::fs::read_to_string(&path).unwrap() + "\n" + &preset(more);
+        std::fs::write(&path, text.replace("\"mean\" }", "\"mean\", smooth = \"box\" }")).unwrap();
+        Library::load_with(base.path(), &[over.clone()])
+    };
+    let text = with("").unwrap_err().to_string();
+    for part in ["over/library.toml:4", "more.toml:2:8", "`quick` of `preset`"] {
+        assert!(text.contains(part), "{text}");
+    }
+    let library = with("replace = true\n").unwrap_or_else(|report| panic!("{report}"));
+    assert_eq!(library.find_preset("quick").unwrap().set["smooth"].to_string(), "box");
+    assert_eq!(library.preset.len(), 1);
 }
 
 /// What is said of the foreign library with `edits` of what is laid over it.

@@ -1,12 +1,13 @@
 //! `graph`: the frame of a configuration, as a list and as a drawing.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sglow_graph::description::{Number, Parameter};
+use sglow_graph::description::{DrawList, Parameter};
 use sglow_graph::frame::Frame;
 use sglow_graph::{Configuration, Description};
+use sglow_renderer::plan::Surfaces;
 use sglow_runtime::interface;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -125,7 +126,6 @@ fn content(arguments: &Arguments) -> Result<Content> {
             settle(&library, &allowed, &arguments.set, &requested)?
         }
     };
-    let configuration = configuration(&settings, scene.as_ref());
     let package = arguments.package.as_deref();
     let package =
         package.map(|folder| render::package(Some(folder), &arguments.over)).transpose()?;
@@ -135,6 +135,7 @@ fn content(arguments: &Arguments) -> Result<Content> {
     };
     let none = || Failure::new(format!("{origin}: describes no frame"));
     let description = description.ok_or_else(none)?;
+    let configuration = configuration(&settings, scene.as_ref(), description);
     let frame = description.evaluate(&configuration)?;
     let bindings = match &package {
         Some(package) => of_package(package, &frame)?,
@@ -147,38 +148,24 @@ fn content(arguments: &Arguments) -> Result<Content> {
     Ok(Content::new(title, changed, configuration, &frame, &bindings))
 }
 
-/// Settings and a scene in the words of the frame; without a scene of one opaque material without textures.
-fn configuration(settings: &Settings, scene: Option<&Scene>) -> Configuration {
-    let mut kinds: BTreeMap<(&str, &str), bool> = BTreeMap::new();
-    let (mut vertices, mut indices) = (0, 0);
-    if let Some(scene) = scene {
-        let traits = scene.traits();
-        for mesh in &scene.meshes {
-            vertices += mesh.positions.len() as u64;
-            indices += mesh.indices.len() as u64;
-            let Some(of) = traits.get(mesh.material) else { continue };
-            let material = if of.textured { "textured" } else { "constant" };
-            let opacity = if of.cutout { "cutout" } else { "opaque" };
-            *kinds.entry((material, opacity)).or_default() |= of.emits;
-        }
-    } else {
-        kinds.insert(("constant", "opaque"), false);
-    }
-    let draws = |emitters: bool| -> BTreeSet<BTreeMap<String, String>> {
-        let of = |((material, opacity), _): (&(&str, &str), &bool)| {
-            let axes = [("material", *material), ("opacity", *opacity)];
-            axes.map(|(axis, value)| (axis.to_owned(), value.to_owned())).into()
-        };
-        kinds.iter().filter(|(_, emits)| **emits || !emitters).map(of).collect()
-    };
-    let lists = [("surfaces", draws(false)), ("emitters", draws(true))];
+/// Settings in the words of the frame. Without a scene the host draws with the defaults of its lists' axes.
+fn configuration(
+    settings: &Settings,
+    scene: Option<&Scene>,
+    description: &Description,
+) -> Configuration {
     let mut configuration = settings.configuration();
-    let emission = if kinds.values().any(|&emits| emits) { "seen" } else { "none" };
-    configuration.axes.insert("emission".to_owned(), emission.to_owned());
-    let numbers = [("occluder_vertex_count", vertices), ("occluder_index_count", indices)];
-    let numbers = numbers.map(|(name, number)| (name.to_owned(), Number::Whole(number)));
-    configuration.parameters.extend(numbers);
-    configuration.draws = lists.map(|(name, kinds)| (name.to_owned(), kinds)).into();
+    if let Some(scene) = scene {
+        Surfaces::of(scene, settings.complete).describe(&mut configuration);
+        return configuration;
+    }
+    let kind = |list: &DrawList| {
+        let default =
+            |axis: &String| Some((axis.clone(), description.axes.get(axis)?.default.clone()));
+        BTreeSet::from([list.axes.iter().filter_map(default).collect()])
+    };
+    let lists = description.draws.iter();
+    configuration.draws = lists.map(|(name, list)| (name.clone(), kind(list))).collect();
     configuration
 }
 
@@ -192,10 +179,8 @@ fn changed(description: &Description, configuration: &Configuration) -> Vec<Stri
         let known = description.parameter.get(*name);
         // Settings hold real numbers in 32 bits.
         let same = |known: &Parameter| known.default.real() as f32 == number.real() as f32;
-        known.is_some_and(|known| !same(known))
-            // The title says these, and the scene.
-            && !["width", "height"].contains(&name.as_str())
-            && !name.starts_with("occluder_")
+        // The title says the sizes of what the host has, and the scene.
+        known.is_some_and(|known| !known.host && !same(known))
     });
     let numbers = numbers.map(|(name, number)| format!("{name}={}", number.real() as f32));
     axes.chain(numbers).collect()
