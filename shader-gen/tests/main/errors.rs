@@ -53,6 +53,7 @@ errors! {
     a_frame_that_is_no_toml: (FRAME, "[template.frame.let]", "[template.frame.let");
     a_frame_that_says_what_the_language_does_not: (FRAME, "external = true", "extern = true");
     formulas_that_are_none:
+        (FRAME, "size = [\"width\", \"height\"]", "size = [\"width *\", \"3 heights\"]"),
         (FRAME, "bins = 256", "bins = \"256 +\""),
         (FRAME, "div_ceil(width, 256)", "div_ceil(width)"),
         (FRAME, "counter == 'workgroup', 1, height", "counter == 'workgruop', 1, height");

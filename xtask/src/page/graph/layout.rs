@@ -11,7 +11,7 @@ pub(super) const SIZE: f64 = 12.0;
 /// The same for headings.
 pub(super) const LARGE: f64 = 15.0;
 /// Width of a character over the size of its font: that of common fonts of one width, rounded up.
-const ADVANCE: f64 = 0.61;
+const ADVANCE: f64 = 0.62;
 /// Height of a lane, and width of a column.
 pub(super) const LANE: f64 = 20.0;
 /// Space around everything.
