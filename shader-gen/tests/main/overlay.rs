@@ -189,7 +189,7 @@ fn presets_of_files_count_and_those_that_are_laid_over_them_clash_or_replace() {
         let path = over.join("library.toml");
         let text = std::fs::read_to_string(&path).unwrap() + "\n" + &preset(more);
         std::fs::write(&path, text.replace("\"mean\" }", "\"mean\", smooth = \"box\" }")).unwrap();
-        Library::load_with(base.path(), &[over.clone()])
+        Library::load_with(base.path(), std::slice::from_ref(&over))
     };
     let text = with("").unwrap_err().to_string();
     for part in ["over/library.toml:4", "more.toml:2:8", "`quick` of `preset`"] {
