@@ -14,11 +14,13 @@ use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{FrameError, Pixels, Renderer, Surfaces, occluders};
 use sglow_renderer::reference::path::{SceneMaterials, facets};
 use sglow_renderer::stages::Stages as _;
+use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
 use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::{Light, LightKind, Scene};
+use sglow_shaders::Density;
 use thiserror::Error;
 
 /// Why nothing could be followed.
@@ -160,8 +162,13 @@ pub fn indirect_at(
 
 /// Whether two settings draw by the same density.
 fn shares(one: &Settings, other: &Settings) -> bool {
-    let drawn_by =
-        |settings: &Settings| (settings.density, settings.lobes, settings.precision, settings.map);
+    let drawn_by = |settings: &Settings| {
+        let Settings { density, lobes, precision, map, .. } = *settings;
+        // The camera's lights and their emission are a part of the bidirectional density.
+        let bidirectional = density == Density::Bidirectional;
+        let camera = bidirectional.then_some((settings.camera_lights, settings.emitter));
+        (density, lobes, precision, map, settings.specular_power(), camera)
+    };
     drawn_by(one) == drawn_by(other)
 }
 
