@@ -312,7 +312,23 @@ fn changes(frames: &[Vec<f64>], reference: Option<&[Vec<f64>]>) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
+    use sglow_shaders::{Lobes, SpecularPower};
+
     use super::*;
+
+    #[test]
+    fn only_equal_densities_are_shared() {
+        let base = Settings::default();
+        let lights = Settings { lights: 7, camera_lights: 7, ..base.clone() };
+        assert!(shares(&base, &lights));
+        let albedo = Settings { specular_power: SpecularPower::Albedo, ..base.clone() };
+        assert!(!shares(&base, &albedo));
+        let diffuse = |settings: &Settings| Settings { lobes: Lobes::Diffuse, ..settings.clone() };
+        assert!(shares(&diffuse(&base), &diffuse(&albedo)));
+        let bidirectional =
+            |settings: &Settings| Settings { density: Density::Bidirectional, ..settings.clone() };
+        assert!(!shares(&bidirectional(&base), &bidirectional(&lights)));
+    }
 
     #[test]
     fn flicker_is_what_the_reference_does_not_do() {
