@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use glam::{DVec3, Vec3};
 use serde_json::Value;
 use sglow_runtime::host;
-use sglow_runtime::light::LightView;
+use sglow_runtime::light::{LightView, Surroundings};
 use sglow_scene::{Bounds, Light, LightKind};
 
 use crate::common::library;
@@ -25,27 +26,32 @@ impl Given<'_> {
         self.0[name] == value
     }
 
-    /// The width of a texel of the light's map at the distance of the scene's radius.
-    fn texel(&self) -> f32 {
-        let extent = match () {
-            () if self.is("light", "directional") => self.number("half_extent"),
-            () if self.is("light", "point") => self.number("radius"),
-            () => self.number("tan_half_angle") * self.number("radius"),
+    /// The view of the light; what an example leaves out does not count for its result.
+    fn lit(&self) -> LightView {
+        let number = |name: &str| self.0.get(name).and_then(Value::as_f64);
+        // A directional light's image is a little larger than the scene.
+        let radius = number("radius").or(number("half_extent").map(|extent| extent / 1.001));
+        let around = Surroundings {
+            origin: DVec3::ZERO,
+            center: DVec3::ZERO,
+            radius: radius.unwrap_or(1.0) as f32,
+            map: self.whole("map"),
         };
-        2.0 * extent / self.number("map")
-    }
-
-    /// The power of the brightest photon that the light can give.
-    fn brightest(&self) -> f64 {
-        let square = |name| f64::from(self.number(name)).powi(2);
-        let image = match () {
-            () if self.is("light", "directional") => 4.0 * square("half_extent"),
-            () if self.is("light", "point") => 32.0,
-            () => 4.0 * square("tan_half_angle"),
-        };
-        let intensity = self.0["intensity"].as_array().unwrap().iter();
-        let largest = intensity.filter_map(Value::as_f64).fold(0.0, f64::max);
-        largest * image / square("map")
+        let intensity = self.0.get("intensity").and_then(Value::as_array);
+        let intensity = intensity.map_or([1.0; 3], |all| {
+            std::array::from_fn(|index| all[index].as_f64().unwrap() as f32)
+        });
+        let at = DVec3::new(0.0, 2.0, 0.0);
+        match () {
+            () if self.is("light", "directional") => {
+                LightView::directional(&around, Vec3::NEG_Z, intensity)
+            }
+            () if self.is("light", "point") => LightView::point(&around, at, intensity),
+            () => {
+                let outer = self.number("tan_half_angle").atan();
+                LightView::spot(&around, at, Vec3::NEG_Z, [0.0, outer], intensity)
+            }
+        }
     }
 
     fn view(&self) -> LightView {
@@ -71,9 +77,9 @@ fn computed(name: &str, given: &Given<'_>) -> f64 {
     let lobe = || given.is("emitter", "lobe");
     let sharpness = || f64::from(given.number("emission_sharpness"));
     f64::from(match name {
-        "minimum_variance" => host::minimum_variance(given.texel()),
-        "power_unit" => host::power_unit(given.brightest()),
-        "power_scale" => 1.0 / host::power_unit(given.brightest()),
+        "minimum_variance" => given.lit().minimum_variance,
+        "power_unit" => given.lit().power_unit,
+        "power_scale" => 1.0 / given.lit().power_unit,
         "diffuse_mean_length" if !lobe() => 1.0,
         "diffuse_mean_length" if given.is("sharpness", "toksvig") => {
             return host::mean_length_toksvig(sharpness());
