@@ -290,7 +290,7 @@ mod tests {
     fn what_is_wrong_is_told_all_at_once() {
         let set = ["colour=red", "kernel=cubic", "kernel"].map(str::to_owned);
         let text = Shot::new("cornell", &set, [8, 8], &numbers()).err().unwrap().to_string();
-        for part in ["no axis 'colour'", "previous, modified", "not AXIS=VALUE"] {
+        for part in ["unknown axis 'colour'", "previous, modified", "not AXIS=VALUE"] {
             assert!(text.contains(part), "{text}");
         }
         let light = Numbers { light: Some(7), ..numbers() };

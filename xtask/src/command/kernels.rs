@@ -296,7 +296,7 @@ mod tests {
         assert_eq!(methods, [Kernel::Previous]);
         let wrong = settings(&arguments(&["kernel=cubic", "colour=red", "x"]), 16);
         let text = wrong.err().unwrap().to_string();
-        for part in ["previous, modified", "no axis 'colour'", "`x` is not AXIS=VALUE"] {
+        for part in ["previous, modified", "unknown axis 'colour'", "`x` is not AXIS=VALUE"] {
             assert!(text.contains(part), "{text}");
         }
     }
