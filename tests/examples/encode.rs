@@ -7,9 +7,9 @@
 use std::time::{Duration, Instant};
 
 use sglow_renderer::device::Gpu;
-use sglow_renderer::frame::Renderer;
+use sglow_renderer::frame::{Renderer, occluders};
 use sglow_renderer::plan::{Plan, Surfaces};
-use sglow_runtime::indirect::IndirectError;
+use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
@@ -81,9 +81,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let settings = settings(changes)?;
         let package = package(&settings, &scene)?;
         let renderer = Renderer::new(&gpu, &package, &scene, &settings, 0)?;
+        let occluders = occluders(&gpu, &scene, &settings)?;
+        let indirect = Indirect::of_parts(gpu.source(&package), &settings, &PARTS, &occluders)?;
         let encode = || {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            renderer.indirect().encode(&mut encoder, &renderer.inputs(), None)?;
+            indirect.encode(&mut encoder, &renderer.inputs(), None)?;
             Ok::<_, IndirectError>(encoder.finish())
         };
         // As many at a time as take a tenth of a second: processor time is counted in milliseconds.
