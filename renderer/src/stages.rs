@@ -27,13 +27,7 @@ pub trait Stages {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) -> Encoded {
-        let own = self.indirect();
-        own.encode_where(
-            |stage| stage.label.starts_with(CAMERA),
-            encoder,
-            &own.given(inputs),
-            timer.map(|timer| timer as _),
-        )
+        run(self.indirect(), |stage| stage.label.starts_with(CAMERA), encoder, inputs, timer)
     }
 
     /// Level 0 of what clusters of the reflective shadow map sum.
@@ -43,13 +37,7 @@ pub trait Stages {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) -> Encoded {
-        let own = self.indirect();
-        own.encode_where(
-            |stage| stage.label == "moments",
-            encoder,
-            &own.given(inputs),
-            timer.map(|timer| timer as _),
-        )
+        run(self.indirect(), |stage| stage.label == "moments", encoder, inputs, timer)
     }
 
     /// Level 0 of the density. Nothing with 16-bit moments drawn by power, whose own pass writes the weight that the density
@@ -60,13 +48,7 @@ pub trait Stages {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) -> Encoded {
-        let own = self.indirect();
-        own.encode_where(
-            |stage| stage.label == "density",
-            encoder,
-            &own.given(inputs),
-            timer.map(|timer| timer as _),
-        )
+        run(self.indirect(), |stage| stage.label == "density", encoder, inputs, timer)
     }
 
     /// In place of that: level 0 of the density from another that has encoded it. Both have maps of the same size; copies
@@ -103,8 +85,7 @@ pub trait Stages {
         inputs: &Inputs<'_>,
         timer: Option<&mut Timer<'_>>,
     ) -> Encoded {
-        let own = self.indirect();
-        own.encode_where(is_sample, encoder, &own.given(inputs), timer.map(|timer| timer as _))
+        run(self.indirect(), is_sample, encoder, inputs, timer)
     }
 
     /// Kernels alone, which need no map.
@@ -260,6 +241,17 @@ pub trait Stages {
     fn splats(&self) -> Option<wgpu::Buffer> {
         self.indirect().buffer("splats")
     }
+}
+
+/// Encodes some stages with all that a frame of indirect light reads.
+fn run(
+    own: &Indirect,
+    wanted: impl Fn(Stage<'_>) -> bool,
+    encoder: &mut wgpu::CommandEncoder,
+    inputs: &Inputs<'_>,
+    timer: Option<&mut Timer<'_>>,
+) -> Encoded {
+    own.encode_where(wanted, encoder, &own.given(inputs), timer.map(|timer| timer as _))
 }
 
 impl Stages for Indirect {

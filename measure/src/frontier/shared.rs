@@ -118,7 +118,7 @@ impl<'a> Lights<'a> {
         Ok(Self { step: Step::new(cache, &key, make)?, hidden: RefCell::new(None) })
     }
 
-    /// The lights with the shadow maps of `hiding`, by the settings of `way`.
+    /// The lights, after their shadow maps were drawn by `hiding` with the settings of a configuration.
     pub(super) fn hidden(
         &self,
         subject: &Subject<'_>,

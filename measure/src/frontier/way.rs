@@ -90,16 +90,16 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
         ours.get(axis) != theirs.get(axis) && !follows
     };
     let value = |axis| Some(format!("{axis}={}", ours.get(axis)?));
-    let mut told: Vec<String> = compared().filter(differs).filter_map(value).collect();
+    let mut parts: Vec<String> = compared().filter(differs).filter_map(value).collect();
     let numbers = Settings::PARAMETERS.iter().copied();
     let others = settings.others.keys().map(String::as_str);
     for name in numbers.chain(others) {
         let [ours, theirs] = [settings, base].map(|one| self::value(one, name));
         let text = ours.iter().filter(|_| ours != theirs).map(|ours| format!("{name}={ours}"));
         // An axis that has a field is there already if that has changed.
-        told.extend(text.filter(|text| !told.contains(text)).collect::<Vec<_>>());
+        parts.extend(text.filter(|text| !parts.contains(text)).collect::<Vec<_>>());
     }
-    if told.is_empty() { "default".to_owned() } else { told.join(",") }
+    if parts.is_empty() { "default".to_owned() } else { parts.join(",") }
 }
 
 /// The variants that tell a way from others: what draws or sums its lights, and what reflects and hides them.

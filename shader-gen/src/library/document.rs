@@ -130,7 +130,7 @@ impl<'a> Document<'a> {
     ///
     /// # Errors
     ///
-    /// What does not have the form that is asked for.
+    /// A value of another form than the key takes.
     pub(crate) fn parsed<T: DeserializeOwned>(&self) -> Result<T, Diagnostic> {
         let table = match self.root.get_ref() {
             DeValue::Table(table) => table.clone(),

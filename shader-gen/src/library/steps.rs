@@ -96,7 +96,7 @@ pub(super) fn lay<'a>(
     }
 }
 
-/// The paths of the steps that are called so, in their order; nothing if there are none, which is told.
+/// The paths of the steps of these names, in their order; nothing if there are none, which is an error in `lay`.
 fn found(
     lay: &mut Lay<'_>,
     own: &DeArray<'_>,

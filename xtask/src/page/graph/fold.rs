@@ -1,4 +1,4 @@
-//! Steps that are repeated, told once: rounds of a mip chain, digits of a sort.
+//! Repeated steps, listed once: rounds of a mip chain, digits of a sort.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -150,8 +150,8 @@ pub(crate) fn levels(levels: &Levels) -> Vec<String> {
         _ if other(name, ".0", ".1").is_some() => format!("{name},1"),
         _ => name.clone(),
     };
-    let told = |(name, _): &(&String, &BTreeSet<u64>)| other(name, ".1", ".0").is_none();
-    levels.iter().filter(told).map(text).collect()
+    let listed = |(name, _): &(&String, &BTreeSet<u64>)| other(name, ".1", ".0").is_none();
+    levels.iter().filter(listed).map(text).collect()
 }
 
 #[cfg(test)]
