@@ -44,7 +44,7 @@ fn main() -> std::io::Result<()> {
     }
     // What the CPU does between passes is inside the wall's clock.
     hash.update(std::env::var("OPT_LEVEL").unwrap_or_default());
-    let hash: String = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    let hash = base16ct::lower::encode_string(&hash.finalize());
     println!("cargo::rustc-env=SGLOW_CODE={hash}");
     Ok(())
 }

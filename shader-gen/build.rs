@@ -31,7 +31,7 @@ fn main() -> io::Result<()> {
     for (name, version) in &versions {
         digest.update(format!("{name} {version}\n"));
     }
-    let fingerprint: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    let fingerprint = base16ct::lower::encode_string(&digest.finalize());
     let naga = versions.get("naga").map_or("unknown", String::as_str);
     println!("cargo::rustc-env=SGLOW_GENERATOR_FINGERPRINT={fingerprint}");
     println!("cargo::rustc-env=SGLOW_NAGA_VERSION={naga}");

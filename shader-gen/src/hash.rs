@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use base16ct::lower::encode_string;
 use sha2::{Digest, Sha256};
 
 /// Changes whenever the sources of this crate, or the versions of the crates that print, change.
@@ -13,7 +14,7 @@ pub const NAGA: &str = env!("SGLOW_NAGA_VERSION");
 /// SHA-256 in hexadecimal.
 #[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(bytes))
+    encode_string(&Sha256::digest(bytes))
 }
 
 /// SHA-256 of named parts, whatever their order; a part's name and its text cannot be confused.
@@ -27,7 +28,7 @@ pub fn of_parts<'a>(parts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Stri
             digest.update(part);
         }
     }
-    hexadecimal(&digest.finalize())
+    encode_string(&digest.finalize())
 }
 
 /// The lines of `SHA256SUMS`, as `sha256sum` writes and checks them.
@@ -40,10 +41,6 @@ pub fn sums(files: &BTreeMap<String, Vec<u8>>) -> String {
 #[must_use]
 pub fn read_sums(text: &str) -> BTreeMap<&str, &str> {
     text.lines().filter_map(|line| line.split_once("  ")).map(|(hash, path)| (path, hash)).collect()
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

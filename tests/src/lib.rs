@@ -14,6 +14,8 @@ mod dark;
 #[cfg(test)]
 mod density;
 #[cfg(test)]
+mod dependencies;
+#[cfg(test)]
 mod direct;
 #[cfg(test)]
 mod execute;
@@ -63,6 +65,8 @@ mod pruning;
 mod shade;
 #[cfg(test)]
 mod stress;
+#[cfg(test)]
+mod strict;
 #[cfg(test)]
 mod surface;
 #[cfg(test)]

@@ -277,7 +277,7 @@ pub fn scene_hash(scene: &Scene) -> String {
         hash.update(&image.rgba8);
     }
     hash.update(format!("{:?} {:?} {:?}", scene.materials, scene.lights, scene.camera));
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    base16ct::lower::encode_string(&hash.finalize())
 }
 
 /// A pixel with what was shaded there, as a report tells it.

@@ -1,34 +1,28 @@
 //! Densities that are hard on filtering kernels; the same for everybody.
 
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng as _;
+
 use crate::rsm::{Pyramid, PyramidError};
 
-/// A small generator of random numbers: PCG with 64 bits of state and 32 bits of output.
-// [O'Neill 2014, PCG: A family of simple fast space-efficient statistically good algorithms], XSH-RR
+/// Random numbers of a seed: PCG with 64 bits of state and 32 bits of output (XSH-RR).
+// [O'Neill 2014, PCG: A family of simple fast space-efficient statistically good algorithms]
 #[derive(Clone, Debug)]
-pub struct Random {
-    state: u64,
-}
+pub struct Random(Pcg32);
+
+/// Which of its sequences: the one whose increment is that of Knuth's MMIX, 1442695040888963407 = 2 `STREAM` + 1.
+const STREAM: u64 = 721_347_520_444_481_703;
 
 impl Random {
     /// The generator of a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        let mut random = Self { state: seed.wrapping_add(1_442_695_040_888_963_407) };
-        random.bits();
-        random
+        Self(Pcg32::new(seed, STREAM))
     }
 
     /// The next 32 bits.
     pub fn bits(&mut self) -> u32 {
-        let old = self.state;
-        self.state =
-            old.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "the generator is defined by these truncations"
-        )]
-        let (shifted, rotation) = ((((old >> 18) ^ old) >> 27) as u32, (old >> 59) as u32);
-        shifted.rotate_right(rotation)
+        self.0.next_u32()
     }
 
     /// Uniform in 0 to 1, both excluded.
@@ -133,6 +127,17 @@ mod tests {
         is_monotone, kernel_mass, modified_factor, modified_level, previous_factor, previous_level,
     };
     use crate::fis::{lattice, trilinear, warp};
+
+    #[test]
+    fn random_numbers_are_the_same_everywhere() {
+        // Computed by the definition of the generator in Python.
+        let first = |seed| {
+            let mut random = Random::new(seed);
+            std::array::from_fn(|_| random.bits())
+        };
+        assert_eq!(first(0), [3_894_649_422_u32, 2_055_130_073, 2_315_086_854, 2_925_816_488]);
+        assert_eq!(first(9), [3_396_683_593_u32, 298_473_608, 3_727_095_581, 3_489_016_208]);
+    }
 
     #[test]
     fn the_generator_is_uniform_and_normal() {
