@@ -4,6 +4,7 @@
 //! loops, bindings or pointers into buffers are not mirrored; those of a function library have none.
 
 mod build;
+mod expression;
 mod operation;
 mod rearrange;
 
