@@ -1,6 +1,6 @@
 //! The f64 evaluation of every formula of sglow, and the truths that the formulas approximate.
 //!
-//! Written from the papers and from the conventions in `ARCHITECTURE.md`, apart from the shaders, so that agreement
+//! Written from the papers and from the conventions in `docs/conventions.md`, apart from the shaders, so that agreement
 //! between the two means something. Everything is a pure function over plain arrays.
 //!
 //! # Two kinds of number

@@ -70,7 +70,7 @@ impl From<Faults> for IndirectError {
     }
 }
 
-/// The three surface textures of a reflective shadow map or a G-buffer; what they hold stands in ARCHITECTURE.md.
+/// The three surface textures of a reflective shadow map or a G-buffer; `docs/conventions.md` says what they hold.
 #[derive(Clone, Copy)]
 pub struct SurfaceViews<'a> {
     /// Position, relative to [`crate::light::Surroundings::origin`]; dielectric reflectance in w, negative without a surface.
