@@ -9,8 +9,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::failure::{Failure, Result};
-use crate::table;
-use crate::write;
+use crate::{table, write};
 
 /// How a value has to lie to its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use sglow_measure::cache::{Cache, CacheError, Key};
-use sglow_measure::frontier::document::{Pruned, Side};
 use sglow_measure::frontier::subject::scene_hash;
 use sglow_renderer::device::AdapterFacts;
+use sglow_results::frontier::document::{Pruned, Side};
 use sglow_scene::Scene;
 
 use crate::machine::target_folder;
@@ -83,8 +83,8 @@ pub(crate) fn find(scene: &Scene) -> Option<Measured> {
 
 #[cfg(test)]
 mod tests {
-    use sglow_measure::frontier::document::Pass;
-    use sglow_measure::time::Time;
+    use sglow_results::frontier::document::Pass;
+    use sglow_results::time::Time;
 
     use super::*;
 

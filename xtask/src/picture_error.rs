@@ -1,6 +1,6 @@
 //! Errors of pictures as a person reads them, the same in every table.
 
-use sglow_measure::picture_error::{Metric, PictureError};
+use sglow_results::picture_error::{Metric, PictureError};
 
 /// Headings of [`cells`].
 pub(crate) const HEADINGS: [&str; 6] = ["relMSE", "RMSE", "median", "95 %", "FLIP", "bias"];
@@ -52,7 +52,7 @@ fn digits(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use sglow_measure::picture_error::Uncertainty;
+    use sglow_results::picture_error::Uncertainty;
 
     use super::*;
 

@@ -56,7 +56,7 @@ impl Bars {
     }
 }
 
-impl sglow_measure::frontier::progress::Progress for Bars {
+impl sglow_results::progress::Progress for Bars {
     fn start(&self, what: &str, steps: usize) {
         self.replace(Some(if steps == 0 { spinner(what) } else { bar(what, steps) }));
     }

@@ -15,8 +15,7 @@ use crate::derivation::{Derivation, Request};
 use crate::failure::{self, Failure, Result};
 use crate::machine::repository;
 use crate::measured::{self, Measured};
-use crate::saving;
-use crate::shot;
+use crate::{saving, shot};
 
 /// What is laid over the library.
 #[derive(Clone, Debug, Default, Args)]

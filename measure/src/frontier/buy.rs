@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use sglow_results::frontier::choose::{Bought, Budget, choose};
+use sglow_results::frontier::document::{Metric, Reference, Way};
+use sglow_results::frontier::rank;
+use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 
-use super::choose::{Bought, Budget, choose};
-use super::document::{Metric, Reference, Way};
-use super::progress::Progress;
 use super::subject::{FrontierError, Subject};
 use super::together::whole_frames;
 use super::truth::truth;
-use super::{measure, rank, way};
+use super::{measure, way};
 use crate::cache::Cache;
 
 /// What a budget buys.

@@ -3,16 +3,10 @@
 
 mod bench;
 pub mod buy;
-pub mod choose;
-pub mod document;
-pub mod equal;
 pub mod evaluate;
 mod measure;
-pub mod points;
-pub mod progress;
-pub mod promise;
+pub mod named;
 mod prune;
-pub mod rank;
 pub mod scene;
 pub mod screen;
 mod shadings;

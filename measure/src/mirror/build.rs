@@ -7,10 +7,10 @@ use naga::{
     BinaryOperator, Block, Expression, Function, Handle, Literal, LocalVariable, MathFunction,
     Module, RelationalFunction, ScalarKind, Statement, SwizzleComponent, TypeInner, UnaryOperator,
 };
+use sglow_results::arithmetic::Arithmetic;
 
 use super::operation::Operation;
 use super::{MirrorError, Register, Step};
-use crate::arithmetic::Arithmetic;
 
 pub(super) fn unsupported(function: &Function, what: impl Into<String>) -> MirrorError {
     MirrorError::Unsupported {

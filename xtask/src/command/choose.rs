@@ -7,9 +7,10 @@ use clap::{ArgGroup, Args};
 use serde_json::Value;
 use sglow_measure::frontier::RUNS;
 use sglow_measure::frontier::buy::{Purchase, buy};
-use sglow_measure::frontier::choose::{self, Budget};
-use sglow_measure::frontier::document::{Metric, Way};
 use sglow_measure::frontier::subject::Subject;
+use sglow_results::frontier::choose;
+use sglow_results::frontier::choose::Budget;
+use sglow_results::frontier::document::{Metric, Way};
 use sglow_shader_gen::package::Target;
 
 use crate::command::gen_shaders;

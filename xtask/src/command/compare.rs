@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use sglow_measure::picture_error::{
+use sglow_results::picture_error::{
     Display, Metric, Pair, PictureError, Radiance, compare, flip_map, relative_errors,
 };
 
@@ -285,7 +285,7 @@ fn draw(out: &Path, loaded: &Loaded, error: &PictureError) -> Result {
     let top = top.unwrap_or(1.0);
     let errors = loaded.with(relative_errors);
     let flip = loaded.with(|pair| {
-        let reference = sglow_measure::picture_error::mean(pair.whole_halves);
+        let reference = sglow_results::picture_error::mean(pair.whole_halves);
         flip_map(&reference, pair.whole, pair.size, pair.display)
     });
     for (name, values, top, what) in
@@ -428,12 +428,12 @@ mod tests {
     /// say of the same light; `reproduce` calls what `render` does.
     #[test]
     fn every_command_has_the_same_numbers_for_the_same_pair() {
-        use sglow_measure::frontier::document::Reference;
         use sglow_measure::frontier::evaluate::Evaluator;
         use sglow_measure::frontier::subject::Subject;
         use sglow_measure::frontier::truth::Truth;
-        use sglow_measure::picture_error::mean;
         use sglow_oracle::metrics;
+        use sglow_results::frontier::document::Reference;
+        use sglow_results::picture_error::mean;
 
         use crate::command::render;
         use crate::shot::{self, Numbers, Shot};

@@ -4,10 +4,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
-use sglow_measure::light_maps::{self, OnScene};
-use sglow_measure::picture_error::Metric;
-use sglow_measure::references::{self, FINEST, Noise, PATHS, ReferenceErrors, SIZE};
+use sglow_measure::{light_maps, references};
 use sglow_renderer::device::Gpu;
+use sglow_results::light_maps::OnScene;
+use sglow_results::picture_error::Metric;
+use sglow_results::references::{FINEST, MAPS, MapError, Noise, PATHS, ReferenceErrors, SIZE};
 use sglow_runtime::package::Package;
 use sglow_scene::Scene;
 
@@ -121,7 +122,7 @@ fn of_references(all: &[ReferenceErrors]) -> [Table; 2] {
     let mut facets = format!(
         "Measured by `cargo xtask docs --only references`: {width} x {height} pixels, against the facets of a map of {FINEST} x {FINEST}.\n\n"
     );
-    let maps: Vec<String> = references::MAPS.iter().map(u32::to_string).collect();
+    let maps: Vec<String> = MAPS.iter().map(u32::to_string).collect();
     let maps = maps.join(", ");
     facets.push_str(&format!(
         "| scene | RMSE over the mean at {maps} | median of the relative error |\n|---|---|---|\n"
@@ -131,7 +132,7 @@ fn of_references(all: &[ReferenceErrors]) -> [Table; 2] {
          | scene | by directions alone | with the light's map |\n|---|---|---|\n"
     );
     for one in all {
-        let percents = |digits: usize, of: &dyn Fn(&references::MapError) -> f64| {
+        let percents = |digits: usize, of: &dyn Fn(&MapError) -> f64| {
             let numbers: Vec<String> =
                 one.facets.iter().map(|map| format!("{:.digits$}", 100.0 * of(map))).collect();
             numbers.join(", ") + " %"
@@ -188,8 +189,7 @@ fn of_visibility(all: &[(&'static str, Vec<OnScene>)]) -> Table {
 
 #[cfg(test)]
 mod tests {
-    use sglow_measure::picture_error::PictureError;
-    use sglow_measure::references::MapError;
+    use sglow_results::picture_error::PictureError;
 
     use super::*;
 

@@ -11,8 +11,7 @@ use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
 use crate::machine::vulkan::{self, Vulkan};
 use crate::machine::{apt, first_line, program};
-use crate::say;
-use crate::table;
+use crate::{say, table};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\

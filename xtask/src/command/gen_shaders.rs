@@ -10,10 +10,8 @@ use sglow_shader_gen::package::{self, Options, Outcome, Progress, Target};
 use crate::failure::{self, Failure, Result};
 use crate::json::{Check, Relation, Report};
 use crate::machine::{repository, target_folder};
-use crate::progress;
-use crate::say;
 use crate::selection::{Choice, library, library_folder};
-use crate::write;
+use crate::{progress, say, write};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\

@@ -3,22 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use sglow_measure::picture_error::{Display, Pair, PictureError, Radiance, compare};
 use sglow_oracle::estimate::Estimate;
 use sglow_oracle::shade::Reflected;
 use sglow_renderer::frame::{Frame, Pixels, Renderer, Times};
 use sglow_renderer::reference;
 use sglow_renderer::variants::Variants as _;
+use sglow_results::picture_error::{Display, Pair, PictureError, Radiance, compare};
 use sglow_runtime::package::Package;
 use sglow_scene::Scene;
 
 use crate::failure::{Failure, Result};
 use crate::json::Report;
 use crate::picture::{self, Image, Layer, Picture, exr, png, tone};
-use crate::say;
 use crate::selection::Over;
 use crate::shot::{self, Numbers, Shot};
-use crate::{picture_error, progress};
+use crate::{picture_error, progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\

@@ -5,16 +5,20 @@ use std::path::PathBuf;
 use clap::Args;
 use image::RgbImage;
 use serde::Serialize;
-use sglow_measure::picture_error::PictureError;
-use sglow_measure::rivals::flicker::{Contender, Flickers, Walk, flicker};
-use sglow_measure::rivals::method::{Method, SIZE_FACTORS};
-use sglow_measure::rivals::stages::{Code, Stages, code, sampling_ratios, stages};
-use sglow_measure::rivals::survey::{Kernels, Row, Survey, survey};
+use sglow_measure::rivals::flicker::{Contender, flicker};
+use sglow_measure::rivals::method;
+use sglow_measure::rivals::stages::{code, sampling_ratios, stages};
+use sglow_measure::rivals::survey::{Kernels, survey};
 use sglow_oracle::fis::stress::Stress;
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::Renderer;
 use sglow_renderer::mips;
 use sglow_renderer::stages::Stages as _;
+use sglow_results::picture_error::PictureError;
+use sglow_results::rivals::flicker::{Flickers, Walk};
+use sglow_results::rivals::method::{Method, SIZE_FACTORS};
+use sglow_results::rivals::stages::{Code, Stages};
+use sglow_results::rivals::survey::{Row, Survey};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::matrix::Facts;
@@ -611,7 +615,7 @@ impl Work<'_> {
         let stem = name.to_lowercase().replace("fig. ", "figure-").replace(", ", "-");
         let mut truth: Option<(render::Truth, tone::Exposure)> = None;
         for &(method, size_factor) in methods {
-            let mut settings = method.settings(&shot.settings);
+            let mut settings = method::settings(method, &shot.settings);
             settings.size_factor = size_factor;
             let label = if methods.iter().all(|one| one.0 == method) {
                 format!("K = {size_factor}")
@@ -678,11 +682,11 @@ impl Work<'_> {
             .filter(|method| *method != Method::Modified)
             .map(|method| Contender {
                 name: format!("{}, K = 1", method.name()),
-                settings: method.settings(&shot.settings),
+                settings: method::settings(method, &shot.settings),
             })
             .collect();
         for factor in other_sizes() {
-            let mut settings = Method::Bracketed.settings(&shot.settings);
+            let mut settings = method::settings(Method::Bracketed, &shot.settings);
             settings.size_factor = factor;
             contenders.push(Contender {
                 name: format!("{}, K = {factor}", Method::Bracketed.name()),

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use sglow_measure::arithmetic::Arithmetic;
-use sglow_measure::bound::Quantity;
 use sglow_measure::function::Function;
-use sglow_measure::halves::{HalvesReport, SCENES};
+use sglow_measure::halves::SCENES;
 use sglow_measure::hold::Extent;
-use sglow_measure::stability::{ExtremeReport, FunctionReport};
 use sglow_renderer::device::Gpu;
+use sglow_results::arithmetic::Arithmetic;
+use sglow_results::stability::halves::HalvesReport;
+use sglow_results::stability::quantity::Quantity;
+use sglow_results::stability::report::{ExtremeReport, FunctionReport};
 use sglow_runtime::package::Package;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::validate::Validated;
@@ -21,12 +22,8 @@ use crate::page::number::{count, figure, maybe};
 use crate::page::stability::{
     Findings, cosine_forms, holds, measured, most, sum, whole, without_time, worst,
 };
-use crate::progress;
-use crate::say;
 use crate::selection::{library, whole_space};
-use crate::shot;
-use crate::table;
-use crate::write;
+use crate::{progress, say, shot, table, write};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\

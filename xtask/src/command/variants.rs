@@ -17,9 +17,8 @@ use crate::derivation::Derivation;
 use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
 use crate::measured::Measured;
-use crate::say;
 use crate::selection::{Choice, Derived, Selection};
-use crate::table;
+use crate::{say, table};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use maud::{Markup, html};
 use schemars::JsonSchema;
 use serde::Serialize;
-use sglow_measure::frontier::document::{Metric, Pictures, SceneReport};
 use sglow_renderer::needs;
+use sglow_results::frontier::document::{Metric, Pictures, SceneReport};
 use sglow_shader_gen::manifest;
 use sglow_shader_gen::package::Purpose;
 

@@ -1,9 +1,9 @@
 //! The page of the papers' tables and figures.
 
 use maud::{Markup, html};
-use sglow_measure::rivals::method::Method;
-use sglow_measure::rivals::stages::Stages;
-use sglow_measure::rivals::survey::Row;
+use sglow_results::rivals::method::Method;
+use sglow_results::rivals::stages::Stages;
+use sglow_results::rivals::survey::Row;
 
 use super::frame::{Section, page as whole};
 use super::number::figure as digits;

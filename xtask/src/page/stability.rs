@@ -1,11 +1,11 @@
 //! The page of the stability run.
 
 use maud::{Markup, html};
-use sglow_measure::bound::{Quantity, Verdict};
-use sglow_measure::error::Worst;
-use sglow_measure::halves::HalvesReport;
-use sglow_measure::hold::Held;
-use sglow_measure::stability::{ExtremeReport, FunctionReport};
+use sglow_results::error::Worst;
+use sglow_results::stability::halves::HalvesReport;
+use sglow_results::stability::held::Held;
+use sglow_results::stability::quantity::{Quantity, Verdict};
+use sglow_results::stability::report::{ExtremeReport, FunctionReport};
 
 use super::frame::{Section, page};
 use super::number::{count, figure};

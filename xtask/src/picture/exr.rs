@@ -3,9 +3,8 @@
 use std::io::BufWriter;
 use std::path::Path;
 
-use exr::image::Blocks;
 use exr::image::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as File, Layer as Part, Layers,
+    AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image as File, Layer as Part, Layers,
 };
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::{ImageAttributes, LayerAttributes};

@@ -1,10 +1,10 @@
 //! From radiance to what an 8-bit screen shows.
 //!
-//! The mapping of radiance is [`sglow_measure::display`]'s.
+//! The mapping of radiance is [`sglow_results::display`]'s.
 
 use image::{Rgb, RgbImage};
-pub(crate) use sglow_measure::display::Exposure;
-use sglow_measure::display::srgb;
+pub(crate) use sglow_results::display::Exposure;
+use sglow_results::display::srgb;
 
 use crate::picture::{Image, Layer};
 
@@ -71,8 +71,9 @@ fn map(image: &Image, to_display: impl Fn([f32; 3]) -> [f32; 3]) -> RgbImage {
 
 #[cfg(test)]
 mod tests {
+    use sglow_results::display::{WHITE, curve};
+
     use super::*;
-    use sglow_measure::display::{WHITE, curve};
 
     fn row(pixels: &[[f32; 3]]) -> Image {
         Image::new(pixels.len(), 1, pixels.to_vec()).unwrap()

@@ -1,12 +1,12 @@
 //! What kernels make of densities that stress the sampling pass, as a table and as promises.
 
-use sglow_measure::densities::{COUNT, KERNELS, OnDensity, SIZE};
+use sglow_measure::densities::KERNELS;
+use sglow_results::densities::{COUNT, OnDensity, SIZE};
 use sglow_shaders::Kernel;
 
 use crate::failure::Result;
 use crate::json::{Check, Relation, Report};
-use crate::say;
-use crate::table;
+use crate::{say, table};
 
 /// Tells of them, and holds them to what is promised.
 pub(super) fn show(rows: &[OnDensity], report: &mut Report) -> Result {

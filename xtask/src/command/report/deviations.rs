@@ -2,8 +2,8 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use sglow_measure::frontier::document::{Metric, PictureError, SceneReport, Way};
-use sglow_measure::frontier::promise::named::PRINTED;
+use sglow_results::frontier::document::{Metric, PictureError, SceneReport, Way};
+use sglow_results::frontier::promise::named::PRINTED;
 use sglow_shader_gen::library::Library;
 
 use crate::failure::{self, Result};

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use sglow_measure::densities::OnDensity;
-use sglow_measure::frontier::document::SceneReport;
+use sglow_results::densities::OnDensity;
+use sglow_results::frontier::document::SceneReport;
 
 use super::deviations::Deviation;
 use crate::failure::Result;

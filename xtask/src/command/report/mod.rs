@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use sglow_measure::cache::Cache;
-use sglow_measure::densities::OnDensity;
-use sglow_measure::frontier::document::{Metric, Pictures, SceneReport};
-use sglow_measure::frontier::promise::{self, Promised};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::{RUNS, scene};
-use sglow_measure::picture_error::{Display, flip_map};
 use sglow_renderer::device::Gpu;
+use sglow_results::densities::OnDensity;
+use sglow_results::frontier::document::{Metric, Pictures, SceneReport};
+use sglow_results::frontier::promise::{self, Promised};
+use sglow_results::picture_error::{Display, flip_map};
 use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
 

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use sglow_measure::frontier::choose;
-use sglow_measure::frontier::document::{Metric, SceneReport};
-use sglow_measure::frontier::points::{self, Point};
 use sglow_renderer::device::Gpu;
+use sglow_results::frontier::document::{Metric, SceneReport};
+use sglow_results::frontier::points::Point;
+use sglow_results::frontier::{choose, points};
 use sglow_shader_gen::library::{Measurement, Preset, PresetFile, Setting};
 
 use crate::failure::{Failure, Result};
@@ -59,8 +59,8 @@ fn preset(point: &Point<'_>, adapter: &str) -> Preset {
 
 #[cfg(test)]
 mod tests {
-    use sglow_measure::frontier::document::Screening;
-    use sglow_measure::frontier::promise::named;
+    use sglow_results::frontier::document::Screening;
+    use sglow_results::frontier::promise::named;
     use sglow_runtime::settings::Settings;
 
     use super::*;

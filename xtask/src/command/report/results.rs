@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use sglow_measure::frontier::document::{Metric, SceneReport, Way};
-use sglow_measure::frontier::promise::named;
+use sglow_results::frontier::document::{Metric, SceneReport, Way};
+use sglow_results::frontier::promise::named;
 
 use crate::failure::Result;
 use crate::json::Check;
@@ -125,7 +125,7 @@ pub(super) fn frontier(
 
 #[cfg(test)]
 mod tests {
-    use sglow_measure::frontier::document::Screening;
+    use sglow_results::frontier::document::Screening;
 
     use super::*;
     use crate::json::Relation;

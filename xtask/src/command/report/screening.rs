@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::iter::once;
 
 use sglow_measure::cache::Cache;
-use sglow_measure::frontier::document::Screening;
-use sglow_measure::frontier::promise;
+use sglow_measure::frontier::named::configurations;
 use sglow_measure::frontier::screen::{self, Single};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::way::{self, Allowed};
 use sglow_renderer::device::Gpu;
+use sglow_results::frontier::document::Screening;
+use sglow_results::frontier::promise;
 use sglow_runtime::settings::Settings;
 
 use super::Case;
@@ -122,7 +123,7 @@ fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started> {
 fn named(case: &Case) -> Result<BTreeMap<String, Settings>> {
     let Case { scene, derivation, library } = case;
     let usual = &derivation.settings;
-    let own = promise::configurations(usual).into_iter();
+    let own = configurations(usual).into_iter();
     let mut named: BTreeMap<String, Settings> =
         own.map(|(what, settings)| (what.to_owned(), settings)).collect();
     let preset = promise::named::PRINTED.to_owned();

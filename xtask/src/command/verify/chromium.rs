@@ -2,11 +2,10 @@
 //! phone and on a desk.
 
 use std::collections::HashSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::thread;
 use std::time::{Duration, Instant};
+use std::{fs, thread};
 
 use image::RgbImage;
 use serde::Serialize;

@@ -16,9 +16,8 @@ use crate::command::verify::tint::{Verdict, Verdicts};
 use crate::failure::{Context as _, Failure, Result};
 use crate::json::{Check, Relation, Report};
 use crate::machine::{apt, program, repository};
-use crate::progress;
-use crate::say;
 use crate::selection::{library, library_folder};
+use crate::{progress, say};
 
 mod chromium;
 mod hosts;

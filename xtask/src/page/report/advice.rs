@@ -1,7 +1,7 @@
 //! The answer: which configuration a scene should take, and why.
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::{Metric, Way};
+use sglow_results::frontier::document::{Metric, Way};
 
 use super::named::Named;
 use crate::page::number::{bytes, figure, percent, times};

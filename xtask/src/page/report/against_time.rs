@@ -1,7 +1,7 @@
 //! Error against time of every configuration, and what dominates those that are dominated.
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::{Dominated, Way};
+use sglow_results::frontier::document::{Dominated, Way};
 
 use super::named::Named;
 use crate::page::number::{bytes, count, figure, times};

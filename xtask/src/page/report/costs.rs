@@ -1,7 +1,7 @@
 //! What each way costs, as bars: time of each pass, bytes of each texture and buffer, flicker.
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::Way;
+use sglow_results::frontier::document::Way;
 
 use super::named::Named;
 use crate::page::number::{bytes, figure};

@@ -2,7 +2,7 @@
 //! where metrics disagree.
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::{Metric, PictureError, Way, Worst};
+use sglow_results::frontier::document::{Metric, PictureError, Way, Worst};
 
 use super::named::Named;
 use crate::page::number::{count, exact, maybe};

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::{Pruned, Side};
+use sglow_results::frontier::document::{Pruned, Side};
 
 use super::LeftOut;
 use super::named::Named;

@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_measure::frontier::document::{
+use sglow_oracle::fis::stress::Random;
+use sglow_results::frontier::document::{
     Pass, PictureError, Pictures, Pruned, Radiance, Reference, Rounding, SceneReport, Series, Side,
     Straddling, Sweep, SweepOver, SweepPoint, Uncertainty, Way, Worst,
 };
-use sglow_measure::frontier::rank;
-use sglow_measure::time::Time;
-use sglow_oracle::fis::stress::Random;
+use sglow_results::frontier::rank;
+use sglow_results::time::Time;
 
 use super::{Decision, Fact, Input, LeftOut, Scene, page};
 use crate::json::{Check, Relation, Report};

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::{Dominated, Metric, Way};
+use sglow_results::frontier::document::{Dominated, Metric, Way};
 
 use super::Scene;
 use crate::page::number::{figure, percent};

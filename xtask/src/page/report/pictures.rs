@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use image::RgbImage;
 use maud::{Markup, html};
-use sglow_measure::frontier::document::{Radiance, Way};
+use sglow_results::frontier::document::{Radiance, Way};
 
 use super::named::Named;
 use crate::failure::Result;

@@ -1,7 +1,7 @@
 //! Error and time against one number: where more of it stops paying.
 
 use maud::{Markup, html};
-use sglow_measure::frontier::document::{Series, Straddling, Sweep, SweepOver, SweepPoint};
+use sglow_results::frontier::document::{Series, Straddling, Sweep, SweepOver, SweepPoint};
 
 use super::named::Named;
 use crate::page::number::{figure, maybe};

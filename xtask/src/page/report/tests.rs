@@ -113,7 +113,7 @@ fn the_answer_is_the_cheapest_that_is_good_enough() {
     let (wide, _, by_floor) = name(&scenes, 1.0);
     assert!(!by_floor && wide.time.median < exact.time.median);
     assert!(wide.picture.relative_mse <= 2.0 * best.picture.relative_mse);
-    let cheaper = |way: &&sglow_measure::frontier::document::Way| {
+    let cheaper = |way: &&sglow_results::frontier::document::Way| {
         way.complete && way.picture.relative_mse <= 2.0 * best.picture.relative_mse
     };
     let least = scenes[0]

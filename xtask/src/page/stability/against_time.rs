@@ -1,9 +1,9 @@
 //! Error of the forms of the cosine integral against their time.
 
 use maud::{Markup, html};
-use sglow_measure::bound::Quantity;
-use sglow_measure::hold::Held;
-use sglow_measure::stability::{FunctionReport, RELATIVE_TO};
+use sglow_results::stability::held::Held;
+use sglow_results::stability::quantity::Quantity;
+use sglow_results::stability::report::{FunctionReport, RELATIVE_TO};
 
 use super::largest;
 use crate::page::number::figure;

@@ -1,8 +1,8 @@
 //! Every bound with its reason, and what came nearest to it.
 
 use maud::{Markup, html};
-use sglow_measure::bound::Verdict;
-use sglow_measure::stability::{ExtremeReport, FunctionReport};
+use sglow_results::stability::quantity::Verdict;
+use sglow_results::stability::report::{ExtremeReport, FunctionReport};
 
 use super::{holds, measured};
 use crate::page::number::{figure, maybe};

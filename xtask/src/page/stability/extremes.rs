@@ -1,7 +1,7 @@
 //! The whole pipeline in extreme cases.
 
 use maud::{Markup, html};
-use sglow_measure::stability::{ExtremeReport, ExtremeVariant};
+use sglow_results::stability::report::{ExtremeReport, ExtremeVariant};
 
 use super::holds;
 use crate::page::number::{count, figure, maybe};

@@ -1,8 +1,8 @@
 //! Each function over all regimes, with its worst inputs.
 
 use maud::{Markup, html};
-use sglow_measure::bound::Quantity;
-use sglow_measure::stability::{FunctionReport, RELATIVE_TO};
+use sglow_results::stability::quantity::Quantity;
+use sglow_results::stability::report::{FunctionReport, RELATIVE_TO};
 
 use super::{exceeds, most, sum, whole, worst_arithmetic};
 use crate::page::number::{count, exact, figure, maybe};

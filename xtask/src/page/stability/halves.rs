@@ -1,7 +1,7 @@
 //! What 16 bits save and cost.
 
 use maud::{Markup, html};
-use sglow_measure::halves::HalvesReport;
+use sglow_results::stability::halves::HalvesReport;
 
 use super::measured;
 use crate::page::number::{count, figure};

@@ -1,9 +1,9 @@
 //! What stability buys: the papers' literal forms beside the stable ones.
 
 use maud::{Markup, html};
-use sglow_measure::bound::Quantity;
-use sglow_measure::input::REGIMES;
-use sglow_measure::stability::FunctionReport;
+use sglow_results::stability::quantity::Quantity;
+use sglow_results::stability::regime::REGIMES;
+use sglow_results::stability::report::FunctionReport;
 
 use super::against_time::{COSINE, short};
 use super::{sum, whole};

@@ -1,13 +1,12 @@
 use std::collections::BTreeMap;
 
-use sglow_measure::arithmetic::Arithmetic;
-use sglow_measure::bound::{Quantity, Verdict};
-use sglow_measure::curve::Point;
-use sglow_measure::error::{Errors, Pair};
-use sglow_measure::halves::{HalfCheck, HalvesReport};
-use sglow_measure::hold::{Held, Time};
-use sglow_measure::input::REGIMES;
-use sglow_measure::stability::{ExtremeReport, ExtremeVariant, FunctionReport};
+use sglow_results::arithmetic::Arithmetic;
+use sglow_results::error::{Errors, Pair};
+use sglow_results::stability::halves::{HalfCheck, HalvesReport};
+use sglow_results::stability::held::{Held, Time};
+use sglow_results::stability::quantity::{Quantity, Verdict};
+use sglow_results::stability::regime::REGIMES;
+use sglow_results::stability::report::{ExtremeReport, ExtremeVariant, FunctionReport, Point};
 
 use crate::json::{Check, Relation, Report};
 

@@ -1,9 +1,9 @@
 //! The share of the grant under each arithmetic.
 
 use maud::{Markup, html};
-use sglow_measure::arithmetic::Arithmetic;
-use sglow_measure::bound::Quantity;
-use sglow_measure::stability::FunctionReport;
+use sglow_results::arithmetic::Arithmetic;
+use sglow_results::stability::quantity::Quantity;
+use sglow_results::stability::report::FunctionReport;
 
 use super::{exceeds, most};
 use crate::page::number::maybe;

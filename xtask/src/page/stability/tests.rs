@@ -102,7 +102,7 @@ fn a_form_without_a_time_is_neither_drawn_nor_dominates_another() {
     for function in &mut functions {
         function.relative_time = f64::NAN;
         if function.name == "sg_cosine_fitted_fine" {
-            function.net = sglow_measure::hold::Time::default();
+            function.net = sglow_results::stability::held::Time::default();
         }
     }
     let forms = cosine_forms(&functions);

@@ -1,6 +1,6 @@
 //! Time to an equal error: how much less time the best configuration takes to be as good as another.
 
-use super::document::Metric;
+use crate::frontier::document::Metric;
 use crate::picture_error::PictureError;
 
 /// A configuration with what it takes and how far it is off.

@@ -1,6 +1,6 @@
 //! Which configurations no other dominates in error and in time, by each metric.
 
-use super::document::{Dominated, Metric, Way};
+use crate::frontier::document::{Dominated, Metric, Way};
 use crate::time::Time;
 
 /// A configuration as ranking sees it.

@@ -56,7 +56,7 @@ pub struct Dominated {
 }
 
 /// One way to indirect light: a value on each axis, measured.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Way {
     /// What it is called; no other way of the scene is called so.
     pub name: String,

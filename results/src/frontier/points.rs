@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::choose::time;
-use super::document::{Metric, SceneReport, Way};
-use super::promise::named;
-use super::rank::{Place, rank};
+use crate::frontier::choose::time;
+use crate::frontier::document::{Metric, SceneReport, Way};
+use crate::frontier::promise::named;
+use crate::frontier::rank::{Place, rank};
 use crate::time::Time;
 
 /// A named point: what it is called, by what it was chosen, and the configuration of each scene.

@@ -3,7 +3,6 @@
 use serde::Serialize;
 use sglow_oracle::Bounded;
 use sglow_oracle::tolerance::{SMALLEST_NORMAL, ULP};
-use sglow_renderer::function::Arguments;
 
 /// An input, as its bits and as numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -17,7 +16,7 @@ pub struct Input {
 impl Input {
     /// Of a function's arguments: those components that it reads.
     #[must_use]
-    pub fn of(arguments: &Arguments, components: &[usize]) -> Self {
+    pub fn of(arguments: &[f32], components: &[usize]) -> Self {
         let values: Vec<f32> = components.iter().map(|at| arguments[*at]).collect();
         let bits = values.iter().map(|value| format!("{:#010x}", value.to_bits())).collect();
         Self { bits, values }
@@ -143,7 +142,7 @@ pub fn ulp(value: f64) -> f64 {
 
 impl Errors {
     /// Counts one comparison.
-    pub fn add(&mut self, pair: Pair, arguments: &Arguments, components: &[usize]) {
+    pub fn add(&mut self, pair: Pair, arguments: &[f32], components: &[usize]) {
         self.compared += 1;
         if pair.measured < 0.0 {
             self.negative += 1;

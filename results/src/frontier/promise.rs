@@ -2,15 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use sglow_runtime::settings::Settings;
-use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Precision, Sharpness, Solver, Space, Specular,
-    SpecularPower, Variance, Visibility,
-};
-
 use super::document::{Metric, PictureError, SceneReport, Way};
 use super::equal::{Candidate, time_to_equal};
-use super::screen;
 
 /// Names of the configurations that promises are about.
 pub mod named {
@@ -32,47 +25,6 @@ pub mod named {
     pub const LOBE: &str = "default with the emitter lobe";
     /// The default with the emitter cosine.
     pub const COSINE: &str = "default with the emitter cosine";
-}
-
-/// The number of lights that promises are about, unless they say another.
-const LIGHTS: u32 = 1024;
-
-/// The configurations that promises are about, by what they are, about the default of a scene: the papers' configuration
-/// is a preset, which the caller adds.
-#[must_use]
-pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
-    let base = &Settings { lights: LIGHTS, ..base.clone() };
-    let bare = Settings { visibility: Visibility::None, ..base.clone() };
-    let specular = if base.specular == Specular::None { Specular::None } else { Specular::Asg };
-    let old = Settings {
-        density: Density::Power,
-        draw: Draw::Warped,
-        kernel: Kernel::Modified,
-        filter: Filter::Exact,
-        precision: Precision::F32,
-        specular_power: SpecularPower::F0,
-        space: Space::None,
-        solver: Solver::Bracketed,
-        emitter: Emitter::Lobe,
-        emission_sharpness: 2.0,
-        variance: Variance::Trace,
-        sharpness: Sharpness::Toksvig,
-        size_factor: 1.0,
-        diffuse: Diffuse::Fitted,
-        specular,
-        ..bare.clone()
-    };
-    let emitter = |value| screen::with(base, "emitter", value).unwrap_or_else(|| base.clone());
-    vec![
-        (named::DEFAULT, base.clone()),
-        (named::OLD, old),
-        (named::BARE_64, Settings { lights: 64, ..bare.clone() }),
-        (named::BARE_256, Settings { lights: 256, ..bare.clone() }),
-        (named::BARE_16384, Settings { lights: 16_384, ..bare.clone() }),
-        (named::BARE, bare),
-        (named::LOBE, emitter("lobe")),
-        (named::COSINE, emitter("cosine")),
-    ]
 }
 
 /// What an error is against.
@@ -150,8 +102,10 @@ const fn bound(
 
 /// Relative MSE with 16384 lights over that with 1024, against facets.
 const MORE_LIGHTS: &[(&str, f64)] = &[("cornell", 0.5), ("columns", 0.2), ("atrium", 0.2)];
+
 /// The most that the default may be worse than the old one by any metric.
 const WORSE: f64 = 1.05;
+
 /// The least that shading takes less time to the papers' relative MSE.
 const TIMES_FASTER: f64 = 8.0;
 
@@ -305,8 +259,6 @@ fn faster(scene: &str, printed: Option<&Way>, ways: &[Way]) -> Promised {
 
 #[cfg(test)]
 mod tests {
-    use sglow_renderer::variants::Variants as _;
-
     use super::*;
     use crate::frontier::choose::tests::way;
     use crate::frontier::document::Pass;
@@ -396,23 +348,5 @@ mod tests {
         noisy.uncertainty.relative_mse = 0.03;
         assert_eq!(over(&noisy, &exact, Metric::RelativeMse), 1.0);
         assert_eq!(over(&exact, &noisy, Metric::RelativeMse), 0.1 / 0.12);
-    }
-
-    #[test]
-    fn the_configurations_are_legal_and_differ() {
-        let base = Settings {
-            visibility: Visibility::ShadowMap,
-            space: Space::World,
-            emitter: Emitter::Disc,
-            ..Settings::default()
-        };
-        let all = configurations(&base);
-        for (what, settings) in &all {
-            assert!(settings.shade().excluded().is_none(), "{what}");
-            assert!(settings.sample().excluded().is_none(), "{what}");
-        }
-        let names: std::collections::BTreeSet<String> =
-            all.iter().map(|(_, one)| super::super::way::name(one, &base)).collect();
-        assert_eq!(names.len(), all.len());
     }
 }

@@ -1,6 +1,6 @@
 //! The way that a budget buys.
 
-use super::document::{Metric, Way};
+use crate::frontier::document::{Metric, Way};
 use crate::time::Time;
 
 /// What may be spent.
@@ -66,31 +66,16 @@ pub fn choose(ways: &[Way], metric: Metric, budget: Budget) -> Option<Bought<'_>
 
 #[cfg(test)]
 pub(super) mod tests {
-    use std::collections::{BTreeMap, BTreeSet};
-
     use super::*;
-    use crate::frontier::document::{PictureError, Worst};
+    use crate::frontier::document::PictureError;
 
     pub(in crate::frontier) fn way(name: &str, time: f64, rmse: f64, flip: f64) -> Way {
         Way {
             name: name.to_owned(),
-            axes: BTreeMap::new(),
-            parameters: BTreeMap::new(),
-            variants: Vec::new(),
-            default: false,
             complete: true,
-            passes: Vec::new(),
             time: Time { median: time, least: time, most: time },
-            whole: None,
-            bytes: BTreeMap::new(),
             picture: PictureError { rmse_over_mean: rmse, flip, ..PictureError::default() },
-            unshadowed: None,
-            worst: Worst::default(),
-            model_rms_over_mean: None,
-            rounding: None,
-            flicker: None,
-            frontiers: BTreeSet::new(),
-            dominated: BTreeMap::new(),
+            ..Way::default()
         }
     }
 

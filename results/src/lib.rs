@@ -1,0 +1,15 @@
+//! Typed results of measurements, with their units: what a report of scenes, a stability run and a reproduction consist of,
+//! and what follows from the numbers alone: ranks, choices, bounds. No device and no picture file.
+
+pub mod arithmetic;
+pub mod densities;
+pub mod display;
+pub mod error;
+pub mod frontier;
+pub mod light_maps;
+pub mod picture_error;
+pub mod progress;
+pub mod references;
+pub mod rivals;
+pub mod stability;
+pub mod time;
