@@ -6,7 +6,7 @@ use sglow_oracle::surface::SceneError;
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{Frame, FrameError, Renderer};
 use sglow_renderer::reference;
-use sglow_results::light_maps::OnScene;
+use sglow_results::light_maps::{OnScene, PATHS};
 use sglow_results::picture_error::{Display, Pair, PictureError, Radiance, compare};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -27,9 +27,6 @@ pub enum LightMapsError {
 
 /// The built-in scenes with occluders that are measured.
 pub const SCENES: [&str; 5] = ["cornell", "columns", "cornell-glossy", "caustic", "atrium"];
-/// Paths for each pixel of the measured references.
-pub const PATHS: u32 = 1024;
-
 /// The settings that the parameters are varied from: small pictures without visibility, kernels of a quarter of their share
 /// of the map.
 #[must_use]

@@ -9,6 +9,9 @@ use sglow_results::stability::held::Time;
 use sglow_results::stability::regime::REGIMES;
 use sglow_results::stability::report::{FunctionReport, RELATIVE_TO};
 use sglow_runtime::package::Package;
+use sglow_shader_gen::error::Report;
+use sglow_shader_gen::generate;
+use sglow_shader_gen::library::Library;
 use sglow_shader_gen::validate::Validated;
 
 use crate::bound::judge;
@@ -25,6 +28,17 @@ const REPETITIONS: u32 = 1024;
 const RUNS: usize = 15;
 /// Inputs of a timed dispatch: few enough to stay in a cache.
 const TIMED_INPUTS: usize = 1024;
+
+/// The variants of the functions, generated in memory: most are not committed.
+///
+/// # Errors
+///
+/// Everything that is wrong with them.
+pub fn variants(library: &Library) -> Result<Vec<Validated>, Report> {
+    let mut variants = library.variants();
+    variants.retain(|variant| variant.pass == "function");
+    generate::variants(library, &variants)
+}
 
 /// Holds every function to its bounds and times it. `progress` is told the name of each before it is measured.
 ///

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::check::{Check, Relation};
+
 /// Width and height of the densities.
 pub const SIZE: u32 = 256;
 
@@ -24,4 +26,52 @@ pub struct OnDensity {
     pub brightest: f64,
     /// Of the sampling pass.
     pub milliseconds: f64,
+}
+
+impl OnDensity {
+    /// The kernel and how its size is found.
+    #[must_use]
+    pub fn kind(&self) -> String {
+        if self.solver == "none" {
+            self.kernel.clone()
+        } else {
+            format!("{} {}", self.kernel, self.solver)
+        }
+    }
+}
+
+/// What is promised of kernels on densities of which a few texels hold almost all.
+#[must_use]
+pub fn checks(rows: &[OnDensity]) -> Vec<Check> {
+    let extreme = rows.iter().filter(|row| ["ring", "noise-2"].contains(&row.density.as_str()));
+    extreme
+        .map(|row| {
+            let error = (row.power_ratio - 1.0).abs();
+            let (relation, note) = if row.kernel == "modified" {
+                (Relation::AtMost, "keeps the power")
+            } else {
+                (Relation::AtLeast, "does not keep it, which is why")
+            };
+            let text = format!("power of {} kernels on {}, off by", row.kind(), row.density);
+            Check::new(text, error, "of the total", relation, 0.03).note(note)
+        })
+        .collect()
+}
+
+/// The times of the sampling pass with kernels whose size a solver finds over those of the previous kernels on the same
+/// density, by solver.
+#[must_use]
+pub fn sampling_times(rows: &[OnDensity]) -> Vec<(&str, Vec<f64>)> {
+    let previous =
+        |density: &str| rows.iter().find(|row| row.density == density && row.solver == "none");
+    let mut times: Vec<(&str, Vec<f64>)> = Vec::new();
+    for row in rows.iter().filter(|row| row.solver != "none") {
+        let Some(previous) = previous(&row.density) else { continue };
+        let ratio = row.milliseconds / previous.milliseconds;
+        match times.iter_mut().find(|one| one.0 == row.solver) {
+            Some((_, ratios)) => ratios.push(ratio),
+            None => times.push((&row.solver, vec![ratio])),
+        }
+    }
+    times
 }

@@ -2,6 +2,7 @@
 //! and what follows from the numbers alone: ranks, choices, bounds. No device and no picture file.
 
 pub mod arithmetic;
+pub mod check;
 pub mod densities;
 pub mod display;
 pub mod error;
@@ -10,6 +11,7 @@ pub mod light_maps;
 pub mod picture_error;
 pub mod progress;
 pub mod references;
+pub mod reproduction;
 pub mod rivals;
 pub mod stability;
 pub mod time;

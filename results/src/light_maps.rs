@@ -4,6 +4,9 @@ use serde::Serialize;
 
 use crate::picture_error::PictureError;
 
+/// Paths for each pixel of the measured references.
+pub const PATHS: u32 = 1024;
+
 /// A setting's error on one scene.
 #[derive(Clone, Debug, Serialize)]
 pub struct OnScene {

@@ -6,4 +6,6 @@ pub trait Progress: Sync {
     fn start(&self, what: &str, steps: usize);
     /// How many steps are done.
     fn done(&self, steps: usize);
+    /// What was started has ended.
+    fn end(&self) {}
 }

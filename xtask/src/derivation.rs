@@ -5,14 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use sglow_renderer::frame;
 use sglow_renderer::needs::{Needs, least_limits, needs};
 use sglow_renderer::plan::{Plan, Surfaces};
+use sglow_report::failure;
+use sglow_report::failure::{Failure, Result};
 use sglow_runtime::package::Assumption;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shader_gen::library::{AxisValue, Library, Setting};
 use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
 use sglow_shaders::{Ndf, Specular};
-
-use crate::failure::{self, Failure, Result};
 
 /// The settings that are requested, before the scene's needs.
 #[derive(Clone, Debug, Default)]

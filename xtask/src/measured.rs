@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use sglow_consumers::machine::target_folder;
 use sglow_measure::cache::{Cache, CacheError, Key};
 use sglow_measure::frontier::subject::scene_hash;
 use sglow_renderer::device::AdapterFacts;
 use sglow_results::frontier::document::{Pruned, Side};
 use sglow_scene::Scene;
-
-use crate::machine::target_folder;
 
 /// Passes that are no indirect light's.
 const OTHERS: [&str; 6] =

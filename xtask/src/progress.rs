@@ -61,6 +61,10 @@ impl sglow_results::progress::Progress for Bars {
         self.replace(Some(if steps == 0 { spinner(what) } else { bar(what, steps) }));
     }
 
+    fn end(&self) {
+        self.clear();
+    }
+
     fn done(&self, steps: usize) {
         if let Ok(shown) = self.0.lock()
             && let Some(bar) = &*shown

@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_renderer::plan::{Plan, Storage, Surfaces};
 use sglow_renderer::variants::Variants as _;
+use sglow_report::failure;
+use sglow_report::failure::Result;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Facts;
 use sglow_shader_gen::library::Library;
@@ -14,7 +16,6 @@ use sglow_shaders::surface::Surface;
 use sglow_shaders::{Emission, Light, Material, Opacity};
 
 use crate::derivation::{self, Derivation, asks, assumptions, match_distribution, settle};
-use crate::failure::{self, Result};
 
 /// Axes that follow from the surfaces alone.
 const SURFACE_AXES: [&str; 3] = ["material", "opacity", "emission"];

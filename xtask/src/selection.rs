@@ -4,7 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use clap::Args;
+use sglow_consumers::machine::repository;
 use sglow_renderer::plan::Plan;
+use sglow_report::failure;
+use sglow_report::failure::{Failure, Result};
 use sglow_runtime::package::Package;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::{Library, Parameter, Pass, Setting};
@@ -12,8 +15,6 @@ use sglow_shader_gen::matrix::{Absent, AllowedValues, Because, Facts, Variant};
 use sglow_shader_gen::package::Purpose;
 
 use crate::derivation::{Derivation, Request};
-use crate::failure::{self, Failure, Result};
-use crate::machine::repository;
 use crate::measured::{self, Measured};
 use crate::{saving, shot};
 

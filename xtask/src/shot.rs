@@ -3,11 +3,11 @@
 use clap::{Args, value_parser};
 use sglow_renderer::device::Gpu;
 use sglow_renderer::needs::Decision;
+use sglow_report::failure::{Failure, Result};
 use sglow_runtime::settings::Settings;
 use sglow_scene::{Light, LightKind, Scene};
 
 use crate::derivation::{Derivation, Request};
-use crate::failure::{Failure, Result};
 use crate::selection::Over;
 
 /// Numbers that `render` and `report` share, and the named configuration that they change.

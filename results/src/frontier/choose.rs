@@ -1,6 +1,7 @@
 //! The way that a budget buys.
 
-use crate::frontier::document::{Metric, Way};
+use crate::check::{Check, Relation};
+use crate::frontier::document::{Metric, Reference, Way};
 use crate::time::Time;
 
 /// What may be spent.
@@ -27,6 +28,19 @@ pub enum Bought<'a> {
         /// How much less would have done.
         by: f64,
     },
+}
+
+/// What a budget buys.
+#[derive(Clone, Debug)]
+pub struct Purchase {
+    /// Every way; those that were compared closely have times of whole frames.
+    pub ways: Vec<Way>,
+    /// The names of those that win and come next, best first; nothing if the budget buys nothing.
+    pub order: Vec<String>,
+    /// What errors are against.
+    pub reference: Reference,
+    /// How times were taken.
+    pub clock: String,
 }
 
 /// The time of a way: of whole frames where it was taken, else of its passes.
@@ -62,6 +76,28 @@ pub fn choose(ways: &[Way], metric: Metric, budget: Budget) -> Option<Bought<'_>
     });
     bought.truncate(1 + CLOSE);
     Some(Bought::Ways(bought))
+}
+
+/// The budget as something that holds.
+#[must_use]
+pub fn kept(winner: &Way, metric: Metric, budget: Budget) -> Check {
+    let relation = Relation::AtMost;
+    match budget {
+        Budget::Error(most) => {
+            let error = winner.picture.of(metric);
+            Check::new(
+                "error of the configuration that was chosen",
+                error,
+                metric.title(),
+                relation,
+                most,
+            )
+        }
+        Budget::Milliseconds(most) => {
+            let time = time(winner).median;
+            Check::new("time of the configuration that was chosen", time, "ms", relation, most)
+        }
+    }
 }
 
 #[cfg(test)]

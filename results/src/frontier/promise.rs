@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::document::{Metric, PictureError, SceneReport, Way};
 use super::equal::{Candidate, time_to_equal};
+use crate::check::{Check, Relation};
 
 /// Names of the configurations that promises are about.
 pub mod named {
@@ -255,6 +256,57 @@ fn faster(scene: &str, printed: Option<&Way>, ways: &[Way]) -> Promised {
             |equal| format!("by {}; read from the frontier", equal.cheapest.which),
         ),
     }
+}
+
+/// What is promised of a scene.
+#[must_use]
+pub fn checks(scene: &SceneReport) -> Vec<Check> {
+    let mut checks = Vec::new();
+    let name = &scene.scene;
+    checks.push(Check::new(
+        format!("{name}: numbers that are not finite, in all variants"),
+        scene.not_finite as f64,
+        "numbers",
+        Relation::Equal,
+        0.0,
+    ));
+    for promised in hold(scene) {
+        let Promised { name, value, unit, at_least, bound, note } = promised;
+        let relation = if at_least { Relation::AtLeast } else { Relation::AtMost };
+        checks.push(Check::new(name, value, unit, relation, bound).note(note));
+    }
+    let Some(pruned) = &scene.pruned else { return checks };
+    let [width, height] = pruned.size;
+    let note = format!("{width} x {height}, map of {} squared, in turns", scene.rsm_size);
+    let (full, needed) = (&pruned.full, &pruned.needed);
+    checks.push(
+        Check::new(
+            format!("{name}: bytes of indirect light's textures that leaving out saves"),
+            1.0 - needed.texture_bytes as f64 / full.texture_bytes as f64,
+            "of all",
+            Relation::AtLeast,
+            0.4,
+        )
+        .note(note.as_str()),
+    );
+    checks.push(
+        Check::new(
+            format!("{name}: shading pass with everything over what the scene needs"),
+            full.shade_time.median / needed.shade_time.median,
+            "times",
+            Relation::AtLeast,
+            1.8,
+        )
+        .note(note),
+    );
+    checks.push(Check::new(
+        format!("{name}: numbers of the picture that leaving out changes"),
+        pruned.differing as f64,
+        "numbers",
+        Relation::Equal,
+        0.0,
+    ));
+    checks
 }
 
 #[cfg(test)]

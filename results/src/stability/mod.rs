@@ -1,5 +1,6 @@
 //! The stability run: functions and the whole pipeline against their bounds.
 
+pub mod checks;
 pub mod halves;
 pub mod held;
 pub mod quantity;

@@ -3,16 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::picture::read::{INDIRECT, RADIANCE, Read};
+use sglow_report::picture::{Image, false_colour, png};
+use sglow_report::picture_error::{HEADINGS, cells, text};
+use sglow_report::{failure, table, write};
+use sglow_results::check::{Check, Relation};
 use sglow_results::picture_error::{
     Display, Metric, Pair, PictureError, Radiance, compare, flip_map, relative_errors,
 };
 
-use crate::failure::{self, Failure, Result};
-use crate::json::{Check, Relation, Report};
-use crate::picture::read::{INDIRECT, RADIANCE, Read};
-use crate::picture::{Image, false_colour, png};
-use crate::picture_error::{HEADINGS, cells, text};
-use crate::{say, table, write};
+use crate::say;
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -301,9 +303,9 @@ fn draw(out: &Path, loaded: &Loaded, error: &PictureError) -> Result {
 #[cfg(test)]
 mod tests {
     use clap::Parser;
+    use sglow_report::picture::{Layer, Picture, exr};
 
     use super::*;
-    use crate::picture::{Layer, Picture, exr};
 
     #[derive(Debug, Parser)]
     struct Line {

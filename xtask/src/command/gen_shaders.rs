@@ -5,13 +5,15 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use sglow_consumers::machine::{repository, target_folder};
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::{failure, write};
+use sglow_results::check::{Check, Relation};
 use sglow_shader_gen::package::{self, Options, Outcome, Progress, Target};
 
-use crate::failure::{self, Failure, Result};
-use crate::json::{Check, Relation, Report};
-use crate::machine::{repository, target_folder};
 use crate::selection::{Choice, library, library_folder};
-use crate::{progress, say, write};
+use crate::{progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\

@@ -8,6 +8,11 @@ use sglow_graph::description::{DrawList, Parameter};
 use sglow_graph::frame::Frame;
 use sglow_graph::{Configuration, Description};
 use sglow_renderer::plan::Surfaces;
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::page::graph::content::{Access, Bindings, Content};
+use sglow_report::page::graph::{drawing, text};
+use sglow_report::{failure, write};
 use sglow_runtime::interface;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -19,14 +24,10 @@ use sglow_shader_gen::matrix::Facts;
 
 use crate::command::render;
 use crate::derivation::{Derivation, Request, settle};
-use crate::failure::{self, Failure, Result};
-use crate::json::Report;
-use crate::page::graph::content::{Access, Bindings, Content};
-use crate::page::graph::{drawing, text};
 use crate::selection::Over;
 #[cfg(test)]
 use crate::selection::library_folder;
-use crate::{say, shot, write};
+use crate::{say, shot};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -242,8 +243,9 @@ fn of_package(package: &Package, frame: &Frame) -> Result<Bindings> {
 
 #[cfg(test)]
 mod tests {
+    use sglow_report::page::graph::faults;
+
     use super::*;
-    use crate::page::graph::faults;
 
     fn arguments(scene: Option<&str>, set: &[&str]) -> Arguments {
         Arguments {
@@ -273,7 +275,7 @@ mod tests {
             let found = content.steps.iter().find(|step| step.pass.as_deref() == Some(pass));
             found.unwrap_or_else(|| panic!("no {pass}"))
         };
-        let names = |uses: &[crate::page::graph::content::Use]| -> Vec<String> {
+        let names = |uses: &[sglow_report::page::graph::content::Use]| -> Vec<String> {
             uses.iter().map(|one| one.resource.clone()).collect()
         };
         let shade = step("shade");

@@ -8,18 +8,19 @@ use sglow_oracle::fis::{Footprints, all_roots, kernel_mass};
 use sglow_oracle::rsm::Pyramid;
 use sglow_renderer::density;
 use sglow_renderer::device::Gpu;
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::picture::density::Density;
+use sglow_report::picture::kernels::Square;
+use sglow_report::picture::{compare, kernels, png};
+use sglow_report::table;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::Kernel;
 
 use crate::command::render::package;
-use crate::failure::{Failure, Result};
-use crate::json::Report;
-use crate::picture::density::Density;
-use crate::picture::kernels::{self, Square};
-use crate::picture::{compare, png};
 use crate::selection::Over;
-use crate::{progress, say, shot, table};
+use crate::{progress, say, shot};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\

@@ -2,22 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use sglow_oracle::estimate::Estimate;
 use sglow_oracle::shade::Reflected;
 use sglow_renderer::frame::{Frame, Pixels, Renderer, Times};
 use sglow_renderer::reference;
 use sglow_renderer::variants::Variants as _;
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::picture::{Image, Layer, Picture, exr, png, tone};
+use sglow_report::{picture, picture_error};
 use sglow_results::picture_error::{Display, Pair, PictureError, Radiance, compare};
 use sglow_runtime::package::Package;
 use sglow_scene::Scene;
 
-use crate::failure::{Failure, Result};
-use crate::json::Report;
-use crate::picture::{self, Image, Layer, Picture, exr, png, tone};
 use crate::selection::Over;
 use crate::shot::{self, Numbers, Shot};
-use crate::{picture_error, progress, say};
+use crate::{progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -39,6 +41,17 @@ pub(crate) enum Reference {
     Path,
 }
 
+/// The names of layers on the command line, in the order of [`Layer::ALL`].
+const LAYERS: [&str; 7] =
+    ["direct", "indirect-diffuse", "indirect-specular", "emission", "albedo", "normal", "position"];
+
+fn layers() -> impl TypedValueParser<Value = Layer> {
+    PossibleValuesParser::new(LAYERS).try_map(|text| {
+        let at = LAYERS.iter().position(|name| *name == text);
+        at.and_then(|at| Layer::ALL.get(at)).copied().ok_or("unknown layer")
+    })
+}
+
 /// The seed of paths: the same line gives the same picture.
 const SEED: u64 = 2016;
 
@@ -58,7 +71,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Show one layer alone (.png)
-    #[arg(long, value_name = "LAYER")]
+    #[arg(long, value_name = "LAYER", value_parser = layers())]
     layer: Option<Layer>,
     /// Exposure in stops; without it the picture's mean becomes mid-grey (.png)
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true)]
@@ -157,7 +170,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         let percent = |value: Option<f64>| {
             value.map_or_else(|| "no light".to_owned(), |value| format!("{:.1} %", 100.0 * value))
         };
-        let mut table = crate::table::new(picture_error::HEADINGS);
+        let mut table = sglow_report::table::new(picture_error::HEADINGS);
         table.add_row(picture_error::cells(&error));
         say::line(format!(
             "indirect light against {what}, on {} pixels with a surface:\n{table}",
@@ -198,7 +211,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         }
         say::line(format!("{}", path.display()));
     }
-    let mut table = crate::table::new(["pass", "ms"]);
+    let mut table = sglow_report::table::new(["pass", "ms"]);
     for (pass, time) in &times {
         table.add_row([(*pass).to_owned(), format!("{:.3}", time.as_secs_f64() * 1e3)]);
     }

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use image::RgbImage;
-use serde::Serialize;
 use sglow_measure::rivals::flicker::{Contender, flicker};
 use sglow_measure::rivals::method;
 use sglow_measure::rivals::stages::{code, sampling_ratios, stages};
@@ -14,27 +13,27 @@ use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::Renderer;
 use sglow_renderer::mips;
 use sglow_renderer::stages::Stages as _;
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::page::reproduce as page;
+use sglow_report::picture::density::Density as DensityImage;
+use sglow_report::picture::kernels::Square;
+use sglow_report::picture::{compare, kernels, png, tone};
+use sglow_report::{terminal, write};
 use sglow_results::picture_error::PictureError;
-use sglow_results::rivals::flicker::{Flickers, Walk};
+use sglow_results::reproduction::{
+    DOES_NOT_SHOW, Figure, Findings, MipRow, Shown, Surveyed, TimeTable, checks, requested,
+};
+use sglow_results::rivals::flicker::Walk;
 use sglow_results::rivals::method::{Method, SIZE_FACTORS};
-use sglow_results::rivals::stages::{Code, Stages};
-use sglow_results::rivals::survey::{Row, Survey};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::matrix::Facts;
 use sglow_shaders::{Density, Texel, Visibility};
 
 use crate::command::render::{self, package};
-use crate::failure::{Failure, Result};
-use crate::json::{Check, Relation, Report};
-use crate::page::reproduce as page;
-use crate::picture::density::Density as DensityImage;
-use crate::picture::kernels::{self, Square};
-use crate::picture::{compare, png, tone};
 use crate::shot::{self, Numbers, Shot};
-use crate::{progress, say, write};
-
-mod tables;
+use crate::{progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -84,123 +83,6 @@ const WARM_UP: usize = 16;
 /// The preset whose forms are the papers' own.
 pub(crate) const PRINTED: &str = "tokuyoshi2016";
 
-/// What must not be concluded.
-pub(crate) const DOES_NOT_SHOW: [&str; 5] = [
-    "The paper's scenes cannot be had: the atrium stands in for them by its number of triangles. Its geometry, textures \
-     and lights are others, so that only orders and ratios can be compared.",
-    "On a software driver times compare variants within one run and promise nothing about GPUs: a texture load costs as \
-     much as arithmetic, nothing is hidden behind anything, and two cores take the place of thousands of lanes.",
-    "Flicker and its reference are without and with visibility: the reference sees shadows, the methods here do not. Both \
-     stand still but for the light, so that the difference in change is small beside the flicker of what is drawn anew.",
-    "Markov chains are our own construction after the method's description; their speed of mixing is not the paper's.",
-    "Pictures are smaller than the paper's 1920 x 1088, for the references are computed on the CPU.",
-];
-
-/// A number that was asked for, and how it came out.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Asked {
-    /// What.
-    pub(crate) name: String,
-    /// What was measured.
-    pub(crate) value: f64,
-    /// How it should lie.
-    pub(crate) relation: Relation,
-    /// To what.
-    pub(crate) bound: f64,
-    /// Whether it does.
-    pub(crate) met: bool,
-    /// On what, and where the difference comes from.
-    pub(crate) note: String,
-}
-
-impl Asked {
-    fn new(
-        name: &str,
-        value: f64,
-        relation: Relation,
-        bound: f64,
-        note: impl Into<String>,
-    ) -> Self {
-        let met = relation.holds(value, bound);
-        Self { name: name.to_owned(), value, relation, bound, met, note: note.into() }
-    }
-}
-
-/// A picture of a figure.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Shown {
-    /// The method, or what else is shown.
-    pub(crate) name: String,
-    /// The file, beside the page.
-    pub(crate) file: String,
-    /// How far it is from the reference; none of the reference itself.
-    pub(crate) error: Option<PictureError>,
-}
-
-/// A figure.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Figure {
-    /// As the paper counts, or the scene's name.
-    pub(crate) name: String,
-    /// What it shows.
-    pub(crate) about: String,
-    /// The reference's own standard error over its mean.
-    pub(crate) standard_error: Option<f64>,
-    /// Its pictures.
-    pub(crate) pictures: Vec<Shown>,
-}
-
-/// A table of times on one scene and density.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct TimeTable {
-    /// As the paper counts.
-    pub(crate) name: &'static str,
-    /// The scene.
-    pub(crate) scene: String,
-    /// The density.
-    pub(crate) density: &'static str,
-    /// Each method.
-    pub(crate) methods: Vec<Stages>,
-}
-
-/// A survey of one scene and density.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Surveyed {
-    /// The scene.
-    pub(crate) scene: String,
-    /// The density.
-    pub(crate) density: &'static str,
-    /// What was found.
-    pub(crate) found: Survey,
-}
-
-/// A mip chain against a copy.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct MipRow {
-    /// What it is a chain of.
-    pub(crate) name: &'static str,
-    /// Milliseconds.
-    pub(crate) mips: f64,
-    /// Milliseconds.
-    pub(crate) copy: f64,
-    /// Median of the ratios of each round.
-    pub(crate) ratio: f64,
-}
-
-/// Everything.
-#[derive(Clone, Debug, Default, Serialize)]
-pub(crate) struct Findings {
-    pub(crate) asked: Vec<Asked>,
-    pub(crate) times: Vec<TimeTable>,
-    pub(crate) code: Vec<Code>,
-    pub(crate) dispatches: Vec<(Method, usize, usize)>,
-    pub(crate) sampling: Vec<(String, [f64; 2])>,
-    pub(crate) mips: Vec<MipRow>,
-    pub(crate) surveys: Vec<Surveyed>,
-    pub(crate) flickers: Vec<(String, Flickers)>,
-    pub(crate) figures: Vec<Figure>,
-}
-
 /// Reproduces.
 ///
 /// # Errors
@@ -223,7 +105,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let mut report = Report::new();
     report.adapter.clone_from(&gpu.adapter.name);
     report.driver.clone_from(&gpu.adapter.driver);
-    checks(&found, &mut report);
+    checks(&found).into_iter().for_each(|check| report.check(check));
     report.detail("asked", &found.asked)?;
     report.detail("times", &found.times)?;
     report.detail("code", &found.code)?;
@@ -233,54 +115,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.detail("flicker", &found.flickers)?;
     report.detail("figures", &found.figures)?;
     report.detail("does_not_show", DOES_NOT_SHOW)?;
-    tables::show(&found);
+    say::line(terminal::reproduce::show(&found));
     say::line(format!("\n{}", report.table()));
     write::text(&arguments.out.join("index.html"), &page::page(&found, &report))?;
     let path = arguments.out.join("reproduce.json");
     report.write(&path)?;
     say::line(format!("{}\n{}", path.display(), arguments.out.join("index.html").display()));
     report.verdict()
-}
-
-/// What holds whatever the device.
-fn checks(found: &Findings, report: &mut Report) {
-    let not_finite: usize = found
-        .surveys
-        .iter()
-        .flat_map(|survey| &survey.found.rows)
-        .map(|row| row.not_finite)
-        .chain(found.flickers.iter().flat_map(|one| &one.1.contenders).map(|one| one.not_finite))
-        .sum();
-    report.check(Check::new(
-        "numbers that are not finite, all methods and scenes",
-        not_finite as f64,
-        "numbers",
-        Relation::Equal,
-        0.0,
-    ));
-    for surveyed in &found.surveys {
-        let of = |method| surveyed.found.rows.iter().find(|row| row.method == method);
-        if let (Some(ours), Some(theirs), false) =
-            (of(Method::Bracketed), of(Method::Previous), surveyed.found.dark)
-        {
-            let name = format!(
-                "{}, {}: variation of the density within kernels, modified over previous",
-                surveyed.scene, surveyed.density
-            );
-            let ratio = ours.overlap.variation / theirs.overlap.variation.max(f64::MIN_POSITIVE);
-            report.check(Check::new(name, ratio, "", Relation::AtMost, 1.0));
-        }
-        // Eq. (5) divides by the density that the kernel's own weights sum.
-        let sized_by_integral = |row: &&Row| row.method == Method::Bracketed;
-        let unbalanced = surveyed.found.rows.iter().filter(sized_by_integral);
-        let unbalanced = unbalanced.map(|row| (row.weighted.excess - row.weighted.gaps).abs());
-        let name = format!(
-            "{}, {}: density counted twice less density not counted, by the filter's weights, at any K",
-            surveyed.scene, surveyed.density
-        );
-        let most = if surveyed.found.dark { 0.0 } else { unbalanced.fold(0.0, f64::max) };
-        report.check(Check::new(name, most, "of the density", Relation::AtMost, 1e-3));
-    }
 }
 
 /// The sizes of kernels beside K = 1.
@@ -388,7 +229,7 @@ impl Work<'_> {
         )?;
         self.survey("caustic", Density::Bidirectional, false, found)?;
         self.flicker("atrium:75k", found)?;
-        self.ask(found);
+        found.asked = requested(found);
         Ok(())
     }
 
@@ -702,61 +543,5 @@ impl Work<'_> {
         bar.finish_and_clear();
         found.flickers.push((scene.to_owned(), flickers));
         Ok(())
-    }
-
-    /// The numbers that were asked for.
-    fn ask(&self, found: &mut Findings) {
-        let mut asked = Vec::new();
-        let worst = |index: usize| {
-            let scenes = found.sampling.iter().filter(|one| one.0.starts_with("atrium"));
-            scenes.map(|one| one.1[index]).fold(f64::NEG_INFINITY, f64::max)
-        };
-        let note = "the largest over the scenes of the table below, median of turns in one run";
-        let most = Relation::AtMost;
-        asked.push(Asked::new(
-            "sampling pass, 12 bisections over previous",
-            worst(0),
-            most,
-            1.05,
-            note,
-        ));
-        asked.push(Asked::new("sampling pass, bracketed over previous", worst(1), most, 1.0, note));
-        for times in &found.times {
-            let total = |method| {
-                let one = times.methods.iter().find(|one| one.method == method);
-                one.map_or(f64::NAN, |one| one.total(None))
-            };
-            let ratio = total(Method::Image) / total(Method::Bracketed);
-            let name = format!("{}: making of lights, k-means 2D over modified", times.name);
-            let note = "both maps; the paper has 7.1 and 9.1";
-            asked.push(Asked::new(&name, ratio, Relation::AtLeast, 9.0, note));
-        }
-        for row in &found.mips {
-            let name = format!("mip chain over a copy of the same bytes, {}", row.name);
-            asked.push(Asked::new(&name, row.ratio, most, 2.0, "one run, median of rounds"));
-        }
-        for (scene, flickers) in &found.flickers {
-            let of = |name: &str| {
-                let one = flickers.contenders.iter().find(|one| one.name.starts_with(name));
-                one.map_or(f64::NAN, |one| one.flicker)
-            };
-            let ratio = of("modified, bracketed, K = 1") / of("previous");
-            let name = format!("{scene}: flicker, modified (K = 1) over previous");
-            asked.push(Asked::new(&name, ratio, most, 0.5, "bidirectional density"));
-        }
-        for surveyed in &found.surveys {
-            let of = |method| {
-                let one = surveyed.found.rows.iter().find(|row| row.method == method);
-                one.map_or(f64::NAN, |row| row.error)
-            };
-            let ratio = of(Method::Bracketed) / of(Method::Image);
-            let name = format!(
-                "{}, {}: picture error, modified over k-means 2D",
-                surveyed.scene, surveyed.density
-            );
-            let note = "against the facets of the map, on a sample of pixels";
-            asked.push(Asked::new(&name, ratio, most, 1.0, note));
-        }
-        found.asked = asked;
     }
 }

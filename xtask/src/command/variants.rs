@@ -7,6 +7,10 @@ use clap::Args;
 use serde_json::{Value, json};
 use sglow_renderer::needs::Decision;
 use sglow_renderer::plan::Storage;
+use sglow_report::failure::Result;
+use sglow_report::json::Report;
+use sglow_report::table;
+use sglow_results::check::{Check, Relation};
 use sglow_scene::Fact;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest::Saved;
@@ -14,11 +18,9 @@ use sglow_shader_gen::matrix::{Excluded, Variant};
 use sglow_shader_gen::package::Purpose;
 
 use crate::derivation::Derivation;
-use crate::failure::Result;
-use crate::json::{Check, Relation, Report};
 use crate::measured::Measured;
+use crate::say;
 use crate::selection::{Choice, Derived, Selection};
-use crate::{say, table};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\

@@ -5,38 +5,37 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use sglow_consumers::machine::repository;
 use sglow_measure::cache::Cache;
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::{RUNS, scene};
 use sglow_renderer::device::Gpu;
+use sglow_renderer::needs::Decision;
+use sglow_report::docs::{deviations, frontier};
+use sglow_report::failure::Result;
+use sglow_report::json::Report;
+use sglow_report::page::report as page;
+use sglow_report::{document, failure, presets, terminal, write};
+use sglow_results::densities;
 use sglow_results::densities::OnDensity;
-use sglow_results::frontier::document::{Metric, Pictures, SceneReport};
-use sglow_results::frontier::promise::{self, Promised};
+use sglow_results::frontier::document::{Pictures, SceneReport};
+use sglow_results::frontier::promise::{self};
 use sglow_results::picture_error::{Display, flip_map};
 use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
 
 use crate::derivation::Derivation;
-use crate::failure::{self, Result};
-use crate::json::{Check, Relation, Report};
-use crate::machine::repository;
-use crate::page::report as page;
 use crate::progress::Bars;
 use crate::selection::library_folder;
 use crate::shot::{self, Numbers};
-use crate::{measured, picture_error, saving, say, table, write};
+use crate::{measured, saving, say};
 
-mod densities;
-mod deviations;
-mod document;
-mod presets;
-mod results;
 pub(crate) mod screening;
 pub(crate) mod ways;
 
-use deviations::Deviation;
-use document::Document;
 use screening::Planned;
+use sglow_report::docs::deviations::Deviation;
+use sglow_report::document::Document;
 use ways::Offer;
 
 /// What `--help` shows below the options.
@@ -196,12 +195,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         found.push(measure(&gpu, &offer, case, planned, &cache)?);
     }
     for scene in &found {
-        show(&scene.measured);
-        check(&scene.measured, &mut report);
+        say::line(terminal::frontier::show(&scene.measured));
+        promise::checks(&scene.measured).into_iter().for_each(|check| report.check(check));
     }
     let on_densities =
         sglow_measure::densities::densities(&gpu, &package, arguments.numbers.steps(), &cache)?;
-    densities::show(&on_densities, &mut report)?;
+    say::line(terminal::densities::show(&on_densities));
+    densities::checks(&on_densities).into_iter().for_each(|check| report.check(check));
+    for (solver, ratios) in densities::sampling_times(&on_densities) {
+        report.detail(&format!("sampling_time_{solver}_over_previous"), ratios)?;
+    }
     say::line(format!("\n{}", report.table()));
     say::line(format!(
         "{}, {}; medians of {}. {}",
@@ -220,7 +223,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         docs(&names, &report, &scenes, &deviations)?;
     }
     if arguments.presets {
-        presets::write(&library_folder().join("presets.toml"), &scenes, &gpu)?;
+        let path = library_folder().join("presets.toml");
+        write::text(&path, &presets::text(&scenes, &gpu.adapter.name)?)?;
+        say::line(path.display());
     }
     write(arguments, &report, &found, deviations, on_densities, start.elapsed())?;
     report.verdict()
@@ -242,8 +247,8 @@ fn docs(
     let read = |path: &PathBuf| std::fs::read_to_string(path);
     let [readme, results, deviating] = [read(&paths[0])?, read(&paths[1])?, read(&paths[2])?];
     let texts = [
-        results::by_lights(&readme, names[0], scenes, &how)?,
-        results::frontier(&results, names[1], scenes, &report.checks, &how)?,
+        frontier::by_lights(&readme, names[0], scenes, &how)?,
+        frontier::frontier(&results, names[1], scenes, &report.checks, &how)?,
         deviations::written(&deviating, deviations, &how)?,
     ];
     let files: Vec<_> =
@@ -330,107 +335,15 @@ fn measure(
     Ok(Found {
         flip,
         facts: derivation.needs.facts.iter().map(page::Fact::from).collect(),
-        decisions: derivation.needs.decisions.iter().map(page::Decision::from).collect(),
+        decisions: derivation.needs.decisions.iter().map(decision).collect(),
         left_out: page::left_out_by(&purpose),
         measured,
         pictures,
     })
 }
 
-/// The frontier as a table.
-fn show(scene: &SceneReport) {
-    let [width, height] = scene.size;
-    say::line(format!(
-        "\n{}: {} triangles, {width} x {height}, map of {} squared, {} lights, {}; reference of paths, its noise {}",
-        scene.scene,
-        scene.triangles,
-        scene.rsm_size,
-        scene.lights,
-        scene.clock,
-        percent(scene.reference.noise_over_mean),
-    ));
-    let [relative_mse, rmse, median, q95, flip, bias] = picture_error::HEADINGS;
-    let header =
-        ["frontier, and default", "ms", relative_mse, rmse, median, q95, flip, bias, "flicker"];
-    let mut table = table::new(header);
-    let metric = Metric::default();
-    for way in scene.ways.iter().filter(|way| way.on_frontier(metric) || way.default) {
-        let time = way.whole.unwrap_or(way.time);
-        let dark = scene.reference.dark;
-        let flicker = way.flicker.map(|flicker| picture_error::text(flicker, Metric::Rmse, dark));
-        let [relative_mse, rmse, median, q95, flip, bias] = picture_error::cells(&way.picture);
-        table.add_row([
-            format!("{}{}", way.name, if way.on_frontier(metric) { "" } else { " (dominated)" }),
-            format!("{:.1} ({:.1}-{:.1})", time.median, time.least, time.most),
-            relative_mse,
-            rmse,
-            median,
-            q95,
-            flip,
-            bias,
-            flicker.unwrap_or_else(|| "–".to_owned()),
-        ]);
-    }
-    let counts = Metric::ALL.map(|metric| {
-        let count = scene.ways.iter().filter(|way| way.on_frontier(metric)).count();
-        format!("{count} {}", metric.name())
-    });
-    say::line(format!(
-        "{table}\n{} configurations; on the frontier by each metric: {}",
-        scene.ways.len(),
-        counts.join(", ")
-    ));
-}
-
-/// What is promised of a scene.
-fn check(scene: &SceneReport, report: &mut Report) {
-    let name = &scene.scene;
-    report.check(Check::new(
-        format!("{name}: numbers that are not finite, in all variants"),
-        scene.not_finite as f64,
-        "numbers",
-        Relation::Equal,
-        0.0,
-    ));
-    for promised in promise::hold(scene) {
-        let Promised { name, value, unit, at_least, bound, note } = promised;
-        let relation = if at_least { Relation::AtLeast } else { Relation::AtMost };
-        report.check(Check::new(name, value, unit, relation, bound).note(note));
-    }
-    let Some(pruned) = &scene.pruned else { return };
-    let [width, height] = pruned.size;
-    let note = format!("{width} x {height}, map of {} squared, in turns", scene.rsm_size);
-    let (full, needed) = (&pruned.full, &pruned.needed);
-    report.check(
-        Check::new(
-            format!("{name}: bytes of indirect light's textures that leaving out saves"),
-            1.0 - needed.texture_bytes as f64 / full.texture_bytes as f64,
-            "of all",
-            Relation::AtLeast,
-            0.4,
-        )
-        .note(note.as_str()),
-    );
-    report.check(
-        Check::new(
-            format!("{name}: shading pass with everything over what the scene needs"),
-            full.shade_time.median / needed.shade_time.median,
-            "times",
-            Relation::AtLeast,
-            1.8,
-        )
-        .note(note),
-    );
-    report.check(Check::new(
-        format!("{name}: numbers of the picture that leaving out changes"),
-        pruned.differing as f64,
-        "numbers",
-        Relation::Equal,
-        0.0,
-    ));
-}
-
-/// A share as a person reads it.
-fn percent(share: f64) -> String {
-    format!("{:.2} %", 100.0 * share)
+/// A decision as the page takes it.
+fn decision(decision: &Decision) -> page::Decision {
+    let (what, reason) = (decision.name.to_owned(), decision.reason.clone());
+    page::Decision { what, value: decision.value.clone(), reason }
 }

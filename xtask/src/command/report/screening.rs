@@ -9,6 +9,7 @@ use sglow_measure::frontier::screen::{self, Single};
 use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::way::{self, Allowed};
 use sglow_renderer::device::Gpu;
+use sglow_report::failure::{Failure, Result};
 use sglow_results::frontier::document::Screening;
 use sglow_results::frontier::promise;
 use sglow_runtime::settings::Settings;
@@ -16,7 +17,6 @@ use sglow_runtime::settings::Settings;
 use super::Case;
 use super::ways::{self, Offer};
 use crate::derivation::{Derivation, Request};
-use crate::failure::{Failure, Result};
 use crate::progress::Bars;
 
 /// What is measured of one scene.
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn what_is_laid_over_the_library_is_screened() {
-        let folder = crate::machine::repository().join("tests/overlays/blur");
+        let folder = sglow_consumers::machine::repository().join("tests/overlays/blur");
         let over = crate::selection::Over { library: vec![folder] };
         let numbers = Numbers { over, ..Numbers::default() };
         let case = Case::new("cornell", [16, 9], &numbers).unwrap();

@@ -2,6 +2,7 @@
 
 use sglow_measure::frontier::screen::{self, Single};
 use sglow_measure::frontier::way::{self, Allowed};
+use sglow_report::failure::{Failure, Result};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::library::Library;
@@ -10,7 +11,6 @@ use sglow_shaders::Filter;
 
 use super::Case;
 use crate::derivation::{Derivation, others};
-use crate::failure::{Failure, Result};
 
 /// What `--only` says.
 pub(crate) fn only(only: &[String], library: &Library) -> Result<Allowed> {
