@@ -7,17 +7,44 @@ use sglow_oracle::{metrics, vmf};
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{Frame, FrameError, Renderer, Times};
 use sglow_renderer::reference;
+use sglow_results::progress::Progress;
 use sglow_results::stability::halves::{HalfCheck, HalvesReport};
+use sglow_results::stability::report::ExtremeReport;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shaders::Precision;
 
 use crate::bound::{HALF_MEAN_LENGTH, HALF_NOT_FINITE, HALF_PICTURE, HALF_POWER};
-use crate::extreme::ExtremeError;
+use crate::extreme::{self, ExtremeError};
 
 /// Built-in scenes that are rendered in both precisions: diffuse, glossy, and large with a sun.
 pub const SCENES: [&str; 3] = ["cornell", "cornell-glossy", "atrium"];
+
+/// The whole pipeline in every extreme case and in both precisions.
+///
+/// # Errors
+///
+/// When a scene does not render.
+pub fn pipeline(
+    gpu: &Gpu,
+    package: &Package,
+    progress: &dyn Progress,
+) -> Result<(Vec<ExtremeReport>, Vec<HalvesReport>), ExtremeError> {
+    let names = extreme::names();
+    let (mut extremes, mut halves) = (Vec::new(), Vec::new());
+    progress.start("extremes", names.len() + SCENES.len());
+    for name in names {
+        extremes.extend(extreme::attempt(gpu, package, name)?);
+        progress.done(extremes.len());
+    }
+    for scene in SCENES {
+        halves.push(in_scene(gpu, package, scene)?);
+        progress.done(extremes.len() + halves.len());
+    }
+    progress.end();
+    Ok((extremes, halves))
+}
 
 /// Renders a built-in scene in both precisions.
 ///

@@ -1,6 +1,7 @@
 //! `report.json` as a whole, and its schema.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -11,6 +12,7 @@ use crate::docs::deviations::Deviation;
 use crate::failure::Result;
 use crate::json::Report;
 use crate::page::report::LeftOut;
+use crate::write;
 
 /// The form of the file; it grows when a reader of the form before would misread it.
 pub const VERSION: u32 = 3;
@@ -33,6 +35,25 @@ pub struct Document<'a> {
     pub densities: Vec<OnDensity>,
     /// What must not be concluded.
     pub does_not_show: Vec<String>,
+}
+
+impl Document<'_> {
+    /// Writes the page, the numbers and what they mean into a folder, all or none, and returns the places of page and
+    /// numbers.
+    ///
+    /// # Errors
+    ///
+    /// When a file cannot be written.
+    pub fn write(&self, folder: &Path, page: &str) -> Result<[PathBuf; 2]> {
+        let [index, json, schema] =
+            ["index.html", "report.json", "report.schema.json"].map(|name| folder.join(name));
+        write::texts(&[
+            (&index, page),
+            (&json, &(serde_json::to_string_pretty(self)? + "\n")),
+            (&schema, &(self::schema()? + "\n")),
+        ])?;
+        Ok([index, json])
+    }
 }
 
 /// The JSON schema of [`Document`].

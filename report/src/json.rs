@@ -50,6 +50,17 @@ impl Report {
         }
     }
 
+    /// The same of a command that uses a GPU.
+    #[must_use]
+    pub fn on(adapter: &str, driver: &str) -> Self {
+        Self { adapter: adapter.to_owned(), driver: driver.to_owned(), ..Self::new() }
+    }
+
+    /// Adds all checks.
+    pub fn checks(&mut self, checks: impl IntoIterator<Item = Check>) {
+        checks.into_iter().for_each(|check| self.check(check));
+    }
+
     /// Adds a check; unless it names a line of its own, the running command measures it again.
     pub fn check(&mut self, mut check: Check) {
         if check.command.is_empty() {

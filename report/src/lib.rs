@@ -3,6 +3,7 @@
 #[cfg(test)]
 extern crate self as sglow_report;
 
+pub mod compare;
 pub mod docs;
 pub mod document;
 pub mod failure;
@@ -11,6 +12,7 @@ pub mod page;
 pub mod picture;
 pub mod picture_error;
 pub mod presets;
+pub mod scene;
 pub mod table;
 pub mod terminal;
 pub mod write;

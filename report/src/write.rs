@@ -54,6 +54,21 @@ pub fn probe(folder: &Path) -> Result {
     Ok(())
 }
 
+/// Makes sure that a package can be written to a folder, and would not take the place of somebody's own files.
+///
+/// # Errors
+///
+/// When something else is in its place, it may not be written, or it holds files and no package.
+pub fn probe_package(out: &Path) -> Result {
+    probe(out)?;
+    let files = fs::read_dir(out).map_or(0, Iterator::count);
+    if files == 0 || out.join("manifest.json").is_file() {
+        return Ok(());
+    }
+    Err(Failure::new(format!("{}: the folder has files and is no package", out.display()))
+        .help("name a new or empty folder, or one that a package was written to before"))
+}
+
 fn persist(file: NamedTempFile, path: &Path) -> Result {
     let persisted = file.persist(path).map_err(|error| error.error);
     persisted.context(format!("{}: cannot write", path.display()))?;
@@ -135,5 +150,18 @@ mod tests {
         assert!(texts(&[(&one, "2"), (&nowhere, "2")]).is_err());
         assert_eq!(fs::read_to_string(&one).unwrap(), "1");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_package_takes_the_place_of_a_package_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        probe_package(folder.path()).unwrap();
+        probe_package(&folder.path().join("new")).unwrap();
+        fs::write(folder.path().join("README.md"), "mine").unwrap();
+        let text = probe_package(folder.path()).unwrap_err().to_string();
+        assert!(text.contains("is no package"), "{text}");
+        fs::write(folder.path().join("manifest.json"), "{}").unwrap();
+        probe_package(folder.path()).unwrap();
+        assert!(probe_package(&folder.path().join("README.md")).is_err());
     }
 }

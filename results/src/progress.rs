@@ -6,6 +6,8 @@ pub trait Progress: Sync {
     fn start(&self, what: &str, steps: usize);
     /// How many steps are done.
     fn done(&self, steps: usize);
+    /// A line that a user should read.
+    fn note(&self, _text: &str) {}
     /// What was started has ended.
     fn end(&self) {}
 }

@@ -3,7 +3,9 @@
 use serde::Serialize;
 
 use crate::check::{Check, Relation};
-use crate::picture_error::PictureError;
+use crate::display::Exposure;
+use crate::kernels::Square;
+use crate::picture_error::{PictureError, Radiance};
 use crate::rivals::flicker::Flickers;
 use crate::rivals::method::Method;
 use crate::rivals::stages::{Code, Stages};
@@ -21,9 +23,9 @@ pub const DOES_NOT_SHOW: [&str; 5] = [
     "Pictures are smaller than the paper's 1920 x 1088, for the references are computed on the CPU.",
 ];
 
-/// A number that was asked for, and how it came out.
+/// A number that was requested, and how it came out.
 #[derive(Clone, Debug, Serialize)]
-pub struct Asked {
+pub struct Requested {
     /// What.
     pub name: String,
     /// What was measured.
@@ -38,7 +40,7 @@ pub struct Asked {
     pub note: String,
 }
 
-impl Asked {
+impl Requested {
     /// A number beside its bound.
     #[must_use]
     pub fn new(
@@ -62,6 +64,38 @@ pub struct Shown {
     pub file: String,
     /// How far it is from the reference; none of the reference itself.
     pub error: Option<PictureError>,
+}
+
+/// A picture beside the page.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// Its file.
+    pub file: String,
+    /// What it shows.
+    pub drawn: Drawn,
+}
+
+/// What a picture shows.
+#[derive(Clone, Debug)]
+pub enum Drawn {
+    /// What the camera sees.
+    Radiance {
+        /// Width and height.
+        size: [u32; 2],
+        /// Linear radiance.
+        pixels: Radiance,
+        /// The exposure that all pictures of the figure share.
+        exposure: Exposure,
+    },
+    /// Kernels over a density.
+    Kernels {
+        /// Width and height of the density.
+        side: usize,
+        /// Its texels.
+        density: Vec<f32>,
+        /// The kernels.
+        squares: Vec<Square>,
+    },
 }
 
 /// A figure.
@@ -118,7 +152,7 @@ pub struct MipRow {
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Findings {
     /// Numbers that were requested.
-    pub asked: Vec<Asked>,
+    pub requested: Vec<Requested>,
     /// Tables 1 and 2.
     pub times: Vec<TimeTable>,
     /// Table 3.
@@ -183,22 +217,22 @@ pub fn checks(found: &Findings) -> Vec<Check> {
 
 /// The numbers that were requested of methods, beside what was measured of them.
 #[must_use]
-pub fn requested(found: &Findings) -> Vec<Asked> {
-    let mut asked = Vec::new();
+pub fn requested(found: &Findings) -> Vec<Requested> {
+    let mut all = Vec::new();
     let worst = |index: usize| {
         let scenes = found.sampling.iter().filter(|one| one.0.starts_with("atrium"));
         scenes.map(|one| one.1[index]).fold(f64::NEG_INFINITY, f64::max)
     };
     let note = "the largest over the scenes of the table below, median of turns in one run";
     let most = Relation::AtMost;
-    asked.push(Asked::new(
+    all.push(Requested::new(
         "sampling pass, 12 bisections over previous",
         worst(0),
         most,
         1.05,
         note,
     ));
-    asked.push(Asked::new("sampling pass, bracketed over previous", worst(1), most, 1.0, note));
+    all.push(Requested::new("sampling pass, bracketed over previous", worst(1), most, 1.0, note));
     for times in &found.times {
         let total = |method| {
             let one = times.methods.iter().find(|one| one.method == method);
@@ -207,11 +241,11 @@ pub fn requested(found: &Findings) -> Vec<Asked> {
         let ratio = total(Method::Image) / total(Method::Bracketed);
         let name = format!("{}: making of lights, k-means 2D over modified", times.name);
         let note = "both maps; the paper has 7.1 and 9.1";
-        asked.push(Asked::new(&name, ratio, Relation::AtLeast, 9.0, note));
+        all.push(Requested::new(&name, ratio, Relation::AtLeast, 9.0, note));
     }
     for row in &found.mips {
         let name = format!("mip chain over a copy of the same bytes, {}", row.name);
-        asked.push(Asked::new(&name, row.ratio, most, 2.0, "one run, median of rounds"));
+        all.push(Requested::new(&name, row.ratio, most, 2.0, "one run, median of rounds"));
     }
     for (scene, flickers) in &found.flickers {
         let of = |name: &str| {
@@ -220,7 +254,7 @@ pub fn requested(found: &Findings) -> Vec<Asked> {
         };
         let ratio = of("modified, bracketed, K = 1") / of("previous");
         let name = format!("{scene}: flicker, modified (K = 1) over previous");
-        asked.push(Asked::new(&name, ratio, most, 0.5, "bidirectional density"));
+        all.push(Requested::new(&name, ratio, most, 0.5, "bidirectional density"));
     }
     for surveyed in &found.surveys {
         let of = |method| {
@@ -233,7 +267,7 @@ pub fn requested(found: &Findings) -> Vec<Asked> {
             surveyed.scene, surveyed.density
         );
         let note = "against the facets of the map, on a sample of pixels";
-        asked.push(Asked::new(&name, ratio, most, 1.0, note));
+        all.push(Requested::new(&name, ratio, most, 1.0, note));
     }
-    asked
+    all
 }

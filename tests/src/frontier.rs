@@ -20,7 +20,7 @@ use tempfile::TempDir;
 
 use crate::common::gpu;
 
-struct Silent;
+pub(crate) struct Silent;
 
 impl Progress for Silent {
     fn start(&self, _: &str, _: usize) {}

@@ -16,6 +16,8 @@ mod density;
 #[cfg(test)]
 mod direct;
 #[cfg(test)]
+mod drawing;
+#[cfg(test)]
 mod execute;
 #[cfg(test)]
 mod extreme;
@@ -47,6 +49,8 @@ mod metropolis;
 mod mip;
 #[cfg(test)]
 mod moments;
+#[cfg(test)]
+mod numbers;
 #[cfg(test)]
 mod overlay;
 #[cfg(test)]

@@ -6,13 +6,10 @@ use clap::Parser as _;
 
 mod cli;
 mod command;
-mod derivation;
-mod measured;
+mod options;
 mod progress;
-mod saving;
 mod say;
-mod selection;
-mod shot;
+mod scene;
 
 fn main() -> ExitCode {
     let Some(command) = cli::Cli::parse().command else {

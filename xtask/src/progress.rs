@@ -61,6 +61,10 @@ impl sglow_results::progress::Progress for Bars {
         self.replace(Some(if steps == 0 { spinner(what) } else { bar(what, steps) }));
     }
 
+    fn note(&self, text: &str) {
+        eprintln!("{text}");
+    }
+
     fn end(&self) {
         self.clear();
     }

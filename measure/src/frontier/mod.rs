@@ -3,12 +3,15 @@
 
 mod bench;
 pub mod buy;
+pub mod case;
 pub mod evaluate;
 mod measure;
 pub mod named;
+pub mod offer;
 mod prune;
 pub mod scene;
 pub mod screen;
+pub mod screening;
 mod shadings;
 mod shared;
 mod straddling;

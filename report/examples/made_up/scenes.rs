@@ -185,6 +185,7 @@ fn scene(name: &str, seed: u64, error: f64, noise: f64) -> MadeUp {
             what: "virtual lights".to_owned(),
             value: "1024".to_owned(),
             reason: "as in the paper; the map has 65,536 texels".to_owned(),
+            changed: true,
         }],
         left_out: Vec::new(),
     }

@@ -22,6 +22,7 @@ mod left_out;
 /// Made-up scenes with everything that a page can have.
 #[cfg(test)]
 #[path = "../../examples/made_up/scenes.rs"]
+#[expect(dead_code, reason = "a browser opens the page of one")]
 pub(crate) mod made_up;
 mod named;
 mod pictures;
@@ -29,34 +30,7 @@ mod sweeps;
 
 use named::Named;
 
-/// Something that holds of a scene or does not, and how that is known.
-#[derive(Clone, Debug)]
-pub struct Fact {
-    /// Its name.
-    pub name: String,
-    /// Whether it holds.
-    pub holds: bool,
-    /// How that is known.
-    pub evidence: String,
-}
-
-/// A number or a choice that was made for a scene.
-#[derive(Clone, Debug)]
-pub struct Decision {
-    /// What was decided.
-    pub what: String,
-    /// How.
-    pub value: String,
-    /// Why.
-    pub reason: String,
-}
-
-impl From<&sglow_scene::Fact> for Fact {
-    fn from(fact: &sglow_scene::Fact) -> Self {
-        let (name, evidence) = (fact.name.to_owned(), fact.evidence.clone());
-        Self { name, holds: fact.holds, evidence }
-    }
-}
+pub use crate::scene::{Decision, Fact};
 
 /// What a package was made without.
 pub fn left_out_by(purpose: &Purpose) -> Vec<LeftOut> {

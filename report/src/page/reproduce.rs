@@ -89,8 +89,12 @@ fn paper_total(table: &str, method: Method) -> Option<f64> {
 /// The page.
 pub fn page(found: &Findings, report: &Report) -> String {
     let mut sections = Vec::new();
-    if !found.asked.is_empty() {
-        sections.push(Section { id: "asked", title: "What was asked for", body: asked(found) });
+    if !found.requested.is_empty() {
+        sections.push(Section {
+            id: "requested",
+            title: "What was requested",
+            body: requested(found),
+        });
     }
     sections.push(Section { id: "figures", title: "Figures", body: figures(&found.figures) });
     sections.push(Section { id: "times", title: "Times of each stage", body: times(&found.times) });
@@ -123,15 +127,15 @@ pub fn page(found: &Findings, report: &Report) -> String {
 fn lead(found: &Findings, report: &Report) -> Markup {
     let versions: Vec<String> =
         report.versions.iter().map(|(name, version)| format!("{name} {version}")).collect();
-    let met = found.asked.iter().filter(|one| one.met).count();
+    let met = found.requested.iter().filter(|one| one.met).count();
     html! {
         p {
             "Modified filtered importance sampling against its rivals on its own pipeline: ours beside the numbers of "
             "Y. Tokuyoshi, Modified filtered importance sampling for virtual spherical Gaussian lights, Computational "
             "Visual Media 2(4), 2016, which were measured on a GeForce GTX 970."
         }
-        @if !found.asked.is_empty() {
-            p { strong { (met) " of " (found.asked.len()) } " numbers that were asked for are met here." }
+        @if !found.requested.is_empty() {
+            p { strong { (met) " of " (found.requested.len()) } " requested numbers are met here." }
         }
         dl.facts {
             dt { "adapter" } dd { (report.adapter) }
@@ -143,9 +147,9 @@ fn lead(found: &Findings, report: &Report) -> Markup {
     }
 }
 
-fn asked(found: &Findings) -> Markup {
+fn requested(found: &Findings) -> Markup {
     let rows: Vec<Markup> = found
-        .asked
+        .requested
         .iter()
         .map(|one| {
             html! {
@@ -160,8 +164,8 @@ fn asked(found: &Findings) -> Markup {
         })
         .collect();
     let columns =
-        [text("number"), number("measured"), number("asked"), text("verdict"), text("on what")];
-    table("Numbers that were asked for", "", &columns, &rows)
+        [text("number"), number("measured"), number("requested"), text("verdict"), text("on what")];
+    table("Requested numbers", "", &columns, &rows)
 }
 
 fn figures(figures: &[Figure]) -> Markup {
@@ -435,6 +439,6 @@ mod tests {
     #[test]
     fn an_empty_run_makes_a_page() {
         let page = page(&Findings::default(), &Report::new());
-        assert!(page.contains("What this does not show") && !page.contains("What was asked for"));
+        assert!(page.contains("What this does not show") && !page.contains("What was requested"));
     }
 }

@@ -1,6 +1,7 @@
 //! Kernels drawn over their density, as Fig. 1 of [Tokuyoshi 2016] shows them.
 
 use image::{Rgb, RgbImage};
+use sglow_results::kernels::Square;
 
 use crate::failure::Result;
 use crate::picture::density::Density;
@@ -16,15 +17,6 @@ const BRIGHTEST: f32 = 0.82;
 const LEAST_SIDE: usize = 1200;
 /// How much an outline covers where it lies; many of them overlap.
 const OPACITY: f32 = 0.85;
-
-/// A kernel's place in pixels of the density.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Square {
-    /// Centre, x to the right and y down from the top left corner.
-    pub centre: [f64; 2],
-    /// Side.
-    pub side: f64,
-}
 
 /// How many pixels of a picture a pixel of the density becomes, along each side.
 pub fn scale([width, height]: [usize; 2]) -> usize {

@@ -73,7 +73,7 @@ pub fn show(found: &Findings) -> String {
         ));
     }
     let mut table = table::new(["number", "measured", "bound", "met"]);
-    for one in &found.asked {
+    for one in &found.requested {
         table.add_row([
             one.name.clone(),
             format!("{:.3}", one.value),
@@ -81,7 +81,7 @@ pub fn show(found: &Findings) -> String {
             if one.met { "yes" } else { "NO" }.to_owned(),
         ]);
     }
-    if !found.asked.is_empty() {
+    if !found.requested.is_empty() {
         lines.push(format!("\n{table}"));
     }
     lines.join("\n")

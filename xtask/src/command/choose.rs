@@ -5,22 +5,22 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
 use serde_json::Value;
-use sglow_measure::frontier::RUNS;
 use sglow_measure::frontier::buy::buy;
+use sglow_measure::frontier::offer::{self, Offer};
 use sglow_measure::frontier::subject::Subject;
+use sglow_measure::frontier::{RUNS, screening};
 use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
-use sglow_report::{failure, json, terminal};
+use sglow_report::{failure, json, terminal, write};
 use sglow_results::frontier::choose::{Budget, kept};
 use sglow_results::frontier::document::{Metric, Way};
 use sglow_shader_gen::package::Target;
 
 use crate::command::gen_shaders;
-use crate::command::report::ways::Offer;
-use crate::command::report::{Case, Choice, screening, ways};
+use crate::command::report::{Choice, case};
+use crate::options::Numbers;
 use crate::progress::Bars;
-use crate::shot::{self, Numbers};
-use crate::{say, selection};
+use crate::{options, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "METRIC", default_value_t)]
     metric: Metric,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = shot::size)]
+    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = options::size)]
     size: [u32; 2],
     /// The folder that receives the package
     #[arg(long, value_name = "DIR")]
@@ -100,21 +100,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     };
     let metric = arguments.metric;
     let library = arguments.numbers.over.library()?;
-    let only = ways::only(&arguments.choice.only, &library);
+    let only = offer::only(&arguments.choice.only, &library).map_err(Failure::from);
     let cache = arguments.choice.cache();
-    let case = Case::new(&arguments.scene, arguments.size, &arguments.numbers);
-    let places = failure::both(cache, gen_shaders::writable(&arguments.out));
+    let case = case(&arguments.scene, arguments.size, &arguments.numbers);
+    let places = failure::both(cache, write::probe_package(&arguments.out));
     let ((only, (cache, ())), case) = failure::both(failure::both(only, places), case)?;
     let package = arguments.numbers.over.whole_space()?;
-    let gpu = shot::gpu(&arguments.numbers)?;
+    let gpu = arguments.numbers.gpu()?;
     let offer =
         Offer { package: &package, all: arguments.choice.all, filters: gpu.filters_float32() };
+    let bars = Bars::default();
     let cases = [case];
-    let planned = screening::plan(&gpu, &offer, &cases, &only, &cache)?;
+    let planned = screening::plan(&gpu, &offer, &cases, &only, &cache, &bars)?;
     let [case] = cases;
     let ways = planned.into_iter().next().map(|one| one.ways).unwrap_or_default();
     let subject = Subject::new(&gpu, &package, &case.scene, case.derivation.settings.clone());
-    let bars = Bars::default();
     let bought = buy(&subject, &ways, metric, budget, &cache, &bars);
     bars.clear();
     let purchase = bought?;
@@ -134,7 +134,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let set = if winner.default { Vec::new() } else { vec![winner.name.clone()] };
     let set: Vec<String> = set.iter().flat_map(|name| name.split(',')).map(str::to_owned).collect();
     gen_shaders::run(&gen_shaders::Arguments {
-        choice: selection::Choice {
+        choice: options::Choice {
             over: arguments.numbers.over.clone(),
             scene: Some(arguments.scene.clone()),
             set: set.clone(),
@@ -149,9 +149,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     })?;
     say::line(format!("{} shows it", again(arguments, &set)));
     let Some(path) = &arguments.json else { return Ok(()) };
-    let mut report = Report::new();
-    report.adapter.clone_from(&gpu.adapter.name);
-    report.driver.clone_from(&gpu.adapter.driver);
+    let mut report = Report::on(&gpu.adapter.name, &gpu.adapter.driver);
     report.check(kept(winner, metric, budget));
     report.detail("scene", &case.scene.name)?;
     report.detail("chosen", winner)?;
@@ -166,7 +164,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 /// The line that renders what was chosen, with the numbers that it was measured with.
 fn again(arguments: &Arguments, set: &[String]) -> String {
     let Arguments { scene, size: [width, height], out, numbers, .. } = arguments;
-    let Numbers { over, preset, lights, rsm, iterations, size_factor, light, .. } = numbers;
+    let Numbers { over, preset, light, .. } = numbers;
     let mut words = vec!["render".to_owned(), "--scene".to_owned(), scene.clone()];
     let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
     for folder in &over.library {
@@ -179,17 +177,8 @@ fn again(arguments: &Arguments, set: &[String]) -> String {
         option("--set", set.join(","));
     }
     option("--size", format!("{width}x{height}"));
-    if let Some(lights) = lights {
-        option("--lights", lights.to_string());
-    }
-    if let Some(rsm) = rsm {
-        option("--rsm", rsm.to_string());
-    }
-    if let Some(iterations) = iterations {
-        option("--iterations", iterations.to_string());
-    }
-    if let Some(size_factor) = size_factor {
-        option("--size-factor", size_factor.to_string());
+    for (name, _, value) in numbers.given() {
+        option(name, value);
     }
     if let Some(light) = light {
         option("--light", light.to_string());

@@ -16,8 +16,8 @@ use sglow_results::references::ReferenceErrors;
 use sglow_runtime::package::Package;
 use sglow_scene::Scene;
 
-use crate::selection::whole_space;
-use crate::{progress, say, shot};
+use crate::options::Over;
+use crate::{options, progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -58,7 +58,7 @@ enum Tables {
 ///
 /// When a scene does not render or cannot be traced, or a document lacks its marks.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    let gpu = shot::open(arguments.adapter.as_deref())?;
+    let gpu = options::open(arguments.adapter.as_deref())?;
     let chosen = |tables| arguments.only.is_empty() || arguments.only.contains(&tables);
     let mut tables = Vec::new();
     if chosen(Tables::References) {
@@ -97,7 +97,7 @@ fn measured_references(gpu: &Gpu) -> Result<Vec<ReferenceErrors>> {
 }
 
 fn measured_visibility(gpu: &Gpu) -> Result<Vec<(&'static str, Vec<OnScene>)>> {
-    let package = whole_space()?;
+    let package = Over::default().whole_space()?;
     let bar = progress::bar("maps of lights", light_maps::SCENES.len());
     let mut all = Vec::new();
     for name in light_maps::SCENES {

@@ -4,10 +4,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use sglow_measure::halves::SCENES;
+use sglow_measure::halves::pipeline;
 use sglow_measure::hold::Extent;
 use sglow_measure::stability::variants;
-use sglow_renderer::device::Gpu;
 use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::page::stability::{Findings, cosine_forms};
@@ -16,12 +15,12 @@ use sglow_report::{failure, terminal, write};
 use sglow_results::arithmetic::Arithmetic;
 use sglow_results::check::{Check, Relation};
 use sglow_results::stability::checks::checks;
-use sglow_results::stability::halves::HalvesReport;
-use sglow_results::stability::report::{ExtremeReport, FunctionReport};
+use sglow_results::stability::report::FunctionReport;
 use sglow_runtime::package::Package;
 
-use crate::selection::{library, whole_space};
-use crate::{progress, say, shot};
+use crate::options::Over;
+use crate::progress::Bars;
+use crate::{options, progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -59,7 +58,7 @@ const INPUTS: f64 = 1e7;
 /// Minutes of a run, at most: on the two cores of a small machine.
 const MINUTES: f64 = 10.0;
 
-/// Measures and tells.
+/// Measures and prints.
 ///
 /// # Errors
 ///
@@ -68,14 +67,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let start = Instant::now();
     let chosen = sglow_measure::functions::chosen(&arguments.only)?;
     let whole_run = arguments.only.is_empty();
-    let gpu = shot::open(arguments.adapter.as_deref())?;
-    let mut report = Report::new();
-    report.adapter.clone_from(&gpu.adapter.name);
-    report.driver.clone_from(&gpu.adapter.driver);
+    let gpu = options::open(arguments.adapter.as_deref())?;
+    let mut report = Report::on(&gpu.adapter.name, &gpu.adapter.driver);
     report.versions.insert("naga".to_owned(), sglow_shader_gen::hash::NAGA.to_owned());
 
     let spinner = progress::spinner("generating the functions' variants");
-    let variants = variants(&library()?).map_err(failure::rendered)?;
+    let variants = variants(&Over::default().library()?).map_err(failure::rendered)?;
     let texts = variants.iter().map(|one| (one.variant.id(), one.text.clone()));
     let package = Package::generated("the functions of the library", texts);
     spinner.finish_and_clear();
@@ -89,11 +86,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             bar.inc(1);
         })?;
     bar.finish_and_clear();
-    let (extremes, halves) = if whole_run { pipeline(&gpu)? } else { (Vec::new(), Vec::new()) };
+    let (extremes, halves) = if whole_run {
+        let bars = Bars::default();
+        pipeline(&gpu, &Over::default().whole_space()?, &bars)?
+    } else {
+        (Vec::new(), Vec::new())
+    };
     let minutes = start.elapsed().as_secs_f64() / 60.0;
 
-    let all = checks(&functions, &extremes, &halves, sglow_measure::bound::FITTED_OVER_ERF);
-    all.into_iter().for_each(|check| report.check(check));
+    report.checks(checks(&functions, &extremes, &halves, sglow_measure::bound::FITTED_OVER_ERF));
     if whole_run && !arguments.quick {
         let inputs: usize = functions.iter().map(FunctionReport::inputs).sum();
         let check = Check::new("inputs", inputs as f64, "inputs", Relation::AtLeast, INPUTS);
@@ -128,24 +129,4 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         write::text(path, &drawing.file())?;
     }
     report.verdict()
-}
-
-/// The whole pipeline in extreme cases and in both precisions, every variant generated in memory.
-fn pipeline(gpu: &Gpu) -> Result<(Vec<ExtremeReport>, Vec<HalvesReport>)> {
-    let package = whole_space()?;
-    let names = sglow_measure::extreme::names();
-    let bar = progress::bar("extremes", names.len() + SCENES.len());
-    let (mut extremes, mut halves) = (Vec::new(), Vec::new());
-    for name in names {
-        bar.set_message(name);
-        extremes.extend(sglow_measure::extreme::attempt(gpu, &package, name)?);
-        bar.inc(1);
-    }
-    for scene in SCENES {
-        bar.set_message(scene);
-        halves.push(sglow_measure::halves::in_scene(gpu, &package, scene)?);
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
-    Ok((extremes, halves))
 }

@@ -38,7 +38,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
 
 fn image(named: &Named<'_>, pixels: &Radiance) -> Result<Image> {
     let [width, height] = named.scene.measured.size;
-    Image::new(width as usize, height as usize, pixels.clone())
+    Ok(Image::new(width as usize, height as usize, pixels.clone())?)
 }
 
 /// The end of the colour scale: a round number at or above the greatest of all maps, the same for all.

@@ -2,11 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_renderer::frame;
-use sglow_renderer::needs::{Needs, least_limits, needs};
-use sglow_renderer::plan::{Plan, Surfaces};
-use sglow_report::failure;
-use sglow_report::failure::{Failure, Result};
 use sglow_runtime::package::Assumption;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
@@ -14,20 +9,25 @@ use sglow_shader_gen::library::{AxisValue, Library, Setting};
 use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
 use sglow_shaders::{Ndf, Specular};
 
+use crate::frame;
+use crate::needs::{Needs, least_limits, needs};
+use crate::plan::{Plan, Surfaces};
+use crate::request::RequestError;
+
 /// The settings that are requested, before the scene's needs.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Request {
+pub struct Request {
     /// Pixels of the picture.
-    pub(crate) size: [u32; 2],
+    pub size: [u32; 2],
     /// The preset that is changed.
-    pub(crate) preset: Option<String>,
+    pub preset: Option<String>,
     /// Parameters, as `name=value`.
-    pub(crate) numbers: Vec<String>,
+    pub numbers: Vec<String>,
 }
 
 impl Request {
     /// Defaults for a picture of a size.
-    pub(crate) fn of(size: [u32; 2]) -> Self {
+    pub fn of(size: [u32; 2]) -> Self {
         Self { size, ..Self::default() }
     }
 
@@ -37,12 +37,12 @@ impl Request {
     /// # Errors
     ///
     /// An unknown preset, with the known ones; an invalid number.
-    pub(crate) fn settings(
+    pub fn settings(
         &self,
         library: &Library,
         facts: &Facts,
         set: &[String],
-    ) -> Result<Settings> {
+    ) -> Result<Settings, RequestError> {
         let others = others(library);
         let mut settings = Settings { size: self.size, others, ..Settings::default() };
         let by_hand = || self.numbers.iter().chain(set).filter_map(|one| one.split('=').next());
@@ -50,7 +50,7 @@ impl Request {
             apply(&rule.set, &mut settings)?;
         }
         if let Some(name) = &self.preset {
-            apply(&library.find_preset(name).map_err(failure::rendered)?.set, &mut settings)?;
+            apply(&library.find_preset(name)?.set, &mut settings)?;
         }
         for number in &self.numbers {
             if let Some((name, value)) = number.split_once('=') {
@@ -61,28 +61,28 @@ impl Request {
     }
 }
 
-fn apply(set: &BTreeMap<String, Setting>, settings: &mut Settings) -> Result<()> {
+fn apply(set: &BTreeMap<String, Setting>, settings: &mut Settings) -> Result<(), RequestError> {
     for (name, value) in set {
         settings.set(name, &value.to_string())?;
     }
     Ok(())
 }
 
-/// What follows from a scene, and from what was asked for beside it.
+/// What follows from a scene, and from what was requested beside it.
 #[derive(Debug)]
-pub(crate) struct Derivation {
+pub struct Derivation {
     /// What was requested, before the scene's needs.
-    pub(crate) request: Request,
+    pub request: Request,
     /// What is true of the scene, and its numbers.
-    pub(crate) needs: Needs,
+    pub needs: Needs,
     /// What its facts leave of each axis.
-    pub(crate) allowed: AllowedValues,
+    pub allowed: AllowedValues,
     /// A value on each axis and every number, with what was taken for granted.
-    pub(crate) settings: Settings,
+    pub settings: Settings,
     /// What the surfaces are drawn with.
-    pub(crate) surfaces: Surfaces,
+    pub surfaces: Surfaces,
     /// What a frame takes.
-    pub(crate) plan: Plan,
+    pub plan: Plan,
 }
 
 impl Derivation {
@@ -92,14 +92,14 @@ impl Derivation {
     /// # Errors
     ///
     /// Everything that is wrong with `set`.
-    pub(crate) fn new(
+    pub fn new(
         library: &Library,
         scene: &Scene,
         set: &[String],
         request: &Request,
-    ) -> Result<Self> {
+    ) -> Result<Self, RequestError> {
         let facts = scene.facts();
-        let allowed = library.needed(&facts.known()).map_err(failure::rendered)?;
+        let allowed = library.needed(&facts.known())?;
         let requested = request.settings(library, &facts.known(), set)?;
         let mut settings = settle(library, &allowed, set, &requested)?;
         if let Some(light) = scene.lights.first() {
@@ -116,7 +116,7 @@ impl Derivation {
 
 /// The defaults of what a library that is laid over this one adds: axes and parameters, and nothing yet for axes of which it
 /// has more values.
-pub(crate) fn others(library: &Library) -> BTreeMap<String, String> {
+pub fn others(library: &Library) -> BTreeMap<String, String> {
     let own = Settings::default();
     let settings = || library.axis.iter().filter(|(_, axis)| axis.setting);
     let more = settings().filter(|(name, axis)| {
@@ -132,7 +132,7 @@ pub(crate) fn others(library: &Library) -> BTreeMap<String, String> {
 }
 
 /// The axes that settings have values on; among the others are parameters, which nothing narrows.
-pub(crate) fn axes(settings: &Settings) -> Vec<&str> {
+pub fn axes(settings: &Settings) -> Vec<&str> {
     let others = settings.others.keys().map(String::as_str);
     let others = others.filter(|axis| !Settings::AXES.contains(axis));
     Settings::AXES.iter().copied().chain(others).collect()
@@ -143,28 +143,32 @@ pub(crate) fn axes(settings: &Settings) -> Vec<&str> {
 /// # Errors
 ///
 /// What the library's frame says against the settings.
-pub(crate) fn plan(library: &Library, settings: &Settings, surfaces: &Surfaces) -> Result<Plan> {
+pub fn plan(
+    library: &Library,
+    settings: &Settings,
+    surfaces: &Surfaces,
+) -> Result<Plan, RequestError> {
     let Some(frame) = library.frame() else {
-        return Err(Failure::new("the library describes no frame: it has no frame.toml"));
+        return Err(RequestError::NoFrame);
     };
-    Plan::of_any_size(&frame.description, settings, surfaces)
-        .map_err(|errors| Failure::new(errors.to_string()))
+    Ok(Plan::of_any_size(&frame.description, settings, surfaces)?)
 }
 
-/// Whether `set` has something to say on an axis.
-pub(crate) fn asks(set: &[String], axis: &str) -> bool {
+/// Whether `set` decides an axis.
+#[must_use]
+pub fn decides(set: &[String], axis: &str) -> bool {
     set.iter().any(|setting| setting.split('=').next() == Some(axis))
 }
 
 /// What the rules that narrowed these axes took to be so, but for axes that `set` decides.
-pub(crate) fn assumptions(
+pub fn assumptions(
     library: &Library,
     allowed: &AllowedValues,
     axes: &[&str],
     set: &[String],
 ) -> Vec<Assumption> {
     let narrowed =
-        axes.iter().filter(|axis| !asks(set, axis)).filter_map(|axis| allowed.get(*axis));
+        axes.iter().filter(|axis| !decides(set, axis)).filter_map(|axis| allowed.get(*axis));
     let rules: BTreeSet<&str> =
         narrowed.flat_map(|allowed| &allowed.because).map(|rule| rule.need.as_str()).collect();
     let of_rule = |rule: &sglow_shader_gen::library::Need| {
@@ -187,12 +191,12 @@ pub(crate) fn assumptions(
 /// # Errors
 ///
 /// Everything that is wrong with `set`.
-pub(crate) fn settle(
+pub fn settle(
     library: &Library,
     allowed: &AllowedValues,
     set: &[String],
     requested: &Settings,
-) -> Result<Settings> {
+) -> Result<Settings, RequestError> {
     let mut settings = requested.clone();
     for axis in axes(requested) {
         let (Some(allowed), Some(value)) = (allowed.get(axis), settings.get(axis)) else {
@@ -214,16 +218,16 @@ pub(crate) fn settle(
         }
     }
     if !wrong.is_empty() {
-        return Err(Failure::new(wrong.join("\n")));
+        return Err(RequestError::Settings(wrong));
     }
-    if !asks(set, "ndf") {
+    if !decides(set, "ndf") {
         match_distribution(&mut settings);
     }
     Ok(settings)
 }
 
 /// A distribution goes with specular reflection; who asks for one of them need not ask for the other.
-pub(crate) fn match_distribution(settings: &mut Settings) {
+pub fn match_distribution(settings: &mut Settings) {
     if settings.specular == Specular::None {
         settings.ndf = Ndf::None;
     } else if settings.ndf == Ndf::None {

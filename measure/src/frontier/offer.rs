@@ -1,22 +1,24 @@
 //! Which ways are measured: those that the package offers, the scene allows and the user asks for.
 
-use sglow_measure::frontier::screen::{self, Single};
-use sglow_measure::frontier::way::{self, Allowed};
-use sglow_report::failure::{Failure, Result};
+use sglow_renderer::request::derivation::{Derivation, others};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::Allowed as AllowedValue;
 use sglow_shaders::Filter;
 
-use super::Case;
-use crate::derivation::{Derivation, others};
+use super::case::{Case, SelectError};
+use crate::frontier::screen::{self, Single};
+use crate::frontier::way::{self, Allowed};
 
-/// What `--only` says.
-pub(crate) fn only(only: &[String], library: &Library) -> Result<Allowed> {
+/// The values that are requested, as `axis=value`.
+///
+/// # Errors
+///
+/// All that is wrong, with what is known.
+pub fn only(only: &[String], library: &Library) -> Result<Allowed, SelectError> {
     let base = Settings { others: others(library), ..Settings::default() };
-    let wrong = |wrong: Vec<String>| Failure::new(wrong.join("\n"));
-    let allowed = way::allowed(only, &base).map_err(wrong)?;
+    let allowed = way::allowed(only, &base).map_err(SelectError::Values)?;
     // Settings do not know the values of axes that are laid over the library.
     let unknown = allowed.iter().filter_map(|(axis, values)| {
         let axis = (axis, &library.axis.get(axis)?.value);
@@ -26,7 +28,7 @@ pub(crate) fn only(only: &[String], library: &Library) -> Result<Allowed> {
         Some(format!("unknown value `{value}` of axis `{}`; known: {}", axis.0, known.join(", ")))
     });
     let unknown: Vec<String> = unknown.collect();
-    if unknown.is_empty() { Ok(allowed) } else { Err(wrong(unknown)) }
+    if unknown.is_empty() { Ok(allowed) } else { Err(SelectError::Values(unknown)) }
 }
 
 /// The values of each axis that settings have no field for.
@@ -78,13 +80,13 @@ fn crossed(mut all: Vec<Settings>, more: &[(String, Vec<String>)]) -> Vec<Settin
 }
 
 /// What there is to choose from.
-pub(crate) struct Offer<'a> {
+pub struct Offer<'a> {
     /// The shaders.
-    pub(crate) package: &'a Package,
+    pub package: &'a Package,
     /// Whether every legal combination is measured, not only those that screening leaves.
-    pub(crate) all: bool,
+    pub all: bool,
     /// Whether the device filters 32-bit floats.
-    pub(crate) filters: bool,
+    pub filters: bool,
 }
 
 impl Offer<'_> {
@@ -122,24 +124,25 @@ fn needs_leave(derivation: &Derivation, way: &Settings) -> bool {
 /// # Errors
 ///
 /// When none remains: says what took the last ones away.
-pub(crate) fn of(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Vec<Settings>> {
+pub fn of(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Vec<Settings>, SelectError> {
     let Case { scene, derivation, library } = case;
     let scene = &scene.name;
     let needed = |way: &&Settings| needs_leave(derivation, way);
     let every = way::every(&derivation.settings);
     let mut asked = crossed(every, &more(derivation, library));
     asked.retain(|way| way::fits(way, only));
-    let failure = || Failure::new(format!("{scene}: nothing remains to be measured"));
+    let failure =
+        |help: &str| SelectError::Nothing { scene: scene.clone(), help: vec![help.to_owned()] };
     if asked.is_empty() {
-        return Err(failure().help("no legal variant has these values together"));
+        return Err(failure("no legal variant has these values together"));
     }
     asked.retain(|way| offer.has(way));
     if asked.is_empty() {
-        return Err(failure().help("no variant of the package has these values together"));
+        return Err(failure("no variant of the package has these values together"));
     }
     asked.retain(|way| offer.runs(way));
     if asked.is_empty() {
-        return Err(failure().help("filter=hardware needs a device that filters 32-bit floats"));
+        return Err(failure("filter=hardware needs a device that filters 32-bit floats"));
     }
     let ways: Vec<Settings> = asked.iter().filter(needed).cloned().collect();
     if !ways.is_empty() {
@@ -161,16 +164,22 @@ pub(crate) fn of(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Vec<S
             })
             .collect()
     };
-    Err(derivation.allowed.iter().flat_map(because).fold(failure(), Failure::help))
+    let help = derivation.allowed.iter().flat_map(because).collect();
+    Err(SelectError::Nothing { scene: scene.clone(), help })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shot::Numbers;
+    use crate::frontier::case::tests::case;
 
-    fn ways(scene: &str, words: &[&str], all: bool, filters: bool) -> Result<Vec<Settings>> {
-        let case = Case::new(scene, [16, 9], &Numbers::default()).unwrap();
+    fn ways(
+        scene: &str,
+        words: &[&str],
+        all: bool,
+        filters: bool,
+    ) -> Result<Vec<Settings>, SelectError> {
+        let case = case(scene, &[]);
         let package = Package::embedded();
         let words: Vec<_> = words.iter().map(|&word| word.to_owned()).collect();
         let only = only(&words, &case.library).unwrap();

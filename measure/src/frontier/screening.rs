@@ -3,33 +3,32 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::iter::once;
 
-use sglow_measure::cache::Cache;
-use sglow_measure::frontier::named::configurations;
-use sglow_measure::frontier::screen::{self, Single};
-use sglow_measure::frontier::subject::Subject;
-use sglow_measure::frontier::way::{self, Allowed};
 use sglow_renderer::device::Gpu;
-use sglow_report::failure::{Failure, Result};
+use sglow_renderer::request::derivation::{Derivation, Request};
 use sglow_results::frontier::document::Screening;
 use sglow_results::frontier::promise;
+use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 
-use super::Case;
-use super::ways::{self, Offer};
-use crate::derivation::{Derivation, Request};
-use crate::progress::Bars;
+use super::case::{Case, SelectError};
+use super::offer::{self, Offer};
+use crate::cache::Cache;
+use crate::frontier::named::configurations;
+use crate::frontier::screen::{self, Single};
+use crate::frontier::subject::Subject;
+use crate::frontier::way::{self, Allowed};
 
 /// What is measured of one scene.
-pub(crate) struct Planned {
+pub struct Planned {
     /// The configurations, in an order in which those that share maps and lights follow each other.
-    pub(crate) ways: Vec<Settings>,
+    pub ways: Vec<Settings>,
     /// How they were found; none if they are all that there are.
-    pub(crate) screening: Option<Screening>,
+    pub screening: Option<Screening>,
 }
 
 impl Planned {
     /// The names of configurations that promises are about: they are looked at closely.
-    pub(crate) fn close(&self) -> BTreeSet<String> {
+    pub fn close(&self) -> BTreeSet<String> {
         let named = self.screening.iter().flat_map(|screening| screening.named.values());
         named.cloned().collect()
     }
@@ -46,16 +45,17 @@ struct Started {
 /// # Errors
 ///
 /// When nothing remains of a scene, or it does not render.
-pub(crate) fn plan(
+pub fn plan(
     gpu: &Gpu,
     offer: &Offer<'_>,
     cases: &[Case],
     only: &Allowed,
     cache: &Cache,
-) -> Result<Vec<Planned>> {
+    progress: &dyn Progress,
+) -> Result<Vec<Planned>, SelectError> {
     if offer.all {
         let all = |case: &Case| {
-            let ways = ways::of(offer, case, only)?;
+            let ways = offer::of(offer, case, only)?;
             Ok(Planned { ways, screening: None })
         };
         return cases.iter().map(all).collect();
@@ -66,16 +66,15 @@ pub(crate) fn plan(
         let one = start(offer, case, only)?;
         let subject =
             Subject::new(gpu, offer.package, &case.scene, case.derivation.settings.clone());
-        let bars = Bars::default();
-        let found = screen::screen(&subject, &one.base, &one.singles, cache, &bars);
-        bars.clear();
+        let found = screen::screen(&subject, &one.base, &one.singles, cache, progress);
+        progress.end();
         screened.push(found?);
         started.push(one);
     }
     let kept = screen::keep(&screened, screen::CROSSED);
     let mut planned = Vec::new();
     for (case, Started { base, singles }) in cases.iter().zip(started) {
-        let allowed = |way: &Settings| ways::allowed(offer, &case.derivation, only, way);
+        let allowed = |way: &Settings| offer::allowed(offer, &case.derivation, only, way);
         let usual = &case.derivation.settings;
         let mut named = named(case)?;
         named.retain(|_, way| allowed(way));
@@ -97,8 +96,8 @@ pub(crate) fn plan(
 }
 
 /// Where screening starts: the default, changed where other values are requested.
-fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started> {
-    let allowed = |way: &Settings| ways::allowed(offer, &case.derivation, only, way);
+fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started, SelectError> {
+    let allowed = |way: &Settings| offer::allowed(offer, &case.derivation, only, way);
     let mut base = case.derivation.settings.clone();
     for (axis, values) in only {
         if way::value(&base, axis).is_some_and(|value| values.contains(&value)) {
@@ -110,17 +109,16 @@ fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started> {
     }
     if allowed(&base) {
         let mut singles = screen::singles(&base, &allowed);
-        singles.extend(ways::singles(&base, &case.derivation, &case.library, &allowed));
+        singles.extend(offer::singles(&base, &case.derivation, &case.library, &allowed));
         return Ok(Started { singles, base });
     }
     let name = &case.scene.name;
-    ways::of(offer, case, only)?;
-    Err(Failure::new(format!("{name}: screening has no configuration to start from"))
-        .help("--all measures every legal one that has these values"))
+    offer::of(offer, case, only)?;
+    Err(SelectError::Start { scene: name.clone() })
 }
 
 /// The configurations that promises are about.
-fn named(case: &Case) -> Result<BTreeMap<String, Settings>> {
+fn named(case: &Case) -> Result<BTreeMap<String, Settings>, SelectError> {
     let Case { scene, derivation, library } = case;
     let usual = &derivation.settings;
     let own = configurations(usual).into_iter();
@@ -142,18 +140,18 @@ mod tests {
     use sglow_runtime::package::Package;
 
     use super::*;
-    use crate::shot::Numbers;
+    use crate::frontier::case::tests::case;
 
-    fn started(scene: &str, words: &[&str]) -> Result<Started> {
-        let case = Case::new(scene, [16, 9], &Numbers::default()).unwrap();
+    fn started(scene: &str, words: &[&str]) -> Result<Started, SelectError> {
+        let case = case(scene, &[]);
         let package = Package::embedded();
         let words: Vec<_> = words.iter().map(|&word| word.to_owned()).collect();
-        let only = ways::only(&words, &case.library)?;
+        let only = offer::only(&words, &case.library)?;
         start(&Offer { package: &package, all: false, filters: true }, &case, &only)
     }
 
     #[test]
-    fn screening_starts_at_the_default_or_at_what_is_asked_for() {
+    fn screening_starts_at_the_default_or_at_what_is_requested() {
         let usual = started("cornell", &[]).unwrap();
         let differs = |axis: &str| usual.singles.iter().any(|single| single.axis == axis);
         assert!(differs("visibility") && differs("lights") && differs("size_factor"));
@@ -167,7 +165,7 @@ mod tests {
 
     #[test]
     fn what_promises_are_about_has_the_scenes_needs() {
-        let case = Case::new("cornell", [16, 9], &Numbers::default()).unwrap();
+        let case = case("cornell", &[]);
         let named = named(&case).unwrap();
         let printed = &named[promise::named::PRINTED];
         assert_eq!(printed.specular, sglow_shaders::Specular::None);
@@ -180,26 +178,25 @@ mod tests {
 
     #[test]
     fn what_is_laid_over_the_library_is_screened() {
-        let folder = sglow_consumers::machine::repository().join("tests/overlays/blur");
-        let over = crate::selection::Over { library: vec![folder] };
-        let numbers = Numbers { over, ..Numbers::default() };
-        let case = Case::new("cornell", [16, 9], &numbers).unwrap();
+        let folder =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/overlays/blur");
+        let case = case("cornell", &[folder]);
         assert_eq!(case.derivation.settings.get("denoise").as_deref(), Some("none"));
         let package = Package::embedded();
         let of = |words: &[&str], all: bool| {
             let words: Vec<_> = words.iter().map(|&word| word.to_owned()).collect();
-            let only = ways::only(&words, &case.library)?;
+            let only = offer::only(&words, &case.library)?;
             let offer = Offer { package: &package, all, filters: true };
             let usual = &case.derivation.settings;
             let names = |ways: &[Settings]| -> Vec<String> {
                 ways.iter().map(|way| way::name(way, usual)).collect()
             };
             if all {
-                return Ok(names(&ways::of(&offer, &case, &only)?));
+                return Ok(names(&offer::of(&offer, &case, &only)?));
             }
             let Started { base, singles } = start(&offer, &case, &only)?;
             let singles: Vec<_> = singles.into_iter().map(|single| single.settings).collect();
-            Ok::<_, Failure>([names(&[base]), names(&singles)].concat())
+            Ok::<_, SelectError>([names(&[base]), names(&singles)].concat())
         };
         let usual = of(&[], false).unwrap();
         assert!(usual.contains(&"denoise=blur".to_owned()), "{usual:?}");

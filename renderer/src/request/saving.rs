@@ -2,10 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_renderer::plan::{Plan, Storage, Surfaces};
-use sglow_renderer::variants::Variants as _;
-use sglow_report::failure;
-use sglow_report::failure::Result;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Facts;
 use sglow_shader_gen::library::Library;
@@ -15,7 +11,12 @@ use sglow_shader_gen::package::{Purpose, weigh};
 use sglow_shaders::surface::Surface;
 use sglow_shaders::{Emission, Light, Material, Opacity};
 
-use crate::derivation::{self, Derivation, asks, assumptions, match_distribution, settle};
+use crate::plan::{Plan, Storage, Surfaces};
+use crate::request::RequestError;
+use crate::request::derivation::{
+    self, Derivation, assumptions, decides, match_distribution, settle,
+};
+use crate::variants::Variants as _;
 
 /// Axes that follow from the surfaces alone.
 const SURFACE_AXES: [&str; 3] = ["material", "opacity", "emission"];
@@ -35,13 +36,13 @@ struct Alternative {
 /// # Errors
 ///
 /// When the library is wrong.
-pub(crate) fn purpose(
+pub fn purpose(
     library: &Library,
     derivation: &Derivation,
     name: &str,
     set: &[String],
     milliseconds: Option<&BTreeMap<String, f64>>,
-) -> Result<(Purpose, Plan)> {
+) -> Result<(Purpose, Plan), RequestError> {
     let mut alternatives = Vec::new();
     for (rule, values) in removed(&derivation.allowed) {
         alternatives.push(without(library, derivation, &rule, values, set)?);
@@ -53,10 +54,7 @@ pub(crate) fn purpose(
     ids.extend(absent.iter().map(|one| one.variant.id()));
     let mut variants = library.variants();
     variants.retain(|variant| ids.contains(&variant.id()));
-    let weights = weigh(library, &variants).map_err(|error| match error {
-        sglow_shader_gen::package::Error::Library(report) => failure::rendered(report),
-        other => other.into(),
-    })?;
+    let weights = weigh(library, &variants)?;
     let own = weight(&derivation.plan, &weights);
     let measured = |rule: &str| milliseconds.and_then(|saved| saved.get(rule).copied());
     let mut left_out: Vec<_> = alternatives
@@ -110,9 +108,9 @@ fn without(
     rule: &str,
     values: BTreeMap<String, Vec<String>>,
     set: &[String],
-) -> Result<Alternative> {
+) -> Result<Alternative, RequestError> {
     let known = derivation.needs.facts.known();
-    let allowed = library.needed_without(&known, rule).map_err(failure::rendered)?;
+    let allowed = library.needed_without(&known, rule)?;
     let own = &derivation.settings;
     let mut settings = settled(library, derivation, &known, &allowed, set)?;
     let differs = |settings: &Settings| {
@@ -125,7 +123,7 @@ fn without(
             if let Some(value) = removed.first()
                 && axis != "light"
                 && Settings::AXES.contains(&axis.as_str())
-                && !asks(set, axis)
+                && !decides(set, axis)
             {
                 settings.set(axis, value)?;
             }
@@ -170,7 +168,7 @@ fn settled(
     facts: &KnownFacts,
     allowed: &AllowedValues,
     set: &[String],
-) -> Result<Settings> {
+) -> Result<Settings, RequestError> {
     let mut requested = derivation.settings.clone();
     // The defaults of an input with these facts, as in `Derivation::new`.
     let defaults = derivation.request.settings(library, facts, set)?;
@@ -204,9 +202,13 @@ fn kinds(derivation: &Derivation, allowed: &AllowedValues) -> Surfaces {
 }
 
 /// What a frame would take if every fact held.
-fn everything(library: &Library, derivation: &Derivation, set: &[String]) -> Result<Plan> {
+fn everything(
+    library: &Library,
+    derivation: &Derivation,
+    set: &[String],
+) -> Result<Plan, RequestError> {
     let known: KnownFacts = library.fact.iter().map(|fact| (fact.name.clone(), true)).collect();
-    let allowed = library.needed(&known).map_err(failure::rendered)?;
+    let allowed = library.needed(&known)?;
     let settings = settled(library, derivation, &known, &allowed, set)?;
     let surfaces = kinds(derivation, &allowed);
     let lights = Light::ALL.into_iter().filter(|light| *light != Light::Camera);
@@ -289,7 +291,7 @@ fn assumed(library: &Library, derivation: &Derivation, set: &[String]) -> Vec<As
 }
 
 /// The variants of a plan, in the order of the library.
-pub(crate) fn variants(library: &Library, plan: &Plan) -> Vec<Variant> {
+pub fn variants(library: &Library, plan: &Plan) -> Vec<Variant> {
     let mut variants = library.variants();
     variants.retain(|variant| plan.variants.contains(&variant.id()));
     variants
@@ -298,13 +300,13 @@ pub(crate) fn variants(library: &Library, plan: &Plan) -> Vec<Variant> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::derivation::Request;
-    use crate::selection::library;
-    use crate::shot;
+    use crate::request::derivation::Request;
+    use crate::request::library;
+    use crate::request::shot::load;
 
     fn of(name: &str, set: &[&str]) -> (Derivation, Purpose, Plan) {
-        let library = library().unwrap();
-        let scene = shot::load(name, None).unwrap();
+        let library = library();
+        let scene = load(name, None).unwrap().0;
         let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
         let requested = Request::of([640, 360]);
         let derivation = Derivation::new(&library, &scene, &set, &requested).unwrap();

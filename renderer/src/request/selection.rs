@@ -1,133 +1,97 @@
 //! Which variants are meant: what is committed, what a scene needs, or a part of the space.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
 
-use clap::Args;
-use sglow_consumers::machine::repository;
-use sglow_renderer::plan::Plan;
-use sglow_report::failure;
-use sglow_report::failure::{Failure, Result};
 use sglow_runtime::package::Package;
+use sglow_scene::Scene;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::{Library, Parameter, Pass, Setting};
 use sglow_shader_gen::matrix::{Absent, AllowedValues, Because, Facts, Variant};
 use sglow_shader_gen::package::Purpose;
 
-use crate::derivation::{Derivation, Request};
-use crate::measured::{self, Measured};
-use crate::{saving, shot};
+use crate::plan::{Plan, Storage};
+use crate::request::derivation::{Derivation, Request};
+use crate::request::{RequestError, saving};
 
-/// What is laid over the library.
-#[derive(Clone, Debug, Default, Args)]
-pub(crate) struct Over {
-    /// Lay a folder over the library: passes, axes, values, parameters, resources and steps of your own (docs/overlays.md);
-    /// may be given more than once
-    #[arg(long, value_name = "DIR")]
-    pub(crate) library: Vec<PathBuf>,
-}
-
-impl Over {
-    /// Reads the library with what is laid over it.
-    ///
-    /// # Errors
-    ///
-    /// Everything that is wrong with it, and all that clashes.
-    pub(crate) fn library(&self) -> Result<Library> {
-        Library::load_with(&library_folder(), &self.library).map_err(failure::rendered)
-    }
-
-    /// Every legal variant of it, generated in memory: what is not committed too.
-    ///
-    /// # Errors
-    ///
-    /// Everything that is wrong with the library or a variant.
-    pub(crate) fn whole_space(&self) -> Result<Package> {
-        let library = self.library()?;
-        let variants =
-            generate::variants(&library, &library.variants()).map_err(failure::rendered)?;
-        let manifest = sglow_shader_gen::manifest::in_memory(&library, &variants)?;
-        let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
-        let names = library.overlays().iter().map(|overlay| format!(" with {}", overlay.name));
-        let origin = format!("every variant of the library{}", names.collect::<String>());
-        Ok(Package::generated(origin, texts).with_manifest(&manifest)?)
-    }
-}
-
-/// Options that choose variants.
-#[derive(Clone, Debug, Default, Args)]
-pub(crate) struct Choice {
-    #[command(flatten)]
-    pub(crate) over: Over,
-    /// What a frame of this scene runs: a built-in scene, or a file (.gltf, .glb, .obj)
-    #[arg(long, value_name = "FILE|NAME")]
-    pub(crate) scene: Option<String>,
-    /// Variants with these values; an axis may be given more than once
-    #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
-    pub(crate) set: Vec<String>,
-    /// A named configuration of the library instead of the scene's defaults
-    #[arg(long, value_name = "NAME", requires = "scene")]
-    pub(crate) preset: Option<String>,
-    /// Every legal variant, not only those that are committed; with --scene all that its needs leave, not only what a
-    /// frame of it runs
-    #[arg(long)]
-    pub(crate) all: bool,
-    /// The scene's light that is used, counted from 0 [default: the one with the most power]
-    #[arg(long, value_name = "NUMBER", requires = "scene")]
-    pub(crate) light: Option<usize>,
+/// Which variants are requested.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// Variants with these values, as `axis=value`; an axis may come more than once.
+    pub set: Vec<String>,
+    /// A named configuration of the library instead of the scene's defaults.
+    pub preset: Option<String>,
+    /// Every legal variant, not only those that are committed; with a scene all that its needs leave, not only what a frame
+    /// of it runs.
+    pub all: bool,
 }
 
 /// The variants that a [`Choice`] means, and why.
 #[derive(Debug)]
-pub(crate) struct Selection {
+pub struct Selection {
     /// The variants, in the order of the library.
-    pub(crate) variants: Vec<Variant>,
+    pub variants: Vec<Variant>,
     /// Per axis the values that remain, and what took the others away.
-    pub(crate) allowed: AllowedValues,
+    pub allowed: AllowedValues,
     /// Legal variants that are of no use with what remains, and the rules that say so.
-    pub(crate) absent: Vec<Absent>,
+    pub absent: Vec<Absent>,
     /// What follows from the scene, if there is one.
-    pub(crate) derived: Option<Derived>,
+    pub derived: Option<Derived>,
     /// Passes none of whose legal variants remains.
-    pub(crate) left_out: Vec<String>,
+    pub left_out: Vec<String>,
 }
 
 /// What follows from a scene.
 #[derive(Debug)]
-pub(crate) struct Derived {
+pub struct Derived {
     /// What it needs.
-    pub(crate) derivation: Derivation,
+    pub derivation: Derivation,
     /// What was left out for it.
-    pub(crate) purpose: Purpose,
+    pub purpose: Purpose,
     /// What a frame would take if every fact held.
-    pub(crate) everything: Plan,
-    /// What `report` has measured of it.
-    pub(crate) measured: Option<Measured>,
-    /// What frames run, with each of the values that were asked for.
+    pub everything: Plan,
+    /// What frames run, with each of the requested values.
     runs: Plan,
 }
 
-/// The folder of the library.
-pub(crate) fn library_folder() -> PathBuf {
-    repository().join("shaders")
+impl Derived {
+    /// Bytes by part and by kind of memory, of this scene and of everything; what neither has is left out.
+    #[must_use]
+    pub fn memory(&self) -> Vec<(&'static str, &'static str, [u64; 2])> {
+        let parts: [(_, &[_]); 4] = [
+            ("surfaces", &["surfaces"]),
+            ("indirect light", &["lights", "shading"]),
+            ("visibility", &["visibility"]),
+            ("picture", &["picture"]),
+        ];
+        let mut rows = Vec::new();
+        for (name, parts) in parts {
+            for (kind, storage) in [("textures", Storage::Texture), ("buffers", Storage::Buffer)] {
+                let sizes = [&self.derivation.plan, &self.everything]
+                    .map(|plan| plan.bytes(storage, parts));
+                if sizes != [0; 2] {
+                    rows.push((name, kind, sizes));
+                }
+            }
+        }
+        rows
+    }
 }
 
-/// Reads the library.
-pub(crate) fn library() -> Result<Library> {
-    Over::default().library()
-}
-
-/// Every legal variant of the library, generated in memory: what is not committed too.
-pub(crate) fn whole_space() -> Result<Package> {
-    Over::default().whole_space()
+/// Every legal variant of a library, generated in memory: what is not committed too.
+///
+/// # Errors
+///
+/// Everything that is wrong with the library or a variant.
+pub fn whole_space(library: &Library) -> Result<Package, RequestError> {
+    let variants = generate::variants(library, &library.variants())?;
+    let manifest = sglow_shader_gen::manifest::in_memory(library, &variants)?;
+    let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
+    let names = library.overlays().iter().map(|overlay| format!(" with {}", overlay.name));
+    let origin = format!("every variant of the library{}", names.collect::<String>());
+    Ok(Package::generated(origin, texts).with_manifest(&manifest)?)
 }
 
 impl Choice {
-    /// Whether this means what is committed.
-    pub(crate) fn is_committed(&self) -> bool {
-        self.scene.is_none() && self.set.is_empty() && !self.all
-    }
-
     /// The variants that are meant: what is committed if nothing is chosen; with a scene what a frame of it runs, each
     /// axis settled as `render` does; with `all`, or without a scene, every legal variant that needs, settings and rules
     /// of presence leave.
@@ -135,15 +99,18 @@ impl Choice {
     /// # Errors
     ///
     /// When the scene cannot be read, an axis or value is not known, or nothing remains.
-    pub(crate) fn select(&self, library: &Library) -> Result<Selection> {
+    pub fn select(
+        &self,
+        library: &Library,
+        scene: Option<&Scene>,
+        milliseconds: Option<&BTreeMap<String, f64>>,
+    ) -> Result<Selection, RequestError> {
         let set = settings(library, &self.set)?;
-        let derived = match &self.scene {
-            None => None,
-            Some(name) => Some(self.derive(library, name, &set)?),
-        };
+        let derived =
+            scene.map(|scene| self.derive(library, scene, &set, milliseconds)).transpose()?;
         let mut allowed = match &derived {
             Some(derived) => derived.derivation.allowed.clone(),
-            None => library.needed(&Facts::new()).map_err(failure::rendered)?,
+            None => library.needed(&Facts::new())?,
         };
         let runs = derived.as_ref().map(|derived| &derived.runs);
         let (variants, absent) = match runs.filter(|_| !self.all) {
@@ -151,7 +118,7 @@ impl Choice {
             None => {
                 self.narrow(&mut allowed, set)?;
                 let (mut variants, absent) = library.remaining(&allowed);
-                if self.is_committed() {
+                if scene.is_none() && self.set.is_empty() && !self.all {
                     variants = library.selected();
                 }
                 // The camera's lights take values that nobody asks for.
@@ -173,10 +140,10 @@ impl Choice {
     fn derive(
         &self,
         library: &Library,
-        name: &str,
+        scene: &Scene,
         set: &BTreeMap<String, Vec<String>>,
-    ) -> Result<Derived> {
-        let scene = shot::load(name, self.light)?;
+        milliseconds: Option<&BTreeMap<String, f64>>,
+    ) -> Result<Derived, RequestError> {
         let requested = Request { preset: self.preset.clone(), ..Request::of(SIZE) };
         // Axes that no renderer has are for `all` alone.
         let parameter = |name: &String| library.parameter(name).is_some();
@@ -198,24 +165,23 @@ impl Choice {
         }
         let mut derivations = Vec::new();
         for set in &combinations {
-            derivations.push(Derivation::new(library, &scene, set, &requested)?);
+            derivations.push(Derivation::new(library, scene, set, &requested)?);
         }
         let plans = derivations.iter().map(|one| one.plan.clone());
         let runs = plans.reduce(Plan::or).unwrap_or_default();
         let first = derivations.into_iter().next().zip(combinations.first());
-        let (derivation, set) = first.ok_or_else(|| Failure::new("nothing is asked for"))?;
-        let measured = measured::find(&scene);
-        let rules = measured.as_ref().map(|measured| &measured.rules);
-        let (purpose, everything) = saving::purpose(library, &derivation, &scene.name, set, rules)?;
-        Ok(Derived { derivation, purpose, everything, measured, runs })
+        let (derivation, set) = first.ok_or(RequestError::Nothing)?;
+        let (purpose, everything) =
+            saving::purpose(library, &derivation, &scene.name, set, milliseconds)?;
+        Ok(Derived { derivation, purpose, everything, runs })
     }
 
-    /// Takes away what is not asked for.
+    /// Takes away what is not requested.
     fn narrow(
         &self,
         allowed: &mut AllowedValues,
         set: BTreeMap<String, Vec<String>>,
-    ) -> Result<()> {
+    ) -> Result<(), RequestError> {
         for (axis, values) in set {
             let Some(allowed) = allowed.get_mut(&axis) else {
                 continue;
@@ -230,19 +196,22 @@ impl Choice {
         else {
             return Ok(());
         };
-        let rules = empty.because.iter().map(|rule| {
+        let rule = |rule: &Because| {
             format!("{} takes away {}: {}", rule.need, rule.removed.join(", "), rule.reason)
-        });
-        let failure = Failure::new(format!("no value remains on axis `{axis}`"));
-        Err(rules.fold(failure, Failure::help))
+        };
+        let rules = empty.because.iter().map(rule).collect();
+        Err(RequestError::NoValue { axis: axis.clone(), rules })
     }
 }
 
-/// The picture that memory is told for.
-pub(crate) const SIZE: [u32; 2] = [640, 360];
+/// The size of the picture that memory is stated for.
+pub const SIZE: [u32; 2] = [640, 360];
 
 /// `axis=value` as values per axis.
-fn settings(library: &Library, set: &[String]) -> Result<BTreeMap<String, Vec<String>>> {
+fn settings(
+    library: &Library,
+    set: &[String],
+) -> Result<BTreeMap<String, Vec<String>>, RequestError> {
     let mut values: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut wrong = Vec::new();
     for setting in set {
@@ -279,7 +248,7 @@ fn settings(library: &Library, set: &[String]) -> Result<BTreeMap<String, Vec<St
             (Some(_), _) => values.entry(axis.to_owned()).or_default().push(value.to_owned()),
         }
     }
-    if wrong.is_empty() { Ok(values) } else { Err(Failure::new(wrong.join("\n"))) }
+    if wrong.is_empty() { Ok(values) } else { Err(RequestError::Settings(wrong)) }
 }
 
 fn kept_text(set: &[String], axis: &str) -> String {
@@ -290,6 +259,8 @@ fn kept_text(set: &[String], axis: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::request::library;
+    use crate::request::shot::load;
 
     fn choice(set: &[&str], all: bool) -> Choice {
         let set = set.iter().map(|&word| word.to_owned()).collect();
@@ -298,9 +269,9 @@ mod tests {
 
     #[test]
     fn unknown_axes_and_values_are_told_all_at_once_with_those_that_are_known() {
-        let library = library().unwrap();
+        let library = library();
         let set = ["colour=red", "kernel=cubic", "kernel", "lights=0", "tile=8.5"];
-        let text = choice(&set, false).select(&library).unwrap_err().to_string();
+        let text = choice(&set, false).select(&library, None, None).unwrap_err().to_string();
         for part in [
             "unknown axis `colour`",
             "known: previous, modified",
@@ -314,22 +285,32 @@ mod tests {
 
     #[test]
     fn settings_narrow_the_space() {
-        let library = library().unwrap();
-        let narrowed = choice(&["kernel=previous"], false).select(&library).unwrap().variants;
+        let library = library();
+        let narrowed =
+            choice(&["kernel=previous"], false).select(&library, None, None).unwrap().variants;
         assert!(narrowed.len() < library.variants().len());
         let kernels = || narrowed.iter().filter_map(|variant| variant.value("kernel"));
         assert!(kernels().count() > 0 && kernels().all(|kernel| kernel == "previous"));
-        let two = choice(&["kernel=previous", "kernel=modified"], false).select(&library).unwrap();
+        let two = choice(&["kernel=previous", "kernel=modified"], false)
+            .select(&library, None, None)
+            .unwrap();
         assert_eq!(two.variants, library.variants());
-        assert_eq!(choice(&[], true).select(&library).unwrap().variants, library.variants());
-        assert_eq!(choice(&[], false).select(&library).unwrap().variants, library.selected());
+        assert_eq!(
+            choice(&[], true).select(&library, None, None).unwrap().variants,
+            library.variants()
+        );
+        assert_eq!(
+            choice(&[], false).select(&library, None, None).unwrap().variants,
+            library.selected()
+        );
     }
 
     #[test]
     fn a_scene_needs_less_than_the_space_has_and_contradictions_are_explained() {
-        let library = library().unwrap();
+        let library = library();
         let scene = |name: &str, set: &[&str]| {
-            Choice { scene: Some(name.to_owned()), ..choice(set, true) }.select(&library)
+            let scene = load(name, None).unwrap().0;
+            choice(set, true).select(&library, Some(&scene), None)
         };
         let cornell = scene("cornell", &[]).unwrap();
         assert!(cornell.variants.len() < library.variants().len());
