@@ -1,24 +1,13 @@
 //! Error along sharpness: what a plot shows that a maximum hides.
 
 use rayon::prelude::*;
-use serde::Serialize;
 use sglow_renderer::device::Gpu;
 use sglow_renderer::function::{Arguments, Function as Pipeline};
+use sglow_results::stability::report::Point;
 use sglow_runtime::package::Package;
 
 use crate::function::Function;
 use crate::hold::HoldError;
-
-/// The largest errors at one sharpness, over all angles, over the peak.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Point {
-    /// The sharpness.
-    pub sharpness: f64,
-    /// Oracle against truth.
-    pub model: f64,
-    /// Device against truth; infinite where a result is not finite.
-    pub total: f64,
-}
 
 /// Sharpnesses of a curve, from 1e-6 to 1e9.
 const SHARPNESSES: usize = 121;

@@ -1,10 +1,9 @@
 //! Densities that stress the sampling pass: what each kind of kernel makes of them.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_renderer::density;
 use sglow_renderer::device::Gpu;
+use sglow_results::densities::{COUNT, OnDensity, SIZE};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Kernel, Solver};
@@ -12,34 +11,12 @@ use sglow_shaders::{Kernel, Solver};
 use crate::cache::{Cache, Key, sha256};
 use crate::frontier::subject::FrontierError;
 
-/// Width and height of the densities.
-pub const SIZE: u32 = 256;
-/// Kernels on each.
-pub const COUNT: u32 = 1024;
-
 /// The kernels, and how their size is found.
 pub const KERNELS: [(Kernel, Solver); 3] = [
     (Kernel::Previous, Solver::None),
     (Kernel::Modified, Solver::Bisection),
     (Kernel::Modified, Solver::Bracketed),
 ];
-
-/// What one method makes of one density.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-pub struct OnDensity {
-    /// Its name.
-    pub density: String,
-    /// The kernel.
-    pub kernel: String,
-    /// How its size is found.
-    pub solver: String,
-    /// Summed power of the lights over that of the photons.
-    pub power_ratio: f64,
-    /// Power of the brightest light times their number, over that of the photons: 1 is ideal.
-    pub brightest: f64,
-    /// Of the sampling pass.
-    pub milliseconds: f64,
-}
 
 /// Every kind of kernel on every density, the kinds side by side; or what was measured before.
 ///

@@ -3,11 +3,11 @@
 use sglow_oracle::Vector3;
 use sglow_oracle::fis::stress::{Random, Stress};
 use sglow_oracle::vsgl::{Lobe, Vsgl};
-use sglow_renderer::density;
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{Frame, FrameError, Renderer};
-use sglow_renderer::reference;
 use sglow_renderer::variants::Variants as _;
+use sglow_renderer::{density, reference};
+use sglow_results::stability::report::{ExtremeReport, ExtremeVariant};
 use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::settings::{Settings, SettingsError};
 use sglow_scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
@@ -17,7 +17,6 @@ use sglow_shaders::{
 use thiserror::Error;
 
 use crate::bound;
-use crate::stability::{ExtremeReport, ExtremeVariant};
 
 /// Why a case could not be tried.
 #[derive(Debug, Error)]

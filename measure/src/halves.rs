@@ -2,58 +2,49 @@
 
 use std::time::Duration;
 
-use serde::Serialize;
 use sglow_oracle::vsgl::{Lobe, Vsgl};
 use sglow_oracle::{metrics, vmf};
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{Frame, FrameError, Renderer, Times};
 use sglow_renderer::reference;
+use sglow_results::progress::Progress;
+use sglow_results::stability::halves::{HalfCheck, HalvesReport};
+use sglow_results::stability::report::ExtremeReport;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shaders::Precision;
 
 use crate::bound::{HALF_MEAN_LENGTH, HALF_NOT_FINITE, HALF_PICTURE, HALF_POWER};
-use crate::extreme::ExtremeError;
-
-/// What f16 leaves of f32 in one scene. Where there are two numbers they are of f32 and of f16.
-#[derive(Clone, Debug, Serialize)]
-pub struct HalvesReport {
-    /// The scene.
-    pub scene: &'static str,
-    /// Bytes of moments and density with their mips, and of the virtual lights.
-    pub bytes: [u64; 2],
-    /// The largest angle between the axes of a lobe whose sharpness is at least 1, in radians.
-    pub axis: f64,
-    /// Milliseconds of each pass, median; nothing of a pass that is left out.
-    pub passes: Vec<(String, [Option<f64>; 2])>,
-    /// Each error against its bound.
-    pub checks: Vec<HalfCheck>,
-}
-
-/// An error against its bound.
-#[derive(Clone, Debug, Serialize)]
-pub struct HalfCheck {
-    /// What is wrong by so much.
-    pub name: &'static str,
-    /// By how much.
-    pub value: f64,
-    /// The most that it may be.
-    pub at_most: f64,
-    /// Why this much and no more.
-    pub reason: &'static str,
-}
-
-impl HalfCheck {
-    /// Whether the bound holds.
-    #[must_use]
-    pub fn holds(&self) -> bool {
-        self.value <= self.at_most
-    }
-}
+use crate::extreme::{self, ExtremeError};
 
 /// Built-in scenes that are rendered in both precisions: diffuse, glossy, and large with a sun.
 pub const SCENES: [&str; 3] = ["cornell", "cornell-glossy", "atrium"];
+
+/// The whole pipeline in every extreme case and in both precisions.
+///
+/// # Errors
+///
+/// When a scene does not render.
+pub fn pipeline(
+    gpu: &Gpu,
+    package: &Package,
+    progress: &dyn Progress,
+) -> Result<(Vec<ExtremeReport>, Vec<HalvesReport>), ExtremeError> {
+    let names = extreme::names();
+    let (mut extremes, mut halves) = (Vec::new(), Vec::new());
+    progress.start("extremes", names.len() + SCENES.len());
+    for name in names {
+        extremes.extend(extreme::attempt(gpu, package, name)?);
+        progress.done(extremes.len());
+    }
+    for scene in SCENES {
+        halves.push(in_scene(gpu, package, scene)?);
+        progress.done(extremes.len() + halves.len());
+    }
+    progress.end();
+    Ok((extremes, halves))
+}
 
 /// Renders a built-in scene in both precisions.
 ///

@@ -3,19 +3,20 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use serde::Serialize;
 use sglow_oracle::Bounded;
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::function::{Arguments, Function as Pipeline, FunctionError};
+use sglow_results::arithmetic::Arithmetic;
+use sglow_results::error::{Errors, Pair, against};
+use sglow_results::stability::held::Held;
+use sglow_results::stability::regime::{REGIMES, Regime};
 use sglow_runtime::package::Package;
 use sglow_runtime::pipeline::PipelineError;
 use sglow_shader_gen::validate::Validated;
 use thiserror::Error;
 
-use crate::arithmetic::Arithmetic;
-use crate::error::{Errors, Pair, against};
 use crate::function::{Function, Results};
-use crate::input::{Inputs, REGIMES, Regime};
+use crate::input::Inputs;
 use crate::mirror::{Mirror, MirrorError};
 
 /// Why a function cannot be held against anything.
@@ -61,27 +62,6 @@ impl Extent {
 
 /// A slow truth is known of one in so many of the inputs that a fast one is known of.
 const SLOW: usize = 64;
-
-/// Everything that was found of one function in one regime.
-#[derive(Clone, Debug, Serialize)]
-pub struct Held {
-    /// The regime.
-    pub regime: &'static str,
-    /// Device against oracle.
-    pub rounding: Errors,
-    /// The shader's text on the CPU against the oracle, per arithmetic.
-    pub conditioning: BTreeMap<&'static str, Errors>,
-    /// Oracle against truth.
-    pub model: Option<Errors>,
-    /// Device against truth.
-    pub total: Option<Errors>,
-    /// Pairs of neighbouring inputs.
-    pub neighbours: usize,
-    /// Pairs whose results run the wrong way by more than both may be off.
-    pub not_monotone: usize,
-    /// The largest step the wrong way over the peak, whether allowed or not.
-    pub wrong_step_over_peak: f64,
-}
 
 /// The text of a function's variant, and how to run it.
 pub struct Subject<'a> {
@@ -342,29 +322,4 @@ fn monotone(
         }
     }
     Ok(())
-}
-
-/// How long one evaluation takes, in nanoseconds, all cores at work: least, median and most of several runs.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Time {
-    /// The least.
-    pub minimum: f64,
-    /// The median.
-    pub median: f64,
-    /// The most.
-    pub maximum: f64,
-}
-
-impl Time {
-    /// Of several runs, each in nanoseconds.
-    #[must_use]
-    pub fn of(mut times: Vec<f64>) -> Self {
-        times.sort_by(f64::total_cmp);
-        let at = |index: usize| times.get(index).copied().unwrap_or_default();
-        Self {
-            minimum: at(0),
-            median: at(times.len() / 2),
-            maximum: at(times.len().saturating_sub(1)),
-        }
-    }
 }

@@ -4,13 +4,10 @@
 //! languages allow. *Conditioning*: the shader's own text on the CPU in f32, under every [`arithmetic`] a driver may
 //! use, against the same f64. *Model*: the oracle against the truth.
 
-pub mod arithmetic;
 pub mod bound;
 pub mod cache;
 pub mod curve;
 pub mod densities;
-pub mod display;
-pub mod error;
 pub mod extreme;
 pub mod frontier;
 pub mod function;
@@ -18,10 +15,12 @@ pub mod functions;
 pub mod halves;
 pub mod hold;
 pub mod input;
+pub mod kernels;
 pub mod light_maps;
 pub mod mirror;
-pub mod picture_error;
+pub mod picture;
 pub mod references;
+pub mod reproduce;
 pub mod rivals;
+pub mod saved;
 pub mod stability;
-pub mod time;

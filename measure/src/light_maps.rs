@@ -1,19 +1,18 @@
 //! What maps of virtual lights bring to a picture, and what each of their parameters does: pictures with visibility and
 //! without, compared with paths. `docs/numerics.md` shows them.
 
-use serde::Serialize;
 use sglow_oracle::estimate::Estimate;
 use sglow_oracle::surface::SceneError;
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{Frame, FrameError, Renderer};
 use sglow_renderer::reference;
+use sglow_results::light_maps::{OnScene, PATHS};
+use sglow_results::picture_error::{Display, Pair, PictureError, Radiance, compare};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shaders::Visibility;
 use thiserror::Error;
-
-use crate::picture_error::{Display, Pair, PictureError, Radiance, compare};
 
 /// Errors of comparing pictures with paths.
 #[derive(Debug, Error)]
@@ -28,9 +27,6 @@ pub enum LightMapsError {
 
 /// The built-in scenes with occluders that are measured.
 pub const SCENES: [&str; 5] = ["cornell", "columns", "cornell-glossy", "caustic", "atrium"];
-/// Paths for each pixel of the measured references.
-pub const PATHS: u32 = 1024;
-
 /// The settings that the parameters are varied from: small pictures without visibility, kernels of a quarter of their share
 /// of the map.
 #[must_use]
@@ -176,17 +172,6 @@ pub fn choices() -> Vec<Choice> {
         }
     }
     all
-}
-
-/// A setting's error on one scene.
-#[derive(Clone, Debug, Serialize)]
-pub struct OnScene {
-    /// The setting.
-    pub name: String,
-    /// Whether it is the default of all parameters.
-    pub default: bool,
-    /// Its picture against paths.
-    pub error: PictureError,
 }
 
 /// Measures every choice on one scene.

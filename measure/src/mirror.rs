@@ -4,6 +4,7 @@
 //! loops, bindings or pointers into buffers are not mirrored; those of a function library have none.
 
 mod build;
+mod chance;
 mod expression;
 mod operation;
 mod rearrange;
@@ -12,11 +13,11 @@ use std::collections::HashMap;
 
 use naga::Module;
 use naga::valid::ModuleInfo;
+use sglow_results::arithmetic::Arithmetic;
 use thiserror::Error;
 
 use self::build::{Builder, unsupported};
 use self::operation::{Operation, evaluate};
-use crate::arithmetic::Arithmetic;
 
 /// Why a function is not mirrored.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -206,8 +207,9 @@ impl Mirror {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+    use super::*;
 
     fn mirror(text: &str, name: &str, arithmetic: Arithmetic) -> Mirror {
         let module = naga::front::wgsl::parse_str(text).unwrap();

@@ -1,7 +1,6 @@
 //! The estimated errors of the references on a scene: the facets of maps of several sizes against those of a fine one, and
 //! the noise of paths. `docs/references.md` shows them.
 
-use serde::Serialize;
 use sglow_oracle::estimate::{Estimate, Uncertainty};
 use sglow_oracle::metrics;
 use sglow_oracle::path::Paths;
@@ -9,6 +8,7 @@ use sglow_oracle::surface::{self, SceneError, SurfaceTexel};
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{FrameError, Renderer, Surfaces};
 use sglow_renderer::reference::{self, SceneMaterials};
+use sglow_results::references::{FINEST, MAPS, MapError, Noise, PATHS, ReferenceErrors, SIZE};
 use sglow_runtime::light::LightView;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -121,58 +121,15 @@ pub fn noise_of(halves: &[[Estimate; 2]]) -> f64 {
     metrics::compare_exact(&of(0), &of(1)).map_or(f64::NAN, |found| 0.5 * found.rmse.value)
 }
 
-/// Texels on a side of the maps whose facets are compared.
-pub const MAPS: [u32; 3] = [128, 256, 512];
-/// Texels on a side of the map that they are compared with.
-pub const FINEST: u32 = 1024;
-/// Width and height of the pictures.
-pub const SIZE: [u32; 2] = [56, 32];
-/// Paths for each pixel.
-pub const PATHS: u32 = 4096;
 /// Texels on a side of the map that guides paths.
 const GUIDE: u32 = 256;
 /// The built-in scenes that are measured.
 pub const SCENES: [&str; 5] = ["cornell", "columns", "caustic", "cornell-glossy", "atrium:75k"];
 
-/// The noise of paths, over the mean of the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Noise {
-    /// As the standard errors of the pixels state it, root mean square.
-    pub stated: f64,
-    /// As the two halves differ.
-    pub by_halves: f64,
-}
-
-impl Noise {
-    fn of(halves: &[[Estimate; 2]]) -> Self {
-        let means: Vec<Estimate> = halves.iter().map(Estimate::mean_of).collect();
-        let stated = Uncertainty::of(&means);
-        Self { stated: stated.relative(), by_halves: noise_of(halves) / stated.mean }
-    }
-}
-
-/// The facets of a map against those of the finest.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct MapError {
-    /// Texels on a side.
-    pub map: u32,
-    /// RMSE over the mean.
-    pub rmse_over_mean: f64,
-    /// Median of the relative error.
-    pub median: f64,
-}
-
-/// The errors of both references on one scene.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ReferenceErrors {
-    /// The scene.
-    pub scene: String,
-    /// The sum over facets, by the size of the map.
-    pub facets: Vec<MapError>,
-    /// Paths by directions alone.
-    pub by_directions: Noise,
-    /// Paths that the light's map guides.
-    pub guided: Noise,
+fn noise(halves: &[[Estimate; 2]]) -> Noise {
+    let means: Vec<Estimate> = halves.iter().map(Estimate::mean_of).collect();
+    let stated = Uncertainty::of(&means);
+    Noise { stated: stated.relative(), by_halves: noise_of(halves) / stated.mean }
 }
 
 /// Measures the errors of both references on a scene.
@@ -201,7 +158,7 @@ pub fn measure(
         });
     }
     let case = drawn(GUIDE)?;
-    let noise = |map| Ok::<_, SceneError>(Noise::of(&case.halves(PATHS, map, 5)?));
+    let noise = |map| Ok::<_, SceneError>(noise(&case.halves(PATHS, map, 5)?));
     Ok(ReferenceErrors {
         scene: name.to_owned(),
         facets,

@@ -2,55 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
 use sglow_renderer::device::Gpu;
 use sglow_renderer::function::{Arguments, Function as Pipeline};
+use sglow_results::arithmetic::Arithmetic;
+use sglow_results::stability::held::Time;
+use sglow_results::stability::regime::REGIMES;
+use sglow_results::stability::report::{FunctionReport, RELATIVE_TO};
 use sglow_runtime::package::Package;
+use sglow_shader_gen::error::Report;
+use sglow_shader_gen::generate;
+use sglow_shader_gen::library::Library;
 use sglow_shader_gen::validate::Validated;
 
-use crate::arithmetic::Arithmetic;
-use crate::bound::{Verdict, judge};
-use crate::curve::{Point, follow};
+use crate::bound::judge;
+use crate::curve::follow;
 use crate::function::Function;
-use crate::hold::{Extent, Held, HoldError, Subject, Time, hold};
-use crate::input::REGIMES;
-
-/// What was found of one function.
-#[derive(Clone, Debug, Serialize)]
-pub struct FunctionReport {
-    /// As on the axis `function`; the shader's function is `sglow_` and this.
-    pub name: &'static str,
-    /// Whether it is the paper's literal form, which is held to nothing.
-    pub literal: bool,
-    /// What its results are called.
-    pub results: &'static [&'static str],
-    /// Per regime.
-    pub held: Vec<Held>,
-    /// Every bound that is about it.
-    pub verdicts: Vec<Verdict>,
-    /// Nanoseconds of one evaluation on the device, all cores at work, reading of arguments included.
-    pub time: Time,
-    /// The same less that of reading alone, round by round.
-    pub net: Time,
-    /// The median less that of reading alone, over the same of `sg_cosine_constant`.
-    pub relative_time: f64,
-    /// Operations of its text on scalars, all branches counted, built-in functions as one.
-    pub operations: usize,
-    /// Error along sharpness, for functions of a cosine and a sharpness.
-    pub curve: Option<Vec<Point>>,
-}
-
-impl FunctionReport {
-    /// Inputs on the device.
-    #[must_use]
-    pub fn inputs(&self) -> usize {
-        let results = self.results.len().max(1);
-        self.held.iter().map(|held| held.rounding.compared / results + held.neighbours).sum()
-    }
-}
-
-/// What all times are relative to.
-pub const RELATIVE_TO: &str = "sg_cosine_constant";
+use crate::hold::{Extent, HoldError, Subject, hold};
 
 /// What stands for reading arguments alone.
 const READING: &str = "none";
@@ -61,6 +28,17 @@ const REPETITIONS: u32 = 1024;
 const RUNS: usize = 15;
 /// Inputs of a timed dispatch: few enough to stay in a cache.
 const TIMED_INPUTS: usize = 1024;
+
+/// The variants of the functions, generated in memory: most are not committed.
+///
+/// # Errors
+///
+/// Everything that is wrong with them.
+pub fn variants(library: &Library) -> Result<Vec<Validated>, Report> {
+    let mut variants = library.variants();
+    variants.retain(|variant| variant.pass == "function");
+    generate::variants(library, &variants)
+}
 
 /// Holds every function to its bounds and times it. `progress` is told the name of each before it is measured.
 ///
@@ -150,39 +128,4 @@ fn time(
         report.relative_time = report.net.median / unit;
     }
     Ok(())
-}
-
-/// What became of the whole pipeline in one extreme case.
-#[derive(Clone, Debug, Serialize)]
-pub struct ExtremeReport {
-    /// Its name.
-    pub name: &'static str,
-    /// What is extreme, in a sentence.
-    pub description: &'static str,
-    /// How far the mean of the picture may be from what is expected, as a share of it; nothing where only finiteness
-    /// is asked.
-    pub bound: Option<f64>,
-    /// Why so far and no farther.
-    pub reason: &'static str,
-    /// Each variant.
-    pub variants: Vec<ExtremeVariant>,
-}
-
-/// One variant in one extreme case.
-#[derive(Clone, Debug, Serialize)]
-pub struct ExtremeVariant {
-    /// What differs from the default settings, as `axis=value`; `default` for these.
-    pub variant: String,
-    /// Numbers of the lights and of the picture that are not finite.
-    pub not_finite: usize,
-    /// Numbers below 0 that cannot be.
-    pub negative: usize,
-    /// Mean of the picture's indirect light, or of what stands for it.
-    pub mean: f64,
-    /// What the mean should be.
-    pub expected: Option<f64>,
-    /// `mean / expected - 1`.
-    pub deviation: Option<f64>,
-    /// Whether all of it is within the bound.
-    pub holds: bool,
 }

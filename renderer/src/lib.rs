@@ -17,6 +17,7 @@ pub mod raster;
 pub mod readback;
 #[cfg(feature = "reference")]
 pub mod reference;
+pub mod request;
 pub mod stages;
 pub mod timing;
 pub mod variants;

@@ -2,11 +2,12 @@
 
 use sglow_measure::functions;
 use sglow_measure::hold::Subject;
-use sglow_measure::input::{Kind, REGIMES};
+use sglow_measure::input::Kind;
 use sglow_renderer::check::{Check, Violations};
 use sglow_renderer::frame::Surfaces;
 use sglow_renderer::function::{Arguments, Function, NOT_FINITE, NOT_UNIT, OUT_OF_RANGE};
 use sglow_renderer::stages::{Seen, Stages as _};
+use sglow_results::stability::regime::REGIMES;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Precision};

@@ -2,7 +2,7 @@
 //! them run in `cargo xtask stability`.
 
 use sglow_measure::extreme::{LITERAL, attempt, names};
-use sglow_measure::stability::{ExtremeReport, ExtremeVariant};
+use sglow_results::stability::report::{ExtremeReport, ExtremeVariant};
 use sglow_runtime::package::Package;
 
 use crate::common::{broken, gpu, whole_space};

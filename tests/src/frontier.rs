@@ -5,24 +5,22 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use sglow_measure::cache::Cache;
-use sglow_measure::frontier::buy;
-use sglow_measure::frontier::choose::Budget;
-use sglow_measure::frontier::document::{Metric, SceneReport, Way};
-use sglow_measure::frontier::progress::Progress;
-use sglow_measure::frontier::scene;
 use sglow_measure::frontier::subject::{FrontierError, Subject};
 use sglow_measure::frontier::truth::truth;
 use sglow_measure::frontier::way::{Allowed, allowed, every, fits};
+use sglow_measure::frontier::{buy, scene};
+use sglow_results::frontier::choose::Budget;
+use sglow_results::frontier::document::{Metric, SceneReport, Way};
+use sglow_results::progress::Progress;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shaders::{Emitter, Lobes, Ndf, Specular};
-
 use tempfile::TempDir;
 
 use crate::common::gpu;
 
-struct Silent;
+pub(crate) struct Silent;
 
 impl Progress for Silent {
     fn start(&self, _: &str, _: usize) {}

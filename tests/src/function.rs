@@ -2,12 +2,14 @@
 
 use std::sync::OnceLock;
 
-use sglow_measure::arithmetic::Arithmetic;
-use sglow_measure::bound::{Quantity, judge};
+use sglow_measure::bound::judge;
 use sglow_measure::function::Function;
 use sglow_measure::functions;
-use sglow_measure::hold::{Extent, Held, Subject, hold, mirrored};
+use sglow_measure::hold::{Extent, Subject, hold, mirrored};
 use sglow_oracle::{Bounded, Real};
+use sglow_results::arithmetic::Arithmetic;
+use sglow_results::stability::held::Held;
+use sglow_results::stability::quantity::Quantity;
 use sglow_runtime::package::Package;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::Library;

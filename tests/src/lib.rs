@@ -18,6 +18,8 @@ mod dependencies;
 #[cfg(test)]
 mod direct;
 #[cfg(test)]
+mod drawing;
+#[cfg(test)]
 mod execute;
 #[cfg(test)]
 mod extreme;
@@ -49,6 +51,8 @@ mod metropolis;
 mod mip;
 #[cfg(test)]
 mod moments;
+#[cfg(test)]
+mod numbers;
 #[cfg(test)]
 mod overlay;
 #[cfg(test)]

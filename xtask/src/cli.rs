@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
+use sglow_report::failure::Result;
 
 use crate::command::{
     choose, compare, docs, doctor, gen_shaders, graph, kernels, render, report, reproduce,
     stability, test, variants, verify,
 };
-use crate::failure::Result;
 
 /// Generates, verifies and runs shaders for real-time indirect light with spherical Gaussians.
 #[derive(Debug, Parser)]

@@ -6,22 +6,10 @@ use clap::Parser as _;
 
 mod cli;
 mod command;
-mod derivation;
-mod failure;
-mod json;
-mod machine;
-mod marks;
-mod measured;
-mod page;
-mod picture;
-mod picture_error;
+mod options;
 mod progress;
-mod saving;
 mod say;
-mod selection;
-mod shot;
-mod table;
-mod write;
+mod scene;
 
 fn main() -> ExitCode {
     let Some(command) = cli::Cli::parse().command else {

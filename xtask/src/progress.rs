@@ -56,9 +56,17 @@ impl Bars {
     }
 }
 
-impl sglow_measure::frontier::progress::Progress for Bars {
+impl sglow_results::progress::Progress for Bars {
     fn start(&self, what: &str, steps: usize) {
         self.replace(Some(if steps == 0 { spinner(what) } else { bar(what, steps) }));
+    }
+
+    fn note(&self, text: &str) {
+        eprintln!("{text}");
+    }
+
+    fn end(&self) {
+        self.clear();
     }
 
     fn done(&self, steps: usize) {

@@ -8,6 +8,8 @@ use sglow_renderer::frame::occluders;
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::timing::{Clock, Timer};
 use sglow_renderer::{readback, reference};
+use sglow_results::frontier::document::{Pass, Radiance};
+use sglow_results::time::Time;
 use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::settings::Settings;
@@ -15,9 +17,7 @@ use sglow_shaders::{
     Draw, Filter, Kernel, Precision, Solver, Space, Specular, Visibility as VisibilityAxis,
 };
 
-use super::document::{Pass, Radiance};
 use super::subject::{FrontierError, Subject};
-use crate::time::Time;
 
 /// Timed runs of each pass, after one that compiles.
 pub const RUNS: usize = 5;

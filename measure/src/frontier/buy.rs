@@ -2,29 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use sglow_results::frontier::choose::{Bought, Budget, Purchase, choose};
+use sglow_results::frontier::document::Metric;
+use sglow_results::frontier::rank;
+use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 
-use super::choose::{Bought, Budget, choose};
-use super::document::{Metric, Reference, Way};
-use super::progress::Progress;
 use super::subject::{FrontierError, Subject};
 use super::together::whole_frames;
 use super::truth::truth;
-use super::{measure, rank, way};
+use super::{measure, way};
 use crate::cache::Cache;
-
-/// What a budget buys.
-#[derive(Clone, Debug)]
-pub struct Purchase {
-    /// Every way; those that were compared closely have times of whole frames.
-    pub ways: Vec<Way>,
-    /// The names of those that win and come next, best first; nothing if the budget buys nothing.
-    pub order: Vec<String>,
-    /// What errors are against.
-    pub reference: Reference,
-    /// How times were taken.
-    pub clock: String,
-}
 
 /// Finds what a budget buys among `ways`. Whatever comes first has been measured again as whole frames, in turns with
 /// what comes close to it.

@@ -11,14 +11,14 @@ use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::vsgl::Vsgl;
 use sglow_renderer::frame::{Frame, Surfaces};
 use sglow_renderer::reference;
+use sglow_results::display::Exposure;
+use sglow_results::frontier::document::{PictureError, Radiance, Rounding, Worst};
+use sglow_results::picture_error::{Display, Pair, compare};
 use sglow_runtime::settings::Settings;
 use sglow_shaders::Visibility;
 
-use super::document::{PictureError, Radiance, Rounding, Worst};
 use super::subject::{Subject, worst};
 use super::truth::Truth;
-use crate::display::Exposure;
-use crate::picture_error::{Display, Pair, compare};
 
 /// How far one picture is off.
 #[derive(Clone, Debug, Serialize, Deserialize)]

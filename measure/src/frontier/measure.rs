@@ -5,14 +5,14 @@
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
+use sglow_results::frontier::document::Way;
+use sglow_results::progress::Progress;
 use sglow_runtime::indirect::PARTS;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Diffuse, Lobes, Specular};
 
 use super::bench::{Timed, of_lights, of_maps, shading_id};
-use super::document::Way;
 use super::evaluate::{Evaluation, Evaluator};
-use super::progress::Progress;
 use super::shadings::time_shadings;
 use super::shared::{Lights, Shared, Step};
 use super::subject::{Drawn, FrontierError, Subject};

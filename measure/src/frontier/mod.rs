@@ -3,18 +3,15 @@
 
 mod bench;
 pub mod buy;
-pub mod choose;
-pub mod document;
-pub mod equal;
+pub mod case;
 pub mod evaluate;
 mod measure;
-pub mod points;
-pub mod progress;
-pub mod promise;
+pub mod named;
+pub mod offer;
 mod prune;
-pub mod rank;
 pub mod scene;
 pub mod screen;
+pub mod screening;
 mod shadings;
 mod shared;
 mod straddling;

@@ -3,12 +3,12 @@
 use sglow_renderer::frame::Renderer;
 use sglow_renderer::plan::Storage;
 use sglow_renderer::variants::Variants as _;
+use sglow_results::frontier::document::{Pruned, Side};
+use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Ndf, Specular};
 
 use super::bench::Runs;
-use super::document::{Pruned, Side};
-use super::progress::Progress;
 use super::subject::{FrontierError, Subject};
 use crate::cache::Cache;
 

@@ -3,16 +3,17 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_renderer::frame::kind;
+use sglow_results::frontier::document::{Pictures, Radiance, SceneReport, Way};
+use sglow_results::frontier::rank;
+use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 
 use super::bench::RUNS;
-use super::document::{Pictures, Radiance, SceneReport, Way};
 use super::evaluate::Evaluator;
-use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
 use super::together::{self, Named};
 use super::truth::{Truth, truth};
-use super::{measure, prune, rank, straddling, sweep, way};
+use super::{measure, prune, straddling, sweep, way};
 use crate::cache::Cache;
 
 /// Measures a scene by each of `ways`, those called as in `close` as closely as the frontier; what was measured before under the same circumstances is taken from `cache`.

@@ -7,15 +7,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_renderer::variants::Variants as _;
+use sglow_results::frontier::document::{Kept, Metric, Way};
+use sglow_results::frontier::rank::{Place, SAME_ERROR, rank};
+use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Precision, Sharpness, Solver, Space,
     Specular, SpecularPower, Variance, Visibility,
 };
 
-use super::document::{Kept, Metric, Way};
-use super::progress::Progress;
-use super::rank::{Place, SAME_ERROR, rank};
 use super::subject::{FrontierError, Subject};
 use super::truth::truth;
 use super::{measure, way};
@@ -321,8 +321,9 @@ pub fn distinct(base: &Settings, all: impl IntoIterator<Item = Settings>) -> Vec
 
 #[cfg(test)]
 mod tests {
+    use sglow_results::time::Time;
+
     use super::*;
-    use crate::frontier::choose::tests::way as made_up;
 
     #[test]
     fn singles_differ_in_one_axis_are_legal_and_lead_back() {
@@ -357,7 +358,11 @@ mod tests {
     }
 
     fn measured(name: &str, time: f64, error: f64) -> Way {
-        let mut way = made_up(name, time, error, error);
+        let mut way = Way {
+            name: name.to_owned(),
+            time: Time { median: time, least: time, most: time },
+            ..Way::default()
+        };
         way.picture.relative_mse = error;
         way
     }

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
+use sglow_results::progress::Progress;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 
 use super::bench::{PassTimes, RUNS, Runs, Timed, held_alike, of_shading, shading_id};
-use super::progress::Progress;
 use super::shared::Shared;
 use super::subject::{FrontierError, Subject};
 use super::way;

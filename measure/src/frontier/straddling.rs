@@ -6,17 +6,17 @@
 use sglow_oracle::metrics::{self, Metrics};
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::{readback, reference};
+use sglow_results::frontier::document::Straddling;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Density, Draw, Kernel, SglowKernel, Solver, Space, Visibility};
 
 use super::bench::no_density;
-use super::document::Straddling;
 use super::evaluate::Evaluator;
 use super::subject::{Drawn, FrontierError, Subject};
 use super::truth::Truth;
 use crate::cache::Cache;
 use crate::rivals::flicker::of_pixels;
-use crate::rivals::overlap::Weighted;
+use crate::rivals::overlap::weighted;
 
 /// Lights and their kernels' texels against the sum over all texels, on the sample of pixels of `truth`.
 pub(super) fn straddling(
@@ -46,7 +46,7 @@ pub(super) fn straddling(
             readback::texture(subject.gpu, &texture, 0)?.iter().map(|one| one[0]).collect();
         let kernels = lights.kernels().map(|kernels| readback::buffer(subject.gpu, &kernels));
         let kernels: Vec<SglowKernel> = kernels.transpose()?.unwrap_or_default();
-        let (_, coverage) = Weighted::of_kernels(&density, side, &kernels);
+        let (_, coverage) = weighted(&density, side, &kernels);
         let counted = |[x, y]: [usize; 2]| coverage.counted()[y * side + x];
         let light = renderer.light();
         let texels = reference::counted_facets(light, renderer.indirect().settings(), rsm, counted);

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{Frame, FrameError, Renderer, Surfaces};
 use sglow_renderer::plan::{self, Plan};
+use sglow_results::frontier::document::Worst;
 use sglow_runtime::indirect::{IndirectError, PARTS};
 use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::points::GeometryError;
@@ -15,7 +16,6 @@ use sglow_shaders::frame::part;
 use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 
-use super::document::Worst;
 use crate::cache::{CacheError, Key, sha256};
 use crate::rivals::flicker::FlickerError;
 

@@ -6,20 +6,22 @@ use sglow_oracle::rsm::{Moments, Pyramid, Weights};
 use sglow_oracle::vsgl::{self, Vsgl};
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::{readback, reference};
+use sglow_results::frontier::document::{
+    PictureError, Radiance, Series, Sweep, SweepOver, SweepPoint,
+};
+use sglow_results::progress::Progress;
+use sglow_results::rivals::method::SIZE_FACTORS;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::light::LightView;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
 
 use super::bench::{RUNS, Timed, no_density};
-use super::document::{PictureError, Radiance, Series, Sweep, SweepOver, SweepPoint};
 use super::evaluate::{Evaluator, apart, over_mean};
-use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
 use super::together;
 use super::truth::Truth;
 use crate::cache::Cache;
-use crate::rivals::method::SIZE_FACTORS;
 
 /// Bisection steps that are measured.
 const ITERATIONS: [u32; 13] = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24];

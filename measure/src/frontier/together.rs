@@ -3,14 +3,15 @@
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::Renderer;
 use sglow_renderer::timing::Timer;
+use sglow_results::rivals::flicker::Walk;
+use sglow_results::time::Time;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 
 use super::bench::RUNS;
 use super::subject::{Drawn, FrontierError, Subject};
 use crate::cache::{Cache, Key};
-use crate::rivals::flicker::{self, Contender, Walk};
-use crate::time::Time;
+use crate::rivals::flicker::{self, Contender};
 
 /// How the light moves while flicker is followed.
 const WALK: Walk = Walk { frames: 5, pixels: 400, samples: 128, step: 0.002 };

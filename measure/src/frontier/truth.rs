@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 use sglow_oracle::Vector3;
 use sglow_oracle::estimate::{Estimate, Uncertainty};
 use sglow_renderer::reference;
+use sglow_results::frontier::document::{Radiance, Reference};
+use sglow_results::progress::Progress;
 
-use super::document::{Radiance, Reference};
-use super::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
 use crate::cache::Cache;
 

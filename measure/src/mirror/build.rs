@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{Block, Expression, Function, Handle, LocalVariable, Module, Statement, TypeInner};
+use sglow_results::arithmetic::Arithmetic;
 
 use super::operation::Operation;
 use super::{MirrorError, Register, Step};
-use crate::arithmetic::Arithmetic;
 
 pub(super) fn unsupported(function: &Function, what: impl Into<String>) -> MirrorError {
     MirrorError::Unsupported {

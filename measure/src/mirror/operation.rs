@@ -3,9 +3,10 @@
 use sglow_oracle::tolerance::{
     DIVISION_ULPS, INVERSE_SQRT_ULPS, LOG_NEAR_ONE, LOG_ULPS, ROUNDING_ULPS, SQRT_ULPS, exp_ulps,
 };
+use sglow_results::arithmetic::Arithmetic;
+use sglow_results::error::ulp;
 
-use crate::arithmetic::{Arithmetic, chance};
-use crate::error::ulp;
+use crate::mirror::chance::chance;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Operation {

@@ -1,9 +1,11 @@
 //! Sums and products as an arithmetic has them: contracted, or taken apart and put together in another order.
 
+use sglow_results::arithmetic::Arithmetic;
+
 use super::Register;
 use super::build::{Builder, Definition};
 use super::operation::Operation;
-use crate::arithmetic::{Arithmetic, chance};
+use crate::mirror::chance::chance;
 
 impl Builder<'_> {
     pub(super) fn negate(&mut self, a: Register) -> Register {

@@ -5,17 +5,16 @@
 //! shadow. The sum over the texels of a map would not do: the texels move with the light, and the sum flickers itself.
 
 use glam::Vec3;
-use serde::Serialize;
 use sglow_oracle::fis::stress::Random;
-use sglow_oracle::metrics;
 use sglow_oracle::path::Paths;
-use sglow_oracle::surface;
+use sglow_oracle::{metrics, surface};
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{FrameError, Pixels, Renderer, Surfaces, occluders};
 use sglow_renderer::reference::path::{SceneMaterials, facets};
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
+use sglow_results::rivals::flicker::{Flicker, Flickers, Walk};
 use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -47,54 +46,6 @@ pub struct Contender {
     pub name: String,
     /// What it is made of; the size of the map, the density and the picture are those of all.
     pub settings: Settings,
-}
-
-/// How long and on how much.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Walk {
-    /// Frames, at least 2.
-    pub frames: usize,
-    /// Pixels that the reference is computed for, spread over the picture by chance.
-    pub pixels: usize,
-    /// Paths for each of them.
-    pub samples: u32,
-    /// How far the light moves in each frame, as a share of the scene's radius; a directional light turns by this many
-    /// radians.
-    pub step: f32,
-}
-
-impl Default for Walk {
-    fn default() -> Self {
-        Self { frames: 17, pixels: 1500, samples: 512, step: 0.001 }
-    }
-}
-
-/// One contender's error and flicker, each over the mean of the reference.
-#[derive(Clone, Debug, Serialize)]
-pub struct Flicker {
-    /// The contender.
-    pub name: String,
-    /// RMSE against the reference over all frames.
-    pub error: f64,
-    /// Its own change from frame to frame, RMS over the mean of the reference.
-    pub change: f64,
-    /// Root of the mean square of the difference between its change from frame to frame and the reference's own.
-    pub flicker: f64,
-    /// The same of the worst pair of frames.
-    pub worst: f64,
-    /// Numbers that were not finite.
-    pub not_finite: usize,
-}
-
-/// What a walk found.
-#[derive(Clone, Debug, Serialize)]
-pub struct Flickers {
-    /// The walk.
-    pub walk: Walk,
-    /// The reference's own change from frame to frame, RMS over its mean.
-    pub reference_change: f64,
-    /// Each contender.
-    pub contenders: Vec<Flicker>,
 }
 
 /// A light after some frames: moved to the side of where it shines, or turned about the vertical.

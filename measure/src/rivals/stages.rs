@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use serde::Serialize;
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{FrameError, Renderer};
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::timing::Timer;
 use sglow_renderer::variants::Variants as _;
+use sglow_results::rivals::method::Method;
+use sglow_results::rivals::stages::{Code, Stage, Stages};
+use sglow_results::time::Time;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
@@ -18,46 +20,7 @@ use sglow_shaders::{
     cluster_starts, cluster_sum, cluster_tree, mip, moments, sort_count, sort_scan, sort_scatter,
 };
 
-use super::method::Method;
-use crate::time::Time;
-
-/// One stage.
-#[derive(Clone, Debug, Serialize)]
-pub struct Stage {
-    /// What it is called.
-    pub name: &'static str,
-    /// Of the camera's map, or of the light's.
-    pub camera: bool,
-    /// How long it takes.
-    pub time: Time,
-    /// Its dispatches.
-    pub dispatches: usize,
-}
-
-/// The stages of a method. What all methods share, the density and its mips, is left out.
-#[derive(Clone, Debug, Serialize)]
-pub struct Stages {
-    /// The method.
-    pub method: Method,
-    /// In the order in which they run.
-    pub stages: Vec<Stage>,
-}
-
-impl Stages {
-    /// The sum of medians, of the camera's map, of the light's or of both.
-    #[must_use]
-    pub fn total(&self, camera: Option<bool>) -> f64 {
-        let counts = |stage: &&Stage| camera.is_none_or(|camera| stage.camera == camera);
-        self.stages.iter().filter(counts).map(|stage| stage.time.median).sum()
-    }
-
-    /// The median of a stage of the light's map.
-    #[must_use]
-    pub fn light(&self, name: &str) -> f64 {
-        let stage = self.stages.iter().find(|stage| !stage.camera && stage.name == name);
-        stage.map_or(0.0, |stage| stage.time.median)
-    }
-}
+use super::method;
 
 /// The name of a stage of this method, or nothing of what all share.
 fn stage(method: Method, label: &str) -> Option<&'static str> {
@@ -92,7 +55,7 @@ pub fn stages(
     let inputs = renderer.inputs();
     let mut made = Vec::new();
     for &method in methods {
-        let settings = method.settings(own.settings());
+        let settings = method::settings(method, own.settings());
         let occluders = Occluders::default();
         made.push(Indirect::of_parts(gpu.source(package), &settings, &["lights"], &occluders)?);
     }
@@ -151,19 +114,6 @@ pub fn stages(
         .collect())
 }
 
-/// How large a method is: Table 3 of [Tokuyoshi 2016].
-#[derive(Clone, Debug, Serialize)]
-pub struct Code {
-    /// The method.
-    pub method: Method,
-    /// The variants that it runs from one map to the lights, the mips' apart.
-    pub shaders: Vec<String>,
-    /// The variants of the mip chains; the paper leaves them to the graphics API.
-    pub mips: Vec<String>,
-    /// Lines of the shaders without blank ones and comments, and of the mips'.
-    pub lines: [usize; 2],
-}
-
 /// The size of a method on one map with these settings, by the texts of a package.
 ///
 /// # Errors
@@ -174,7 +124,7 @@ pub fn code(
     method: Method,
     settings: &Settings,
 ) -> Result<Code, sglow_runtime::package::PackageError> {
-    let settings = method.settings(settings);
+    let settings = method::settings(method, settings);
     let shaders: Vec<String> = if method.clusters() {
         cluster_variants(&settings)
     } else {

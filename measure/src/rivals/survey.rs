@@ -1,73 +1,21 @@
 //! One frame of a scene by every method: how evenly the density is shared out, and how wrong the light is.
 
-use serde::Serialize;
 use sglow_oracle::metrics;
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{FrameError, Renderer};
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::{readback, reference};
+use sglow_results::rivals::method::Method;
+use sglow_results::rivals::overlap::Weighted;
+use sglow_results::rivals::survey::{Floor, Row, Survey};
 use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
 use sglow_shaders::SglowKernel;
 
 use super::flicker::{indirect_at, of_pixels, some_pixels};
-use super::method::Method;
-use super::overlap::{Overlap, Weighted};
-
-/// What remains when each light is replaced by the texels of its kernel, with their weights, as lit facets:
-/// what the choice of kernels costs, whatever the form of a light.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Floor {
-    /// RMSE over the mean, as that of the lights.
-    pub error: f64,
-    /// Relative MSE.
-    pub relative_mse: f64,
-    /// Median of the relative error.
-    pub median: f64,
-}
-
-/// What one method makes of a frame.
-#[derive(Clone, Debug, Serialize)]
-pub struct Row {
-    /// The method.
-    pub method: Method,
-    /// K.
-    pub size_factor: f32,
-    /// How the density is shared out, kernels as their nominal squares.
-    pub overlap: Overlap,
-    /// The same by the weights of the filter.
-    pub weighted: Weighted,
-    /// The lights' summed power over that of the photons.
-    pub power: f64,
-    /// The brightest light's power times their number, over that of the photons: 1 is even.
-    pub brightest: f64,
-    /// RMSE against the facets of the map on a sample of pixels, without visibility, over their mean.
-    pub error: f64,
-    /// Relative MSE there.
-    pub relative_mse: f64,
-    /// Median of the relative error there.
-    pub median: f64,
-    /// Its 95 % quantile.
-    pub q95: f64,
-    /// Mean over mean of the reference, less 1.
-    pub bias: f64,
-    /// The error of the texels of the kernels, summed exactly. None of clusters, whose texels are those of the map.
-    pub floor: Option<Floor>,
-    /// Numbers that were not finite.
-    pub not_finite: usize,
-}
-
-/// A frame by every method.
-#[derive(Clone, Debug, Serialize)]
-pub struct Survey {
-    /// Pixels with a reference.
-    pub pixels: usize,
-    /// Whether no light reaches anything, so that all is black.
-    pub dark: bool,
-    /// Each method.
-    pub rows: Vec<Row>,
-}
+use super::method;
+use super::overlap::{of_clusters, of_kernels, weighted};
 
 /// The density and the kernels of a frame, to be drawn.
 #[derive(Clone, Debug)]
@@ -114,7 +62,7 @@ pub fn survey(
     let mut rows = Vec::new();
     let mut drawn = [Vec::new(), Vec::new()];
     for &(method, size_factor) in methods {
-        let mut settings = method.settings(settings);
+        let mut settings = method::settings(method, settings);
         settings.size_factor = size_factor;
         let indirect =
             Indirect::of_parts(gpu.source(package), &settings, &PARTS, &Occluders::default())?;
@@ -136,13 +84,13 @@ pub fn survey(
                 let inside: Vec<f32> =
                     (0..map * map).map(|at| density[at / map * side + at % map]).collect();
                 let count = settings.lights as usize;
-                (Overlap::of_clusters(&inside, &assigned, count), Weighted::PARTITION)
+                (of_clusters(&inside, &assigned, count), Weighted::PARTITION)
             }
             None => {
                 let kernels = indirect.kernels().map(|kernels| readback::buffer(gpu, &kernels));
                 let kernels: Vec<SglowKernel> = kernels.transpose()?.unwrap_or_default();
-                let overlap = Overlap::of_kernels(&density, side, &kernels);
-                let (weighted, coverage) = Weighted::of_kernels(&density, side, &kernels);
+                let overlap = of_kernels(&density, side, &kernels);
+                let (weighted, coverage) = weighted(&density, side, &kernels);
                 counted = Some(coverage);
                 match method {
                     Method::Previous if drawn[0].is_empty() => drawn[0] = kernels,

@@ -1,7 +1,7 @@
 //! What maps of lights bring to a picture: its distance from paths with them and without, by every metric.
 
 use sglow_measure::light_maps::{self, base};
-use sglow_measure::picture_error::{Metric, PictureError};
+use sglow_results::picture_error::{Metric, PictureError};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;

@@ -5,21 +5,22 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
 use serde_json::Value;
-use sglow_measure::frontier::RUNS;
-use sglow_measure::frontier::buy::{Purchase, buy};
-use sglow_measure::frontier::choose::{self, Budget};
-use sglow_measure::frontier::document::{Metric, Way};
+use sglow_measure::frontier::buy::buy;
+use sglow_measure::frontier::offer::{self, Offer};
 use sglow_measure::frontier::subject::Subject;
+use sglow_measure::frontier::{RUNS, screening};
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::{failure, json, terminal, write};
+use sglow_results::frontier::choose::{Budget, kept};
+use sglow_results::frontier::document::{Metric, Way};
 use sglow_shader_gen::package::Target;
 
 use crate::command::gen_shaders;
-use crate::command::report::ways::Offer;
-use crate::command::report::{Case, Choice, screening, ways};
-use crate::failure::{self, Failure, Result};
-use crate::json::{self, Check, Relation, Report};
+use crate::command::report::{Choice, case};
+use crate::options::Numbers;
 use crate::progress::Bars;
-use crate::shot::{self, Numbers};
-use crate::{picture_error, say, selection, table};
+use crate::{options, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -51,7 +52,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "METRIC", default_value_t)]
     metric: Metric,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = shot::size)]
+    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = options::size)]
     size: [u32; 2],
     /// The folder that receives the package
     #[arg(long, value_name = "DIR")]
@@ -99,21 +100,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     };
     let metric = arguments.metric;
     let library = arguments.numbers.over.library()?;
-    let only = ways::only(&arguments.choice.only, &library);
+    let only = offer::only(&arguments.choice.only, &library).map_err(Failure::from);
     let cache = arguments.choice.cache();
-    let case = Case::new(&arguments.scene, arguments.size, &arguments.numbers);
-    let places = failure::both(cache, gen_shaders::writable(&arguments.out));
+    let case = case(&arguments.scene, arguments.size, &arguments.numbers);
+    let places = failure::both(cache, write::probe_package(&arguments.out));
     let ((only, (cache, ())), case) = failure::both(failure::both(only, places), case)?;
     let package = arguments.numbers.over.whole_space()?;
-    let gpu = shot::gpu(&arguments.numbers)?;
+    let gpu = arguments.numbers.gpu()?;
     let offer =
         Offer { package: &package, all: arguments.choice.all, filters: gpu.filters_float32() };
+    let bars = Bars::default();
     let cases = [case];
-    let planned = screening::plan(&gpu, &offer, &cases, &only, &cache)?;
+    let planned = screening::plan(&gpu, &offer, &cases, &only, &cache, &bars)?;
     let [case] = cases;
     let ways = planned.into_iter().next().map(|one| one.ways).unwrap_or_default();
     let subject = Subject::new(&gpu, &package, &case.scene, case.derivation.settings.clone());
-    let bars = Bars::default();
     let bought = buy(&subject, &ways, metric, budget, &cache, &bars);
     bars.clear();
     let purchase = bought?;
@@ -123,16 +124,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         .filter_map(|name| purchase.ways.iter().find(|way| way.name == *name))
         .collect();
     let Some((winner, others)) = order.split_first() else {
-        return Err(nothing(&purchase, metric, budget));
+        return Err(terminal::choose::nothing(&purchase, metric, budget));
     };
-    show(&order, metric, &purchase);
-    let lost = others.first().map(|runner_up| margin(winner, runner_up, metric, budget));
+    say::line(terminal::choose::show(&order, metric, &purchase, RUNS));
+    let lost =
+        others.first().map(|runner_up| terminal::choose::margin(winner, runner_up, metric, budget));
     say::line(lost.as_deref().unwrap_or("There is no runner-up: nothing else meets the budget."));
 
     let set = if winner.default { Vec::new() } else { vec![winner.name.clone()] };
     let set: Vec<String> = set.iter().flat_map(|name| name.split(',')).map(str::to_owned).collect();
     gen_shaders::run(&gen_shaders::Arguments {
-        choice: selection::Choice {
+        choice: options::Choice {
             over: arguments.numbers.over.clone(),
             scene: Some(arguments.scene.clone()),
             set: set.clone(),
@@ -147,9 +149,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     })?;
     say::line(format!("{} shows it", again(arguments, &set)));
     let Some(path) = &arguments.json else { return Ok(()) };
-    let mut report = Report::new();
-    report.adapter.clone_from(&gpu.adapter.name);
-    report.driver.clone_from(&gpu.adapter.driver);
+    let mut report = Report::on(&gpu.adapter.name, &gpu.adapter.driver);
     report.check(kept(winner, metric, budget));
     report.detail("scene", &case.scene.name)?;
     report.detail("chosen", winner)?;
@@ -164,7 +164,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 /// The line that renders what was chosen, with the numbers that it was measured with.
 fn again(arguments: &Arguments, set: &[String]) -> String {
     let Arguments { scene, size: [width, height], out, numbers, .. } = arguments;
-    let Numbers { over, preset, lights, rsm, iterations, size_factor, light, .. } = numbers;
+    let Numbers { over, preset, light, .. } = numbers;
     let mut words = vec!["render".to_owned(), "--scene".to_owned(), scene.clone()];
     let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
     for folder in &over.library {
@@ -177,17 +177,8 @@ fn again(arguments: &Arguments, set: &[String]) -> String {
         option("--set", set.join(","));
     }
     option("--size", format!("{width}x{height}"));
-    if let Some(lights) = lights {
-        option("--lights", lights.to_string());
-    }
-    if let Some(rsm) = rsm {
-        option("--rsm", rsm.to_string());
-    }
-    if let Some(iterations) = iterations {
-        option("--iterations", iterations.to_string());
-    }
-    if let Some(size_factor) = size_factor {
-        option("--size-factor", size_factor.to_string());
+    for (name, _, value) in numbers.given() {
+        option(name, value);
     }
     if let Some(light) = light {
         option("--light", light.to_string());
@@ -197,134 +188,11 @@ fn again(arguments: &Arguments, set: &[String]) -> String {
     json::command_line(words.into_iter())
 }
 
-/// The budget as something that holds.
-fn kept(winner: &Way, metric: Metric, budget: Budget) -> Check {
-    let relation = Relation::AtMost;
-    match budget {
-        Budget::Error(most) => {
-            let error = winner.picture.of(metric);
-            Check::new(
-                "error of the configuration that was chosen",
-                error,
-                metric.title(),
-                relation,
-                most,
-            )
-        }
-        Budget::Milliseconds(most) => {
-            let time = choose::time(winner).median;
-            Check::new("time of the configuration that was chosen", time, "ms", relation, most)
-        }
-    }
-}
-
 /// The variants of a package, by its manifest.
 fn package_variants(folder: &std::path::Path) -> Result<BTreeSet<String>> {
     let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json"))?)?;
     let id = |variant: &Value| variant["id"].as_str().map(str::to_owned);
     Ok(manifest["variants"].as_array().into_iter().flatten().filter_map(id).collect())
-}
-
-/// What comes first and next.
-fn show(order: &[&Way], metric: Metric, purchase: &Purchase) {
-    let [relative_mse, rmse, median, q95, flip, bias] = picture_error::HEADINGS;
-    let header = ["", "configuration", "ms", relative_mse, rmse, median, q95, flip, bias];
-    let mut table = table::new(header);
-    for (place, way) in order.iter().enumerate() {
-        let time = choose::time(way);
-        let [relative_mse, rmse, median, q95, flip, bias] = picture_error::cells(&way.picture);
-        table.add_row([
-            if place == 0 { "chosen".to_owned() } else { format!("{}", place + 1) },
-            way.name.clone(),
-            format!("{:.2} ({:.2}-{:.2})", time.median, time.least, time.most),
-            relative_mse,
-            rmse,
-            median,
-            q95,
-            flip,
-            bias,
-        ]);
-    }
-    say::line(format!("{table}"));
-    let below = order.first().is_some_and(|way| way.picture.measured(metric).below_noise());
-    say::line(format!(
-        "{} configurations measured; medians of {RUNS} whole frames in turns, {}; noise of the reference: {}{}",
-        purchase.ways.len(),
-        purchase.clock,
-        picture_error::text(
-            purchase.reference.noise_over_mean,
-            Metric::Rmse,
-            purchase.reference.dark
-        ),
-        if below { "; the chosen error is below its noise" } else { "" },
-    ));
-}
-
-/// By how much the runner-up lost.
-fn margin(winner: &Way, runner_up: &Way, metric: Metric, budget: Budget) -> String {
-    let (ours, theirs) = (choose::time(winner), choose::time(runner_up));
-    let (right, wrong) = (winner.picture.of(metric), runner_up.picture.of(metric));
-    let name = &runner_up.name;
-    match budget {
-        Budget::Error(_) => {
-            let slower = theirs.median - ours.median;
-            let within =
-                if theirs.least <= ours.most { ", which is within the spread" } else { "" };
-            format!(
-                "Runner-up: {name}, slower by {slower:.2} ms ({:.1} %{within}), with an error of {} against {}.",
-                100.0 * slower / ours.median,
-                error(wrong, metric),
-                error(right, metric)
-            )
-        }
-        Budget::Milliseconds(_) => {
-            let times = format!("in {:.2} ms against {:.2}", theirs.median, ours.median);
-            let (theirs, ours) = (error(wrong, metric), error(right, metric));
-            if theirs == ours {
-                return format!("Runner-up: {name}, with the same error ({ours}), {times}.");
-            }
-            format!(
-                "Runner-up: {name}, with {} more error, {theirs} against {ours}, {times}.",
-                error(wrong - right, metric)
-            )
-        }
-    }
-}
-
-/// An error as the table shows it.
-fn error(value: f64, metric: Metric) -> String {
-    picture_error::text(value, metric, false)
-}
-
-/// Why nothing was chosen.
-fn nothing(purchase: &Purchase, metric: Metric, budget: Budget) -> Failure {
-    let Some(choose::Bought::Nothing { nearest, by }) =
-        choose::choose(&purchase.ways, metric, budget)
-    else {
-        return Failure::new("nothing was measured");
-    };
-    match budget {
-        Budget::Error(most) => Failure::new(format!(
-            "no configuration meets the error budget of {}; {} comes nearest, with {}: {} too much, in {:.2} ms",
-            error(most, metric),
-            nearest.name,
-            error(nearest.picture.of(metric), metric),
-            error(by, metric),
-            choose::time(nearest).median
-        )),
-        Budget::Milliseconds(most) => Failure::new(format!(
-            "no configuration takes at most {most} ms; {} comes nearest, with {:.2} ms: {by:.2} ms too long, with an error of {}",
-            nearest.name,
-            choose::time(nearest).median,
-            error(nearest.picture.of(metric), metric)
-        )),
-    }
-    .help(match budget {
-        Budget::Error(_) => "more lights (--lights) reduce the error; --all tries every legal configuration",
-        Budget::Milliseconds(_) => {
-            "fewer lights (--lights), a smaller map (--rsm) or a smaller picture (--size) take less time; --all tries every legal configuration"
-        }
-    })
 }
 
 #[cfg(test)]
@@ -365,9 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_told_as_the_table_has_them() {
-        assert_eq!(error(0.25, Metric::Rmse), "25.0 %");
-        assert_eq!(error(0.25, Metric::Flip), "0.250");
+    fn the_metric_is_one_of_those_that_are_known() {
         assert_eq!(line(&["--max-ms", "2"]).unwrap().metric, Metric::RelativeMse);
         let wrong = line(&["--max-ms", "2", "--metric", "mean"]).unwrap_err();
         assert!(wrong.contains("unknown metric 'mean'") && wrong.contains("q95"), "{wrong}");

@@ -1,19 +1,19 @@
 //! `gen-shaders`: packages from the library.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
+use sglow_consumers::machine::{library_folder, repository, target_folder};
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::{failure, write};
+use sglow_results::check::{Check, Relation};
 use sglow_shader_gen::package::{self, Options, Outcome, Progress, Target};
 
-use crate::failure::{self, Failure, Result};
-use crate::json::{Check, Relation, Report};
-use crate::machine::{repository, target_folder};
-use crate::progress;
-use crate::say;
-use crate::selection::{Choice, library, library_folder};
-use crate::write;
+use crate::options::{Choice, Over};
+use crate::{progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -61,14 +61,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         arguments.choice.is_committed() && arguments.target.is_empty() && over.is_empty();
     let out = match &arguments.out {
         Some(out) => std::path::absolute(out)?,
-        None if committed => repository().join("shaders/packages").join(library()?.package.name),
+        None if committed => {
+            repository().join("shaders/packages").join(Over::default().library()?.package.name)
+        }
         None => {
             return Err(Failure::new("this would replace the committed package by another one")
                 .help("name a folder: `--out out/package`"));
         }
     };
     if !arguments.check {
-        writable(&out)?;
+        write::probe_package(&out)?;
     }
     let mut options = Options::new(out);
     options.check = arguments.check;
@@ -78,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         options.targets = BTreeSet::from_iter(arguments.target.iter().copied());
     }
     if !arguments.choice.is_committed() {
-        let selection = arguments.choice.select(&arguments.choice.over.library()?)?;
+        let (selection, _) = arguments.choice.select(&arguments.choice.over.library()?)?;
         if selection.derived.is_none() {
             for pass in &selection.left_out {
                 eprintln!("pass {pass}: no legal variant remains; left out");
@@ -141,21 +143,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     Ok(())
 }
 
-/// Makes sure that a package can be written to a folder, and would not take the place of somebody's own files.
-///
-/// # Errors
-///
-/// When something else is in its place, it may not be written, or it holds files and no package.
-pub(crate) fn writable(out: &Path) -> Result {
-    write::probe(out)?;
-    let files = std::fs::read_dir(out).map_or(0, Iterator::count);
-    if files == 0 || out.join("manifest.json").is_file() {
-        return Ok(());
-    }
-    Err(Failure::new(format!("{}: the folder has files and is no package", out.display()))
-        .help("name a new or empty folder, or one that a package was written to before"))
-}
-
 fn summary(outcome: &Outcome, options: &Options) -> String {
     let place = options.out.strip_prefix(repository()).unwrap_or(&options.out).display();
     let total = outcome.written.len() + outcome.unchanged.len();
@@ -167,22 +154,4 @@ fn summary(outcome: &Outcome, options: &Options) -> String {
         outcome.written.len(),
         outcome.removed.len()
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_package_takes_the_place_of_a_package_alone() {
-        let folder = tempfile::tempdir().unwrap();
-        writable(folder.path()).unwrap();
-        writable(&folder.path().join("new")).unwrap();
-        std::fs::write(folder.path().join("README.md"), "mine").unwrap();
-        let text = writable(folder.path()).unwrap_err().to_string();
-        assert!(text.contains("is no package"), "{text}");
-        std::fs::write(folder.path().join("manifest.json"), "{}").unwrap();
-        writable(folder.path()).unwrap();
-        assert!(writable(&folder.path().join("README.md")).is_err());
-    }
 }

@@ -3,23 +3,18 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use serde::Serialize;
-use sglow_oracle::fis::{Footprints, all_roots, kernel_mass};
-use sglow_oracle::rsm::Pyramid;
-use sglow_renderer::density;
-use sglow_renderer::device::Gpu;
-use sglow_runtime::package::Package;
+use sglow_measure::kernels::{place, requested};
+use sglow_renderer::density::padded;
+use sglow_report::failure::Result;
+use sglow_report::json::Report;
+use sglow_report::picture::density::Density;
+use sglow_report::picture::{compare, kernels, png};
+use sglow_report::terminal;
+use sglow_results::kernels::Square;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::Kernel;
 
-use crate::command::render::package;
-use crate::failure::{Failure, Result};
-use crate::json::Report;
-use crate::picture::density::Density;
-use crate::picture::kernels::{self, Square};
-use crate::picture::{compare, png};
-use crate::selection::Over;
-use crate::{progress, say, shot, table};
+use crate::options::Over;
+use crate::{options, progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -63,44 +58,6 @@ pub(crate) struct Arguments {
     over: Over,
 }
 
-/// One kernel.
-#[derive(Clone, Debug, Serialize)]
-struct One {
-    /// In pixels of the image, from its top left corner.
-    centre: [f64; 2],
-    level: f64,
-    /// In pixels: 2^level.
-    side: f64,
-    /// The density's sum within the square, over the sum of all, times N.
-    mass: f64,
-    /// The left side of Eq. (3) times N: the same as filtering sees it.
-    filtered_mass: f64,
-    /// Times the filtered power per texel, it is the kernel's power.
-    weight: f64,
-    /// Of a total of 1 that is spread as the density is.
-    power: f64,
-    /// Levels that solve Eq. (3) for K.
-    roots: Vec<f64>,
-}
-
-/// What one method makes of a density.
-#[derive(Clone, Debug, Serialize)]
-struct Method {
-    kernel: &'static str,
-    /// Standard deviation over mean of the masses.
-    mass_variation: f64,
-    /// The largest mass, times N.
-    largest_mass: f64,
-    /// The brightest light's power times N: 1 is ideal.
-    brightest: f64,
-    /// Sum of all lights' power, of a total of 1.
-    power: f64,
-    /// Shares of kernels for which Eq. (3) has no solution, and for which it has several.
-    without_root: f64,
-    several_roots: f64,
-    kernels: Vec<One>,
-}
-
 /// Draws kernels.
 ///
 /// # Errors
@@ -108,10 +65,17 @@ struct Method {
 /// When the density, a setting or the device does not allow it.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let density = Density::load(&arguments.density, arguments.texels as usize)?;
-    let (side, square) = density::padded(density.size, &density.texels);
-    let (settings, methods) = settings(arguments, side)?;
-    let package = package(arguments.package.as_deref(), &arguments.over)?;
-    let gpu = shot::open(arguments.adapter.as_deref())?;
+    let (side, _) = padded(density.size, &density.texels);
+    let base = Settings {
+        map: side as u32,
+        lights: arguments.samples,
+        size_factor: arguments.size_factor,
+        iterations: arguments.iterations,
+        ..Settings::default()
+    };
+    let (settings, methods) = requested(base, &arguments.set)?;
+    let package = arguments.over.package(arguments.package.as_deref())?;
+    let gpu = options::open(arguments.adapter.as_deref())?;
     let [width, height] = density.size;
     say::line(format!("{}: {width} x {height} pixels", density.name));
     if density.size != [side; 2] {
@@ -123,12 +87,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     if dark {
         say::line("there is no density at all: kernels without power, wherever they lie");
     }
-    let pyramid = Pyramid::build(side, square.iter().copied().map(f64::from).collect())?;
     let mut found = Vec::new();
     for kernel in methods {
         let bar = progress::spinner(format!("{kernel} kernels on {}", gpu.adapter.name));
         let settings = Settings { kernel, ..settings.clone() };
-        found.push(method(&gpu, &package, &settings, &density, &square, &pyramid)?);
+        found.push(place(&gpu, &package, &settings, density.size, &density.texels)?);
         bar.finish_and_clear();
     }
 
@@ -143,30 +106,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let picture = arguments.out.join("kernels.png");
     png::write(&picture, &compare::side_by_side(&pictures.iter().collect::<Vec<_>>()))?;
 
-    let mut table =
-        table::new(["kernel", "variation", "largest", "brightest", "power", "no root", "several"]);
-    for method in &found {
-        table.add_row([
-            method.kernel.to_owned(),
-            format!("{:.4}", method.mass_variation),
-            format!("{:.2}", method.largest_mass),
-            format!("{:.2}", method.brightest),
-            format!("{:.4}", method.power),
-            percent(method.without_root),
-            percent(method.several_roots),
-        ]);
-    }
-    say::line(format!(
-        "{} kernels; masses and powers times N, of a total of 1: their variation is the standard deviation over the \
-         mean\n{table}",
-        settings.lights
-    ));
+    say::line(terminal::kernels::show(&found, settings.lights));
     let names: Vec<&str> = found.iter().map(|method| method.kernel).collect();
     say::line(format!("{} (from left to right: {})", picture.display(), names.join(", ")));
 
-    let mut report = Report::new();
-    report.adapter.clone_from(&gpu.adapter.name);
-    report.driver.clone_from(&gpu.adapter.driver);
+    let mut report = Report::on(&gpu.adapter.name, &gpu.adapter.driver);
     report.detail("density", &density.name)?;
     report.detail("size", density.size)?;
     report.detail("padded_side", side)?;
@@ -180,131 +124,4 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.write(&path)?;
     say::line(format!("{}", path.display()));
     Ok(())
-}
-
-/// What is asked for, and by which methods.
-fn settings(arguments: &Arguments, side: usize) -> Result<(Settings, Vec<Kernel>)> {
-    let mut settings = Settings {
-        map: side as u32,
-        lights: arguments.samples,
-        size_factor: arguments.size_factor,
-        iterations: arguments.iterations,
-        ..Settings::default()
-    };
-    let mut wrong = Vec::new();
-    let mut methods = Kernel::ALL.to_vec();
-    for setting in &arguments.set {
-        match setting.split_once('=') {
-            None => wrong.push(format!("`{setting}` is not AXIS=VALUE")),
-            Some((axis, value)) => match settings.set(axis, value) {
-                Err(error) => wrong.push(error.to_string()),
-                Ok(()) if axis == "kernel" => methods = vec![settings.kernel],
-                Ok(()) => {}
-            },
-        }
-    }
-    if wrong.is_empty() { Ok((settings, methods)) } else { Err(Failure::new(wrong.join("\n"))) }
-}
-
-fn method(
-    gpu: &Gpu,
-    package: &Package,
-    settings: &Settings,
-    density: &Density,
-    square: &[f32],
-    pyramid: &Pyramid<f64>,
-) -> Result<Method> {
-    let sampled = density::sample(gpu, package, settings, square, square)?;
-    let footprints = Footprints::new(density.size, &density.texels);
-    let (count, side) = (f64::from(settings.lights), f64::from(settings.map));
-    // Without density every share of it is 0.
-    let share = |value: f64, whole: f64| if whole > 0.0 { value / whole } else { 0.0 };
-    let kernels: Vec<One> = sampled
-        .kernels
-        .iter()
-        .zip(&sampled.powers)
-        .map(|(kernel, &power)| {
-            let place = kernel.centre.map(f64::from);
-            let level = f64::from(kernel.level);
-            let centre = place.map(|part| part * side);
-            One {
-                centre,
-                level,
-                side: level.exp2(),
-                mass: count * share(footprints.mass(centre, level.exp2()), footprints.total()),
-                filtered_mass: count * kernel_mass(pyramid, place, level),
-                weight: f64::from(kernel.scale),
-                power: share(power, sampled.total),
-                roots: all_roots(pyramid, place, settings.lights, f64::from(settings.size_factor)),
-            }
-        })
-        .collect();
-    let largest = |value: fn(&One) -> f64| kernels.iter().map(value).fold(0.0, f64::max);
-    let of_all = |test: fn(&One) -> bool| {
-        kernels.iter().filter(|one| test(one)).count() as f64 / kernels.len().max(1) as f64
-    };
-    Ok(Method {
-        kernel: settings.kernel.name(),
-        mass_variation: variation(kernels.iter().map(|one| one.mass)),
-        largest_mass: largest(|one| one.mass),
-        brightest: count * largest(|one| one.power),
-        power: kernels.iter().map(|one| one.power).sum(),
-        without_root: of_all(|one| one.roots.is_empty()),
-        several_roots: of_all(|one| one.roots.len() > 1),
-        kernels,
-    })
-}
-
-/// Standard deviation over mean; 0 where the mean is.
-fn variation(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let count = values.clone().count().max(1) as f64;
-    let mean = values.clone().sum::<f64>() / count;
-    let variance = values.map(|value| (value - mean).powi(2)).sum::<f64>() / count;
-    if mean > 0.0 { variance.sqrt() / mean } else { 0.0 }
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.1} %", 100.0 * share)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn arguments(set: &[&str]) -> Arguments {
-        Arguments {
-            density: "ring".to_owned(),
-            texels: 16,
-            samples: 8,
-            set: set.iter().map(|&word| word.to_owned()).collect(),
-            size_factor: 2.0,
-            iterations: 9,
-            out: PathBuf::new(),
-            adapter: None,
-            package: None,
-            over: Over::default(),
-        }
-    }
-
-    #[test]
-    fn both_methods_are_shown_unless_one_is_asked_for() {
-        let (both, methods) = settings(&arguments(&[]), 16).unwrap();
-        assert_eq!(methods, [Kernel::Previous, Kernel::Modified]);
-        assert_eq!((both.lights, both.map, both.iterations), (8, 16, 9));
-        assert_eq!(both.size_factor, 2.0);
-        let (_, methods) = settings(&arguments(&["kernel=previous"]), 16).unwrap();
-        assert_eq!(methods, [Kernel::Previous]);
-        let wrong = settings(&arguments(&["kernel=cubic", "colour=red", "x"]), 16);
-        let text = wrong.err().unwrap().to_string();
-        for part in ["previous, modified", "unknown axis 'colour'", "`x` is not AXIS=VALUE"] {
-            assert!(text.contains(part), "{text}");
-        }
-    }
-
-    #[test]
-    fn the_variation_is_relative_and_never_nan() {
-        let of = |values: &[f64]| variation(values.iter().copied());
-        assert!((of(&[1.0, 3.0]) - 0.5).abs() < 1e-15);
-        assert_eq!((of(&[2.0, 2.0]), of(&[0.0, 0.0]), of(&[])), (0.0, 0.0, 0.0));
-    }
 }

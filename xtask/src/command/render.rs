@@ -2,23 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use sglow_measure::picture_error::{Display, Pair, PictureError, Radiance, compare};
-use sglow_oracle::estimate::Estimate;
-use sglow_oracle::shade::Reflected;
-use sglow_renderer::frame::{Frame, Pixels, Renderer, Times};
-use sglow_renderer::reference;
+use sglow_measure::picture::{
+    FrameReference, Noise, SEED, brute_force, error, indirect, paths, picture,
+};
+use sglow_renderer::frame::{Frame, Renderer, Times};
 use sglow_renderer::variants::Variants as _;
-use sglow_runtime::package::Package;
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::picture::{Layer, Picture, compare, exr, png, tone};
+use sglow_report::terminal;
 use sglow_scene::Scene;
 
-use crate::failure::{Failure, Result};
-use crate::json::Report;
-use crate::picture::{self, Image, Layer, Picture, exr, png, tone};
-use crate::say;
-use crate::selection::Over;
-use crate::shot::{self, Numbers, Shot};
-use crate::{picture_error, progress};
+use crate::options::Numbers;
+use crate::progress::Bars;
+use crate::{options, progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -40,8 +39,16 @@ pub(crate) enum Reference {
     Path,
 }
 
-/// The seed of paths: the same line gives the same picture.
-const SEED: u64 = 2016;
+/// The names of layers on the command line, in the order of [`Layer::ALL`].
+const LAYERS: [&str; 7] =
+    ["direct", "indirect-diffuse", "indirect-specular", "emission", "albedo", "normal", "position"];
+
+fn layers() -> impl TypedValueParser<Value = Layer> {
+    PossibleValuesParser::new(LAYERS).try_map(|text| {
+        let at = LAYERS.iter().position(|name| *name == text);
+        at.and_then(|at| Layer::ALL.get(at)).copied().ok_or("unknown layer")
+    })
+}
 
 /// Options of `render`.
 #[derive(Debug, Args)]
@@ -53,13 +60,13 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     set: Vec<String>,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = shot::size)]
+    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = options::size)]
     size: [u32; 2],
     /// The file to write: .png for the eye, .exr with all layers in linear units
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Show one layer alone (.png)
-    #[arg(long, value_name = "LAYER")]
+    #[arg(long, value_name = "LAYER", value_parser = layers())]
     layer: Option<Layer>,
     /// Exposure in stops; without it the picture's mean becomes mid-grey (.png)
     #[arg(long, value_name = "STOPS", allow_hyphen_values = true)]
@@ -89,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         Some("png") => false,
         _ => {
             return Err(Failure::new(format!(
-                "{}: the kind of picture is told by the name; use .png or .exr",
+                "{}: the extension decides the format; expected .png or .exr",
                 arguments.out.display()
             )));
         }
@@ -98,20 +105,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         return Err(Failure::new("--layer and --exposure are for .png")
             .help("an .exr holds every layer, in linear units"));
     }
-    let package = package(arguments.package.as_deref(), &arguments.numbers.over)?;
-    let shot = Shot::new(&arguments.scene, &arguments.set, arguments.size, &arguments.numbers)?;
-    let gpu = shot::gpu(&arguments.numbers)?;
+    let package = arguments.numbers.over.package(arguments.package.as_deref())?;
+    let shot = arguments.numbers.shot(&arguments.scene, &arguments.set, arguments.size)?;
+    let gpu = arguments.numbers.gpu()?;
     let bar = progress::spinner(format!("rendering {} on {}", shot.scene.name, gpu.adapter.name));
     let renderer = Renderer::new(&gpu, &package, &shot.scene, &shot.settings, 0)?;
-    // The first frame compiles the shaders; its times are not told.
+    // The first frame compiles the shaders; its times are not reported.
     renderer.render()?;
     let Times { passes: times, clock } = renderer.render()?;
     let frame = renderer.read()?;
     bar.finish_and_clear();
 
-    let mut report = Report::new();
-    report.adapter.clone_from(&gpu.adapter.name);
-    report.driver.clone_from(&gpu.adapter.driver);
+    let mut report = Report::on(&gpu.adapter.name, &gpu.adapter.driver);
     let milliseconds: Vec<_> = times
         .iter()
         .map(|(pass, time)| serde_json::json!({ "pass": pass, "milliseconds": time.as_secs_f64() * 1e3 }))
@@ -142,7 +147,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     }
     say::line(format!("{}", arguments.out.display()));
 
-    if let Some(theirs) = truth(arguments, &renderer, &shot.scene, &frame)? {
+    if let Some(theirs) = reference(arguments, &renderer, &shot.scene, &frame)? {
         let noise = theirs.standard_error;
         let (what, key) = match noise {
             None => ("facets of the map (without visibility)", "against_virtual_point_lights"),
@@ -155,26 +160,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         // Where nothing is lit there is nothing to relate to.
         let lit = error.reference_mean > 0.0;
         let relative = |value: f64| lit.then_some(value / error.reference_mean);
-        let percent = |value: Option<f64>| {
-            value.map_or_else(|| "no light".to_owned(), |value| format!("{:.1} %", 100.0 * value))
-        };
-        let mut table = crate::table::new(picture_error::HEADINGS);
-        table.add_row(picture_error::cells(&error));
-        say::line(format!(
-            "indirect light against {what}, on {} pixels with a surface:\n{table}",
-            error.pixels
-        ));
+        say::line(terminal::render::error(&error, what));
         let mut numbers = serde_json::to_value(error)?;
         if let Some(noise) = noise {
-            say::line(format!(
-                "the reference's own standard error: {:.3e} root mean square ({} of the mean), from {} paths per pixel; \
-                 of its mean {:.3e} ({})",
-                noise.pixel,
-                percent(relative(noise.pixel)),
-                noise.samples,
-                noise.mean,
-                percent(relative(noise.mean)),
-            ));
+            let Noise { pixel, mean, samples } = noise;
+            say::line(terminal::render::noise(pixel, mean, samples, error.reference_mean));
             numbers["samples"] = noise.samples.into();
             numbers["seed"] = SEED.into();
             numbers["standard_error"] = noise.pixel.into();
@@ -192,199 +182,34 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             png::write(&path, &developed(&theirs)?)?;
             let sheet = beside(&arguments.out, "comparison");
             let scale = if lit { 0.5 * error.reference_mean as f32 } else { 1.0 };
-            let difference = picture::compare::difference(&ours_light, &theirs_light, scale)?;
+            let difference = compare::difference(&ours_light, &theirs_light, scale)?;
             let (ours, theirs) = (developed(&ours)?, developed(&theirs)?);
-            png::write(&sheet, &picture::compare::side_by_side(&[&ours, &theirs, &difference]))?;
+            png::write(&sheet, &compare::side_by_side(&[&ours, &theirs, &difference]))?;
             say::line(format!("{} (ours, reference, difference)", sheet.display()));
         }
         say::line(format!("{}", path.display()));
     }
-    let mut table = crate::table::new(["pass", "ms"]);
-    for (pass, time) in &times {
-        table.add_row([(*pass).to_owned(), format!("{:.3}", time.as_secs_f64() * 1e3)]);
-    }
-    say::line(format!("{table}\nby {clock} on {}, {}", gpu.adapter.name, gpu.adapter.driver));
+    say::line(terminal::render::passes(&times));
+    say::line(format!("by {clock} on {}, {}", gpu.adapter.name, gpu.adapter.driver));
     report.write(&arguments.out.with_extension("json"))
 }
 
-/// The package in a folder, or every variant of the library with what is laid over it.
-pub(crate) fn package(folder: Option<&Path>, over: &Over) -> Result<Package> {
-    let whole = || over.whole_space();
-    folder.map_or_else(whole, |folder| {
-        Package::load(folder).map_err(|errors| {
-            let lines: Vec<_> = errors.iter().map(ToString::to_string).collect();
-            Failure::new(lines.join("\n"))
-        })
-    })
-}
-
-/// The same frame with its indirect light by brute force.
-pub(crate) fn brute_force(renderer: &Renderer<'_>, frame: &Frame) -> Result<Frame> {
-    let settings = renderer.indirect().settings();
-    let rsm = renderer.read_rsm()?;
-    let pixels = frame.gbuffer.position.len();
-    let bar = progress::bar("facets of the map", pixels);
-    let reflected = reference::unshadowed(
-        renderer.light(),
-        settings,
-        &rsm,
-        &frame.gbuffer,
-        renderer.eye(),
-        |done, _| {
-            bar.set_position(done as u64);
-            true
-        },
-    )
-    .ok_or_else(|| Failure::new("the reference was not finished"))?;
-    bar.finish_and_clear();
-    Ok(with_indirect(frame, &reflected))
-}
-
-/// A reference.
-pub(crate) struct Truth {
-    /// The frame with the reference's indirect light; all else is ours.
-    pub(crate) frame: Frame,
-    /// The same of two independent halves, if it has noise.
-    pub(crate) halves: Option<[Frame; 2]>,
-    /// How uncertain it is, if it is.
-    pub(crate) standard_error: Option<Noise>,
-}
-
-/// How far the noise of paths may be off, in the unit of the picture.
-#[derive(Clone, Copy)]
-pub(crate) struct Noise {
-    /// Root mean square over the picture's numbers.
-    pub(crate) pixel: f64,
-    /// Of the mean over the whole picture.
-    mean: f64,
-    /// Paths of each pixel, of both halves together.
-    samples: u32,
-}
-
-/// How far a frame's indirect light is from a reference of it, by every metric.
-pub(crate) fn error(frame: &Frame, truth: &Truth) -> Result<PictureError> {
-    let halves = match &truth.halves {
-        Some([one, other]) => [one, other],
-        None => [&truth.frame; 2],
-    };
-    let pixels = |image: Image| -> Radiance { image.pixels().to_vec() };
-    let both = |frame: &Frame| -> Result<[Radiance; 2]> {
-        let picture = picture(frame)?;
-        Ok([pixels(indirect(&picture)?), pixels(picture.radiance()?)])
-    };
-    let [light, whole] = both(frame)?;
-    let [one, other] = [both(halves[0])?, both(halves[1])?];
-    let position = &frame.gbuffer.position;
-    let present: Vec<usize> = (0..position.len()).filter(|&at| position[at][3] >= 0.0).collect();
-    if present.is_empty() {
-        return Err(Failure::new("the camera sees no surface, so there is nothing to compare"));
-    }
-    Ok(compare(&Pair {
-        size: frame.size,
-        present: Some(&present),
-        picture: &light,
-        halves: [&one[0], &other[0]],
-        whole: &whole,
-        whole_halves: [&one[1], &other[1]],
-        display: Display::Automatic,
-    }))
-}
-
-/// The reference that is asked for, if any.
-fn truth(
+/// The requested reference, if any.
+fn reference(
     arguments: &Arguments,
     renderer: &Renderer<'_>,
     scene: &Scene,
     frame: &Frame,
-) -> Result<Option<Truth>> {
-    match arguments.reference {
-        Reference::None => Ok(None),
+) -> Result<Option<FrameReference>> {
+    let bars = Bars::default();
+    Ok(match arguments.reference {
+        Reference::None => None,
         Reference::Vpl => {
-            let frame = brute_force(renderer, frame)?;
-            Ok(Some(Truth { frame, halves: None, standard_error: None }))
+            let frame = brute_force(renderer, frame, &bars)?;
+            Some(FrameReference { frame, halves: None, standard_error: None })
         }
-        Reference::Path => paths(renderer, scene, frame, arguments.samples).map(Some),
-    }
-}
-
-/// The same frame with its indirect light by paths.
-pub(crate) fn paths(
-    renderer: &Renderer<'_>,
-    scene: &Scene,
-    frame: &Frame,
-    samples: u32,
-) -> Result<Truth> {
-    let bar = progress::bar("paths of one bounce", frame.gbuffer.position.len());
-    let settings = renderer.indirect().settings();
-    let (light, gbuffer, eye) = (renderer.light(), &frame.gbuffer, renderer.eye());
-    let progress = |done, _| {
-        bar.set_position(done as u64);
-        true
-    };
-    let halves =
-        reference::path_halves(light, settings, scene, gbuffer, eye, samples, SEED, progress)?
-            .ok_or_else(|| Failure::new("the reference was not finished"))?;
-    bar.finish_and_clear();
-    let estimates: Vec<Estimate> = halves.iter().map(Estimate::mean_of).collect();
-    let squares: f64 = estimates.iter().map(|one| one.standard_error.length_squared()).sum();
-    let numbers = 3.0 * estimates.len() as f64;
-    let noise =
-        Noise { pixel: (squares / numbers).sqrt(), mean: squares.sqrt() / numbers, samples };
-    let lit = |estimates: &mut dyn Iterator<Item = &Estimate>| {
-        let reflected: Vec<_> = estimates.map(|one| one.mean).collect();
-        with_indirect(frame, &reflected)
-    };
-    Ok(Truth {
-        frame: lit(&mut estimates.iter()),
-        halves: Some([0, 1].map(|half: usize| lit(&mut halves.iter().map(|both| &both[half])))),
-        standard_error: Some(noise),
+        Reference::Path => Some(paths(renderer, scene, frame, arguments.samples, &bars)?),
     })
-}
-
-/// A frame with other indirect light, of the reflections that it has.
-fn with_indirect(frame: &Frame, reflected: &[Reflected]) -> Frame {
-    let diffuse = reference::pixels(reflected, |pixel| pixel.diffuse);
-    let specular = reference::pixels(reflected, |pixel| pixel.specular);
-    Frame {
-        indirect_diffuse: frame.indirect_diffuse.is_some().then_some(diffuse),
-        indirect_specular: frame.indirect_specular.is_some().then_some(specular),
-        ..frame.clone()
-    }
-}
-
-/// A frame as layers.
-pub(crate) fn picture(frame: &Frame) -> Result<Picture> {
-    let [width, height] = frame.size.map(|side| side as usize);
-    let image = |pixels: &Pixels| {
-        let pixels = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-        Image::new(width, height, pixels)
-    };
-    let mut layers = vec![
-        (Layer::Direct, image(&frame.direct)?),
-        (Layer::Albedo, image(&frame.gbuffer.base_color)?),
-        (Layer::Normal, image(&frame.gbuffer.normal)?),
-        (Layer::Position, image(&frame.gbuffer.position)?),
-    ];
-    let optional = [
-        (Layer::IndirectDiffuse, &frame.indirect_diffuse),
-        (Layer::IndirectSpecular, &frame.indirect_specular),
-        (Layer::Emission, &frame.emission),
-    ];
-    // What was left out is black: a reader of the file finds every layer.
-    let black = vec![[0.0; 4]; frame.direct.len()];
-    for (layer, pixels) in optional {
-        layers.push((layer, image(pixels.as_ref().unwrap_or(&black))?));
-    }
-    Picture::new(layers)
-}
-
-/// The indirect light of a picture.
-pub(crate) fn indirect(picture: &Picture) -> Result<Image> {
-    let diffuse = picture.layer(Layer::IndirectDiffuse)?;
-    let specular = picture.layer(Layer::IndirectSpecular)?;
-    let sum = diffuse.pixels().iter().zip(specular.pixels());
-    let pixels = sum.map(|(a, b)| std::array::from_fn(|channel| a[channel] + b[channel])).collect();
-    Image::new(diffuse.width(), diffuse.height(), pixels)
 }
 
 /// `picture.png` as `picture.NAME.png`.

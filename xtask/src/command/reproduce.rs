@@ -3,34 +3,19 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use image::RgbImage;
-use serde::Serialize;
-use sglow_measure::picture_error::PictureError;
-use sglow_measure::rivals::flicker::{Contender, Flickers, Walk, flicker};
-use sglow_measure::rivals::method::{Method, SIZE_FACTORS};
-use sglow_measure::rivals::stages::{Code, Stages, code, sampling_ratios, stages};
-use sglow_measure::rivals::survey::{Kernels, Row, Survey, survey};
-use sglow_oracle::fis::stress::Stress;
-use sglow_renderer::device::Gpu;
-use sglow_renderer::frame::Renderer;
-use sglow_renderer::mips;
-use sglow_renderer::stages::Stages as _;
-use sglow_runtime::package::Package;
-use sglow_runtime::settings::Settings;
-use sglow_shader_gen::matrix::Facts;
-use sglow_shaders::{Density, Texel, Visibility};
+use sglow_measure::reproduce::{Found, Options, Work};
+use sglow_renderer::request::derivation::Request;
+use sglow_report::failure::{Failure, Result};
+use sglow_report::json::Report;
+use sglow_report::page::reproduce as page;
+use sglow_report::picture::reproduction;
+use sglow_report::{terminal, write};
+use sglow_results::frontier::promise::named::PRINTED;
+use sglow_results::reproduction::{DOES_NOT_SHOW, checks};
 
-use crate::command::render::{self, package};
-use crate::failure::{Failure, Result};
-use crate::json::{Check, Relation, Report};
-use crate::page::reproduce as page;
-use crate::picture::density::Density as DensityImage;
-use crate::picture::kernels::{self, Square};
-use crate::picture::{compare, png, tone};
-use crate::shot::{self, Numbers, Shot};
-use crate::{progress, say, write};
-
-mod tables;
+use crate::options::{self, Numbers};
+use crate::progress::Bars;
+use crate::say;
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -49,10 +34,10 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE|NAME")]
     scene: Vec<String>,
     /// Pixels of the pictures
-    #[arg(long, value_name = "WxH", default_value = "240x136", value_parser = shot::size)]
+    #[arg(long, value_name = "WxH", default_value = "240x136", value_parser = options::size)]
     size: [u32; 2],
     /// Pixels of the camera's map whose stages are timed; the paper's are the default
-    #[arg(long, value_name = "WxH", default_value = "1920x1088", value_parser = shot::size)]
+    #[arg(long, value_name = "WxH", default_value = "1920x1088", value_parser = options::size)]
     timed_size: [u32; 2],
     /// Paths per pixel of the reference, half of them in each of two independent halves
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(4..))]
@@ -70,145 +55,33 @@ pub(crate) struct Arguments {
     numbers: Numbers,
 }
 
-/// Runs of everything that is timed, after one that compiles.
-const RUNS: usize = 5;
-/// Pixels with a sum over all texels as reference.
-const PIXELS: usize = 1500;
-/// Frames before the one that counts, for chains that move from frame to frame.
-const WARM_UP: usize = 16;
-
-/// The preset whose forms are the papers' own.
-pub(crate) const PRINTED: &str = "tokuyoshi2016";
-
-/// What must not be concluded.
-pub(crate) const DOES_NOT_SHOW: [&str; 5] = [
-    "The paper's scenes cannot be had: the atrium stands in for them by its number of triangles. Its geometry, textures \
-     and lights are others, so that only orders and ratios can be compared.",
-    "On a software driver times compare variants within one run and promise nothing about GPUs: a texture load costs as \
-     much as arithmetic, nothing is hidden behind anything, and two cores take the place of thousands of lanes.",
-    "Flicker and its reference are without and with visibility: the reference sees shadows, the methods here do not. Both \
-     stand still but for the light, so that the difference in change is small beside the flicker of what is drawn anew.",
-    "Markov chains are our own construction after the method's description; their speed of mixing is not the paper's.",
-    "Pictures are smaller than the paper's 1920 x 1088, for the references are computed on the CPU.",
-];
-
-/// A number that was asked for, and how it came out.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Asked {
-    /// What.
-    pub(crate) name: String,
-    /// What was measured.
-    pub(crate) value: f64,
-    /// How it should lie.
-    pub(crate) relation: Relation,
-    /// To what.
-    pub(crate) bound: f64,
-    /// Whether it does.
-    pub(crate) met: bool,
-    /// On what, and where the difference comes from.
-    pub(crate) note: String,
-}
-
-impl Asked {
-    fn new(
-        name: &str,
-        value: f64,
-        relation: Relation,
-        bound: f64,
-        note: impl Into<String>,
-    ) -> Self {
-        let met = relation.holds(value, bound);
-        Self { name: name.to_owned(), value, relation, bound, met, note: note.into() }
-    }
-}
-
-/// A picture of a figure.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Shown {
-    /// The method, or what else is shown.
-    pub(crate) name: String,
-    /// The file, beside the page.
-    pub(crate) file: String,
-    /// How far it is from the reference; none of the reference itself.
-    pub(crate) error: Option<PictureError>,
-}
-
-/// A figure.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Figure {
-    /// As the paper counts, or the scene's name.
-    pub(crate) name: String,
-    /// What it shows.
-    pub(crate) about: String,
-    /// The reference's own standard error over its mean.
-    pub(crate) standard_error: Option<f64>,
-    /// Its pictures.
-    pub(crate) pictures: Vec<Shown>,
-}
-
-/// A table of times on one scene and density.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct TimeTable {
-    /// As the paper counts.
-    pub(crate) name: &'static str,
-    /// The scene.
-    pub(crate) scene: String,
-    /// The density.
-    pub(crate) density: &'static str,
-    /// Each method.
-    pub(crate) methods: Vec<Stages>,
-}
-
-/// A survey of one scene and density.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Surveyed {
-    /// The scene.
-    pub(crate) scene: String,
-    /// The density.
-    pub(crate) density: &'static str,
-    /// What was found.
-    pub(crate) found: Survey,
-}
-
-/// A mip chain against a copy.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct MipRow {
-    /// What it is a chain of.
-    pub(crate) name: &'static str,
-    /// Milliseconds.
-    pub(crate) mips: f64,
-    /// Milliseconds.
-    pub(crate) copy: f64,
-    /// Median of the ratios of each round.
-    pub(crate) ratio: f64,
-}
-
-/// Everything.
-#[derive(Clone, Debug, Default, Serialize)]
-pub(crate) struct Findings {
-    pub(crate) asked: Vec<Asked>,
-    pub(crate) times: Vec<TimeTable>,
-    pub(crate) code: Vec<Code>,
-    pub(crate) dispatches: Vec<(Method, usize, usize)>,
-    pub(crate) sampling: Vec<(String, [f64; 2])>,
-    pub(crate) mips: Vec<MipRow>,
-    pub(crate) surveys: Vec<Surveyed>,
-    pub(crate) flickers: Vec<(String, Flickers)>,
-    pub(crate) figures: Vec<Figure>,
-}
-
 /// Reproduces.
 ///
 /// # Errors
 ///
 /// When a scene or the device does not allow it, or a promise is not kept.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    let package = package(None, &arguments.numbers.over)?;
-    let gpu = shot::gpu(&arguments.numbers)?;
+    let numbers = &arguments.numbers;
+    let library = numbers.over.library()?;
+    let package = numbers.over.whole_space()?;
+    let gpu = numbers.gpu()?;
     std::fs::create_dir_all(&arguments.out)
         .map_err(|error| Failure::new(format!("{}: {error}", arguments.out.display())))?;
-    let work = Work { arguments, package: &package, gpu: &gpu };
-    let mut found = Findings::default();
+    let preset = numbers.preset.clone().or_else(|| Some(PRINTED.to_owned()));
+    let options = Options {
+        size: arguments.size,
+        timed_size: arguments.timed_size,
+        samples: arguments.samples,
+        frames: arguments.frames as usize,
+        camera_lights: arguments.camera_lights,
+        map: numbers.rsm.unwrap_or(512),
+        light: numbers.light,
+        request: Request { preset, ..numbers.request(arguments.size) },
+    };
+    let bars = Bars::default();
+    let (library, package, options) = (&library, &package, &options);
+    let work = Work { options, library, package, gpu: &gpu, progress: &bars };
+    let mut found = Found::default();
     if arguments.scene.is_empty() {
         work.built_in(&mut found)?;
     } else {
@@ -216,11 +89,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             work.one_scene(scene, &mut found)?;
         }
     }
-    let mut report = Report::new();
-    report.adapter.clone_from(&gpu.adapter.name);
-    report.driver.clone_from(&gpu.adapter.driver);
-    checks(&found, &mut report);
-    report.detail("asked", &found.asked)?;
+    let Found { findings: found, drawings } = found;
+    reproduction::write(&arguments.out, &drawings)?;
+    let mut report = Report::on(&gpu.adapter.name, &gpu.adapter.driver);
+    report.checks(checks(&found));
+    report.detail("requested", &found.requested)?;
     report.detail("times", &found.times)?;
     report.detail("code", &found.code)?;
     report.detail("sampling_over_previous", &found.sampling)?;
@@ -229,530 +102,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.detail("flicker", &found.flickers)?;
     report.detail("figures", &found.figures)?;
     report.detail("does_not_show", DOES_NOT_SHOW)?;
-    tables::show(&found);
+    say::line(terminal::reproduce::show(&found));
     say::line(format!("\n{}", report.table()));
     write::text(&arguments.out.join("index.html"), &page::page(&found, &report))?;
     let path = arguments.out.join("reproduce.json");
     report.write(&path)?;
     say::line(format!("{}\n{}", path.display(), arguments.out.join("index.html").display()));
     report.verdict()
-}
-
-/// What holds whatever the device.
-fn checks(found: &Findings, report: &mut Report) {
-    let not_finite: usize = found
-        .surveys
-        .iter()
-        .flat_map(|survey| &survey.found.rows)
-        .map(|row| row.not_finite)
-        .chain(found.flickers.iter().flat_map(|one| &one.1.contenders).map(|one| one.not_finite))
-        .sum();
-    report.check(Check::new(
-        "numbers that are not finite, all methods and scenes",
-        not_finite as f64,
-        "numbers",
-        Relation::Equal,
-        0.0,
-    ));
-    for surveyed in &found.surveys {
-        let of = |method| surveyed.found.rows.iter().find(|row| row.method == method);
-        if let (Some(ours), Some(theirs), false) =
-            (of(Method::Bracketed), of(Method::Previous), surveyed.found.dark)
-        {
-            let name = format!(
-                "{}, {}: variation of the density within kernels, modified over previous",
-                surveyed.scene, surveyed.density
-            );
-            let ratio = ours.overlap.variation / theirs.overlap.variation.max(f64::MIN_POSITIVE);
-            report.check(Check::new(name, ratio, "", Relation::AtMost, 1.0));
-        }
-        // Eq. (5) divides by the density that the kernel's own weights sum.
-        let sized_by_integral = |row: &&Row| row.method == Method::Bracketed;
-        let unbalanced = surveyed.found.rows.iter().filter(sized_by_integral);
-        let unbalanced = unbalanced.map(|row| (row.weighted.excess - row.weighted.gaps).abs());
-        let name = format!(
-            "{}, {}: density counted twice less density not counted, by the filter's weights, at any K",
-            surveyed.scene, surveyed.density
-        );
-        let most = if surveyed.found.dark { 0.0 } else { unbalanced.fold(0.0, f64::max) };
-        report.check(Check::new(name, most, "of the density", Relation::AtMost, 1e-3));
-    }
-}
-
-/// The sizes of kernels beside K = 1.
-fn other_sizes() -> impl Iterator<Item = f32> {
-    SIZE_FACTORS.into_iter().filter(|&factor| factor != 1.0)
-}
-
-struct Work<'a> {
-    arguments: &'a Arguments,
-    package: &'a Package,
-    gpu: &'a Gpu,
-}
-
-impl Work<'_> {
-    /// Width and height of the light's map; the paper's if nothing else is asked for.
-    fn rsm(&self) -> u32 {
-        self.arguments.numbers.rsm.unwrap_or(512)
-    }
-
-    /// The numbers, by default those of the paper's configuration.
-    fn numbers(&self) -> Numbers {
-        let numbers = self.arguments.numbers.clone();
-        let preset = numbers.preset.clone().or_else(|| Some(PRINTED.to_owned()));
-        Numbers { preset, ..numbers }
-    }
-
-    /// A scene with the bidirectional density of the paper, or another.
-    fn shot(&self, scene: &str, size: [u32; 2], density: Density) -> Result<Shot> {
-        let mut shot = Shot::new(scene, &[], size, &self.numbers())?;
-        // What is compared are the methods that make lights; where maps hide them, a figure says so itself.
-        shot.settings.visibility = Visibility::None;
-        shot.settings.map = self.rsm();
-        shot.settings.density = density;
-        shot.settings.camera_lights = self.arguments.camera_lights;
-        Ok(shot)
-    }
-
-    /// A renderer that has drawn its maps and made its density.
-    fn prepared(&self, shot: &Shot) -> Result<Renderer<'_>> {
-        let bar = progress::spinner(format!(
-            "{}: maps and the {} density",
-            shot.scene.name, shot.settings.density
-        ));
-        let renderer = Renderer::new(self.gpu, self.package, &shot.scene, &shot.settings, 0)?;
-        renderer.draw_maps()?;
-        let inputs = renderer.inputs();
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let indirect = renderer.indirect();
-        indirect.encode_camera(&mut encoder, &inputs, None)?;
-        indirect.encode_moments(&mut encoder, &inputs, None)?;
-        indirect.encode_density(&mut encoder, &inputs, None)?;
-        self.gpu.queue.submit([encoder.finish()]);
-        self.gpu.finish()?;
-        bar.finish_and_clear();
-        Ok(renderer)
-    }
-
-    fn built_in(&self, found: &mut Findings) -> Result {
-        // The fastest first; what takes long last.
-        self.mips(found)?;
-        self.code(found)?;
-        self.time_table("Table 1", "atrium:75k", Density::Bidirectional, found)?;
-        self.time_table("Table 2", "atrium:75k", Density::Power, found)?;
-        self.sampling(found)?;
-        self.survey("atrium:75k", Density::Power, false, found)?;
-        self.survey("atrium:75k", Density::Bidirectional, true, found)?;
-        self.survey("atrium:262k", Density::Bidirectional, false, found)?;
-        self.survey("atrium:331k", Density::Bidirectional, false, found)?;
-        let four = [Method::Previous, Method::Bracketed, Method::Image, Method::World];
-        self.figure(
-            "Fig. 5, upper row",
-            "Pictures by each method, 331k triangles; imperfect shadow maps.",
-            "atrium:331k",
-            &four.map(|method| (method, 1.0)),
-            found,
-        )?;
-        self.figure(
-            "Fig. 5, lower row",
-            "Pictures by each method, 75k triangles; imperfect shadow maps.",
-            "atrium:75k",
-            &four.map(|method| (method, 1.0)),
-            found,
-        )?;
-        self.figure(
-            "Fig. 6",
-            "The size of kernels: K = 1, 4, 16 as in the paper, and smaller; what it does to flicker stands in the table of flicker.",
-            "atrium:262k",
-            &[0.125, 0.25, 0.5, 1.0, 4.0, 16.0].map(|factor| (Method::Bracketed, factor)),
-            found,
-        )?;
-        self.figure(
-            "Fig. 7",
-            "Light occluded by columns: what clusters in the world keep apart.",
-            "columns",
-            &four.map(|method| (method, 1.0)),
-            found,
-        )?;
-        self.figure(
-            "Fig. 8",
-            "A caustic, with the same density: stratified kernels, and those of Markov chains. Without visibility on \
-             either side, and against the facets of the light's map.",
-            "caustic",
-            &[(Method::Bracketed, 1.0), (Method::Metropolis, 1.0)],
-            found,
-        )?;
-        self.survey("caustic", Density::Bidirectional, false, found)?;
-        self.flicker("atrium:75k", found)?;
-        self.ask(found);
-        Ok(())
-    }
-
-    fn one_scene(&self, scene: &str, found: &mut Findings) -> Result {
-        self.time_table("Stages", scene, Density::Bidirectional, found)?;
-        self.survey(scene, Density::Bidirectional, true, found)?;
-        let methods = [Method::Previous, Method::Bracketed, Method::Image, Method::World];
-        let about = "Pictures by each method; imperfect shadow maps.";
-        self.figure(scene, about, scene, &methods.map(|method| (method, 1.0)), found)?;
-        self.flicker(scene, found)
-    }
-
-    fn mips(&self, found: &mut Findings) -> Result {
-        let size = self.rsm();
-        for (name, texel, layers) in [
-            ("moments, rgba32float, 5 layers", Texel::Rgba32float, 5),
-            ("density, r32float", Texel::R32float, 1),
-        ] {
-            let times = mips::measure(self.gpu, self.package, texel, size, layers)?;
-            let milliseconds = |time: std::time::Duration| time.as_secs_f64() * 1e3;
-            found.mips.push(MipRow {
-                name,
-                mips: milliseconds(times.mips),
-                copy: milliseconds(times.copy),
-                ratio: times.ratio,
-            });
-        }
-        Ok(())
-    }
-
-    fn code(&self, found: &mut Findings) -> Result {
-        for method in
-            [Method::Previous, Method::Modified, Method::Bracketed, Method::Image, Method::World]
-        {
-            found.code.push(code(self.package, method, &Settings::default())?);
-        }
-        Ok(())
-    }
-
-    fn time_table(
-        &self,
-        name: &'static str,
-        scene: &str,
-        density: Density,
-        found: &mut Findings,
-    ) -> Result {
-        let shot = self.shot(scene, self.arguments.timed_size, density)?;
-        let renderer = self.prepared(&shot)?;
-        let methods =
-            [Method::Previous, Method::Modified, Method::Bracketed, Method::Image, Method::World];
-        let bar = progress::spinner(format!("{name}: {RUNS} runs in turns"));
-        let measured = stages(self.gpu, self.package, &renderer, &methods, RUNS)?;
-        bar.finish_and_clear();
-        if found.dispatches.is_empty() {
-            for one in &measured {
-                let light = one.stages.iter().filter(|stage| !stage.camera);
-                let all: usize = light.clone().map(|stage| stage.dispatches).sum();
-                let mips: usize = light
-                    .filter(|stage| stage.name.starts_with("mip"))
-                    .map(|stage| stage.dispatches)
-                    .sum();
-                found.dispatches.push((one.method, all - mips, mips));
-            }
-        }
-        found.times.push(TimeTable {
-            name,
-            scene: shot.scene.name,
-            density: density.name(),
-            methods: measured,
-        });
-        Ok(())
-    }
-
-    fn sampling(&self, found: &mut Findings) -> Result {
-        let size = self.rsm();
-        let base = Settings {
-            map: size,
-            ..self.numbers().request([1, 1]).settings(
-                &self.arguments.numbers.over.library()?,
-                &Facts::new(),
-                &[],
-            )?
-        };
-        let mut densities: Vec<(String, Vec<f32>)> = Stress::ALL
-            .into_iter()
-            .filter(|(name, _)| ["smooth", "noise-2", "ring"].contains(name))
-            .map(|(name, stress)| (name.to_owned(), stress.texels(size as usize, 1)))
-            .collect();
-        let stress = densities.len();
-        for (scene, density) in [
-            ("atrium:75k", Density::Power),
-            ("atrium:75k", Density::Bidirectional),
-            ("atrium:262k", Density::Bidirectional),
-            ("atrium:331k", Density::Bidirectional),
-        ] {
-            // The sampling pass alone is given texels, which have to be a power-of-two square.
-            if !size.is_power_of_two() {
-                break;
-            }
-            let shot = self.shot(scene, [320, 180], density)?;
-            let renderer = self.prepared(&shot)?;
-            let Some(texture) = renderer.indirect().density() else { continue };
-            let texels = sglow_renderer::readback::texture(self.gpu, &texture, 0)?;
-            densities.push((
-                format!("{scene}, {density}"),
-                texels.iter().map(|texel| texel[0]).collect(),
-            ));
-        }
-        densities.rotate_left(stress);
-        for (name, texels) in densities {
-            let bar = progress::spinner(format!("sampling pass on {name}"));
-            let ratios = sampling_ratios(self.gpu, self.package, &base, &texels, &texels)?;
-            bar.finish_and_clear();
-            found.sampling.push((name, ratios));
-        }
-        Ok(())
-    }
-
-    fn survey(&self, scene: &str, density: Density, draw: bool, found: &mut Findings) -> Result {
-        let shot = self.shot(scene, self.arguments.size, density)?;
-        let renderer = self.prepared(&shot)?;
-        let bar = progress::spinner(format!("{scene}, {density}: every method on one frame"));
-        let methods: Vec<_> = Method::ALL
-            .map(|method| (method, 1.0))
-            .into_iter()
-            .chain(other_sizes().map(|factor| (Method::Bracketed, factor)))
-            .collect();
-        let (surveyed, drawn) =
-            survey(self.gpu, self.package, &renderer, &methods, PIXELS, WARM_UP)?;
-        bar.finish_and_clear();
-        if draw {
-            self.kernels(&shot, &drawn, found)?;
-        }
-        if surveyed.dark {
-            say::line(format!("{scene}: the light reaches nothing; its indirect light is black"));
-        }
-        let name = density.name();
-        found.surveys.push(Surveyed { scene: scene.to_owned(), density: name, found: surveyed });
-        Ok(())
-    }
-
-    /// Fig. 1: kernels over the density.
-    fn kernels(&self, shot: &Shot, drawn: &Kernels, found: &mut Findings) -> Result {
-        let side = drawn.side;
-        let density = DensityImage {
-            name: shot.scene.name.clone(),
-            size: [side; 2],
-            texels: drawn.density.clone(),
-        };
-        let mut pictures = Vec::new();
-        let names = ["previous", "modified"];
-        let mut sheets = Vec::new();
-        for (name, kernels) in names.into_iter().zip(&drawn.kernels) {
-            let squares: Vec<Square> = kernels
-                .iter()
-                .map(|kernel| Square {
-                    centre: kernel.centre.map(|part| f64::from(part) * side as f64),
-                    side: f64::from(kernel.level).exp2(),
-                })
-                .collect();
-            let picture = kernels::draw(&density, &squares)?;
-            pictures.push(self.picture(
-                &format!("kernels-{}-{name}", shot.scene.name),
-                name,
-                &picture,
-                None,
-            )?);
-            sheets.push(picture);
-        }
-        let sheet = compare::side_by_side(&sheets.iter().collect::<Vec<_>>());
-        png::write(&self.arguments.out.join("kernels.png"), &sheet)?;
-        found.figures.insert(
-            0,
-            Figure {
-                name: "Fig. 1".to_owned(),
-                about: format!(
-                    "{} kernels over the bidirectional density of {}: centres red, squares of 4^level texels orange.",
-                    drawn.kernels[0].len(),
-                    shot.scene.name
-                ),
-                standard_error: None,
-                pictures,
-            },
-        );
-        Ok(())
-    }
-
-    fn picture(
-        &self,
-        stem: &str,
-        name: &str,
-        picture: &RgbImage,
-        error: Option<PictureError>,
-    ) -> Result<Shown> {
-        let plain: String = stem
-            .chars()
-            .map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' })
-            .collect();
-        let file = format!("{plain}.png");
-        png::write(&self.arguments.out.join(&file), picture)?;
-        Ok(Shown { name: name.to_owned(), file, error })
-    }
-
-    fn figure(
-        &self,
-        name: &str,
-        about: &str,
-        scene: &str,
-        methods: &[(Method, f32)],
-        found: &mut Findings,
-    ) -> Result {
-        let mut shot = self.shot(scene, self.arguments.size, Density::Bidirectional)?;
-        // From the camera, paths do not find what a small mirror sends somewhere.
-        let caustic = shot.scene.name == "caustic";
-        if !caustic {
-            shot.settings.visibility = Visibility::Imperfect;
-        }
-        let mut figure = Figure {
-            name: name.to_owned(),
-            about: about.to_owned(),
-            standard_error: None,
-            pictures: Vec::new(),
-        };
-        let stem = name.to_lowercase().replace("fig. ", "figure-").replace(", ", "-");
-        let mut truth: Option<(render::Truth, tone::Exposure)> = None;
-        for &(method, size_factor) in methods {
-            let mut settings = method.settings(&shot.settings);
-            settings.size_factor = size_factor;
-            let label = if methods.iter().all(|one| one.0 == method) {
-                format!("K = {size_factor}")
-            } else {
-                method.name().to_owned()
-            };
-            let bar = progress::spinner(format!("{name}: {label}"));
-            let renderer = Renderer::new(self.gpu, self.package, &shot.scene, &settings, 0)?;
-            let frames = if method == Method::Metropolis { WARM_UP } else { 0 };
-            for _ in 0..=frames.min(2) {
-                renderer.render()?;
-            }
-            let frame = renderer.read()?;
-            bar.finish_and_clear();
-            if truth.is_none() {
-                let found = if caustic {
-                    let frame = render::brute_force(&renderer, &frame)?;
-                    render::Truth { frame, halves: None, standard_error: None }
-                } else {
-                    render::paths(&renderer, &shot.scene, &frame, self.arguments.samples)?
-                };
-                let picture = render::picture(&found.frame)?;
-                let exposure = tone::Exposure::automatic(picture.radiance()?.pixels());
-                truth = Some((found, exposure));
-            }
-            let Some((reference, exposure)) = &truth else { continue };
-            let ours = render::picture(&frame)?;
-            let error = render::error(&frame, reference)?;
-            let shown = tone::radiance(&ours.radiance()?, *exposure);
-            figure.standard_error = reference
-                .standard_error
-                .filter(|_| error.reference_mean > 0.0)
-                .map(|noise| noise.pixel / error.reference_mean);
-            figure.pictures.push(self.picture(
-                &format!("{stem}-{label}"),
-                &label,
-                &shown,
-                Some(error),
-            )?);
-        }
-        if let Some((reference, exposure)) = &truth {
-            let picture = render::picture(&reference.frame)?;
-            let shown = tone::radiance(&picture.radiance()?, *exposure);
-            let label = if caustic {
-                "reference, facets of the map".to_owned()
-            } else {
-                format!("reference, {} paths per pixel", self.arguments.samples)
-            };
-            figure.pictures.push(self.picture(
-                &format!("{stem}-reference"),
-                &label,
-                &shown,
-                None,
-            )?);
-        }
-        found.figures.push(figure);
-        Ok(())
-    }
-
-    fn flicker(&self, scene: &str, found: &mut Findings) -> Result {
-        let shot = self.shot(scene, [160, 90], Density::Bidirectional)?;
-        let mut contenders: Vec<Contender> = Method::ALL
-            .into_iter()
-            .filter(|method| *method != Method::Modified)
-            .map(|method| Contender {
-                name: format!("{}, K = 1", method.name()),
-                settings: method.settings(&shot.settings),
-            })
-            .collect();
-        for factor in other_sizes() {
-            let mut settings = Method::Bracketed.settings(&shot.settings);
-            settings.size_factor = factor;
-            contenders.push(Contender {
-                name: format!("{}, K = {factor}", Method::Bracketed.name()),
-                settings,
-            });
-        }
-        let frames = self.arguments.frames as usize;
-        let bar = progress::bar(format!("{scene}: frames of a moving light"), frames);
-        let walk = Walk { frames, ..Walk::default() };
-        let flickers = flicker(self.gpu, self.package, &shot.scene, &contenders, walk, |done| {
-            bar.set_position(done as u64);
-        })?;
-        bar.finish_and_clear();
-        found.flickers.push((scene.to_owned(), flickers));
-        Ok(())
-    }
-
-    /// The numbers that were asked for.
-    fn ask(&self, found: &mut Findings) {
-        let mut asked = Vec::new();
-        let worst = |index: usize| {
-            let scenes = found.sampling.iter().filter(|one| one.0.starts_with("atrium"));
-            scenes.map(|one| one.1[index]).fold(f64::NEG_INFINITY, f64::max)
-        };
-        let note = "the largest over the scenes of the table below, median of turns in one run";
-        let most = Relation::AtMost;
-        asked.push(Asked::new(
-            "sampling pass, 12 bisections over previous",
-            worst(0),
-            most,
-            1.05,
-            note,
-        ));
-        asked.push(Asked::new("sampling pass, bracketed over previous", worst(1), most, 1.0, note));
-        for times in &found.times {
-            let total = |method| {
-                let one = times.methods.iter().find(|one| one.method == method);
-                one.map_or(f64::NAN, |one| one.total(None))
-            };
-            let ratio = total(Method::Image) / total(Method::Bracketed);
-            let name = format!("{}: making of lights, k-means 2D over modified", times.name);
-            let note = "both maps; the paper has 7.1 and 9.1";
-            asked.push(Asked::new(&name, ratio, Relation::AtLeast, 9.0, note));
-        }
-        for row in &found.mips {
-            let name = format!("mip chain over a copy of the same bytes, {}", row.name);
-            asked.push(Asked::new(&name, row.ratio, most, 2.0, "one run, median of rounds"));
-        }
-        for (scene, flickers) in &found.flickers {
-            let of = |name: &str| {
-                let one = flickers.contenders.iter().find(|one| one.name.starts_with(name));
-                one.map_or(f64::NAN, |one| one.flicker)
-            };
-            let ratio = of("modified, bracketed, K = 1") / of("previous");
-            let name = format!("{scene}: flicker, modified (K = 1) over previous");
-            asked.push(Asked::new(&name, ratio, most, 0.5, "bidirectional density"));
-        }
-        for surveyed in &found.surveys {
-            let of = |method| {
-                let one = surveyed.found.rows.iter().find(|row| row.method == method);
-                one.map_or(f64::NAN, |row| row.error)
-            };
-            let ratio = of(Method::Bracketed) / of(Method::Image);
-            let name = format!(
-                "{}, {}: picture error, modified over k-means 2D",
-                surveyed.scene, surveyed.density
-            );
-            let note = "against the facets of the map, on a sample of pixels";
-            asked.push(Asked::new(&name, ratio, most, 1.0, note));
-        }
-        found.asked = asked;
-    }
 }

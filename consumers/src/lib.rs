@@ -1,0 +1,11 @@
+//! Independent consumers of what this project makes, and the machine that they need: compilers that share no code with the
+//! generator, hosts in other languages, a browser.
+
+pub mod chromium;
+pub mod doctor;
+pub mod hosts;
+pub mod machine;
+pub mod spirv_val;
+pub mod subject;
+pub mod tint;
+pub mod verify;

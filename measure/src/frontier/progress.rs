@@ -1,9 +1,0 @@
-//! What long measurements tell of themselves.
-
-/// What is told while it lasts.
-pub trait Progress: Sync {
-    /// What comes next, and of how many steps; 0 if nobody knows.
-    fn start(&self, what: &str, steps: usize);
-    /// How many steps are done.
-    fn done(&self, steps: usize);
-}

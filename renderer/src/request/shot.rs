@@ -1,0 +1,193 @@
+//! A scene with settings that suit it: what a command that renders starts from.
+
+use sglow_runtime::settings::Settings;
+use sglow_scene::{Light, LightKind, Scene};
+use sglow_shader_gen::library::Library;
+
+use crate::needs::Decision;
+use crate::request::RequestError;
+use crate::request::derivation::{Derivation, Request};
+
+/// A scene and the settings it is rendered with.
+#[derive(Debug)]
+pub struct Shot {
+    /// The scene; its one light is number 0.
+    pub scene: Scene,
+    /// The settings.
+    pub settings: Settings,
+    /// What was decided other than requested, a line each.
+    pub notes: Vec<String>,
+}
+
+impl Shot {
+    /// Settles every axis of a scene with one light: by `set`, else by what the scene needs, else by the default.
+    ///
+    /// # Errors
+    ///
+    /// When an axis, a value or a number is not possible.
+    pub fn new(
+        library: &Library,
+        scene: Scene,
+        set: &[String],
+        request: &Request,
+    ) -> Result<Self, RequestError> {
+        let derivation = Derivation::new(library, &scene, set, request)?;
+        let changed = derivation.needs.decisions.iter().filter(|decision| decision.changed);
+        let note = |Decision { name, value, reason, .. }: &Decision| {
+            format!("{}: {name}: {value} ({reason})", scene.name)
+        };
+        let notes = changed.map(note).collect();
+        let settings = derivation.settings;
+        Ok(Self { scene, settings, notes })
+    }
+}
+
+/// Loads a scene with the light that is used, and what a user should know of it, a line each.
+///
+/// # Errors
+///
+/// When the scene cannot be read or has no such light.
+pub fn load(name: &str, light: Option<usize>) -> Result<(Scene, Vec<String>), RequestError> {
+    let mut scene = Scene::load(name)?;
+    let used = keep_one_light(&mut scene, light)?;
+    let notes = scene.notes.iter().map(ToString::to_string).chain(used);
+    let notes = notes.map(|note| format!("{}: {note}", scene.name)).collect();
+    Ok((scene, notes))
+}
+
+/// Roughly what a light emits, to choose the strongest: a directional light's irradiance over the scene, else the
+/// intensity over the light's solid angle.
+fn power(light: &Light, radius: f32) -> f32 {
+    let [r, g, b] = light.intensity;
+    let extent = match light.kind {
+        LightKind::Directional => radius * radius,
+        LightKind::Point => 4.0,
+        LightKind::Spot { outer, .. } => 2.0 * (1.0 - outer.cos()),
+    };
+    (r + g + b) * extent
+}
+
+/// Keeps the light `wanted`, or the strongest one, and says which if there are others.
+fn keep_one_light(
+    scene: &mut Scene,
+    wanted: Option<usize>,
+) -> Result<Option<String>, RequestError> {
+    let radius = scene.bounds().radius();
+    let count = scene.lights.len();
+    let strongest = (0..count).max_by(|&a, &b| {
+        power(&scene.lights[a], radius).total_cmp(&power(&scene.lights[b], radius))
+    });
+    let Some(chosen) = wanted.or(strongest).filter(|&chosen| chosen < count) else {
+        return Err(RequestError::NoLight { wanted: wanted.unwrap_or(0), count });
+    };
+    let note = (count > 1).then(|| {
+        format!("{count} lights; only light {chosen} ({}) is used", scene.lights[chosen].name)
+    });
+    scene.lights = vec![scene.lights.swap_remove(chosen)];
+    Ok(note)
+}
+
+#[cfg(test)]
+mod tests {
+    use sglow_shaders::{Density, Emitter, Ndf, Space, Specular, Visibility};
+
+    use super::*;
+    use crate::request::library;
+
+    fn request(preset: Option<&str>, numbers: &[&str]) -> Request {
+        let numbers = numbers.iter().map(|&word| word.to_owned()).collect();
+        Request { size: [8, 8], preset: preset.map(str::to_owned), numbers }
+    }
+
+    fn of(scene: &str, set: &[&str], request: &Request) -> Result<Settings, RequestError> {
+        let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
+        let scene = load(scene, None)?.0;
+        Shot::new(&library(), scene, &set, request).map(|shot| shot.settings)
+    }
+
+    fn few() -> Request {
+        request(None, &["lights=16", "map=32"])
+    }
+
+    #[test]
+    fn a_preset_is_changed_by_numbers_and_by_set_and_narrowed_by_needs() {
+        let printed = request(Some("tokuyoshi2016"), &[]);
+        let glossy = of("cornell-glossy", &[], &printed).unwrap();
+        assert_eq!(glossy.emitter, Emitter::Lobe);
+        assert_eq!(
+            (glossy.size_factor, glossy.lights, glossy.emission_sharpness),
+            (1.0, 1024, 2.0)
+        );
+        // A scene without specular surfaces needs no specular lobe, whatever is printed.
+        assert_eq!(of("cornell", &[], &printed).unwrap().specular, Specular::None);
+        let fewer = request(Some("tokuyoshi2016"), &["lights=64"]);
+        let changed = of("cornell", &["emitter=cosine", "size_factor=0.5"], &fewer).unwrap();
+        assert_eq!((changed.lights, changed.size_factor), (64, 0.5));
+        assert_eq!((changed.emitter, changed.density), (Emitter::Cosine, Density::Bidirectional));
+        // Nothing given: the defaults of the scene's class.
+        let usual = of("cornell", &[], &request(None, &[])).unwrap();
+        assert_eq!(usual.visibility, Visibility::ShadowMap);
+        assert_eq!(usual.lights, Settings::default().lights);
+        // Clusters give way to what is said of kernels, by an axis or by a number.
+        assert_eq!((usual.space, usual.emitter), (Space::World, Emitter::Disc));
+        let kernels = of("cornell", &["kernel=previous"], &request(None, &[])).unwrap();
+        assert_eq!((kernels.space, kernels.emitter), (Space::None, Emitter::Cosine));
+        let wide = request(None, &["size_factor=2"]);
+        let wide = of("cornell", &[], &wide).unwrap();
+        assert_eq!((wide.space, wide.size_factor), (Space::None, 2.0));
+        let both = of("cornell", &["emitter=cosine"], &request(None, &[])).unwrap();
+        assert_eq!((both.space, both.emitter), (Space::World, Emitter::Cosine));
+        let unknown = request(Some("best"), &[]);
+        let text = of("cornell", &[], &unknown).unwrap_err().to_string();
+        assert!(text.contains("best") && text.contains("tokuyoshi2016"), "{text}");
+    }
+
+    #[test]
+    fn every_preset_and_default_of_the_library_can_be_set_and_every_parameter_is_declared() {
+        let library = library();
+        let sets = library.preset.iter().map(|one| (&one.name, &one.set));
+        let sets = sets.chain(library.class_default.iter().map(|one| (&one.name, &one.set)));
+        for (name, set) in sets {
+            for (axis, value) in set {
+                let result = Settings::default().set(axis, &value.to_string());
+                assert!(result.is_ok(), "{name}: {axis}: {result:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn settings_remember_what_was_taken_for_granted() {
+        let set = |set: &[&str]| {
+            let assumed = of("cornell", set, &few()).unwrap().assumed;
+            assumed.into_iter().map(|one| one.fact).collect::<Vec<_>>()
+        };
+        let assumed = set(&[]);
+        for fact in ["specular", "directional_light", "point_light"] {
+            assert!(assumed.iter().any(|known| known == fact), "{fact}: {assumed:?}");
+        }
+        // Every axis of the rule is decided by hand: nothing is taken for granted.
+        let by_hand = set(&["specular=none", "lobes=diffuse", "ndf=none", "light=spot"]);
+        assert_eq!(by_hand, Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_scene_decides_what_is_not_requested() {
+        let diffuse = of("cornell", &[], &few()).unwrap();
+        assert_eq!((diffuse.specular, diffuse.ndf), (Specular::None, Ndf::None));
+        let requested = of("cornell", &["specular=sg"], &few()).unwrap();
+        assert_eq!((requested.specular, requested.ndf), (Specular::Sg, Ndf::Ggx));
+        let glossy = of("cornell-glossy", &[], &few()).unwrap();
+        assert_ne!(glossy.specular, Specular::None);
+    }
+
+    #[test]
+    fn what_is_wrong_is_reported_all_at_once() {
+        let set = ["colour=red", "kernel=cubic", "kernel"];
+        let text = of("cornell", &set, &few()).unwrap_err().to_string();
+        for part in ["unknown axis 'colour'", "previous, modified", "not AXIS=VALUE"] {
+            assert!(text.contains(part), "{text}");
+        }
+        let text = load("cornell", Some(7)).unwrap_err().to_string();
+        assert!(text.contains("no light 7"), "{text}");
+    }
+}

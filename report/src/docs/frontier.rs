@@ -1,0 +1,169 @@
+//! What a report measured, as the tables of `README.md` and `docs/results.md`.
+
+use std::collections::BTreeSet;
+
+use sglow_results::check::Check;
+use sglow_results::frontier::document::{Metric, SceneReport, Way};
+use sglow_results::frontier::promise::named;
+
+use crate::docs::marks;
+use crate::failure::Result;
+use crate::picture_error;
+
+/// Errors against facets by the number of lights: the mark `lights`.
+///
+/// # Errors
+///
+/// When the document lacks the mark.
+pub fn by_lights(document: &str, name: &str, scenes: &[SceneReport], how: &str) -> Result<String> {
+    let mut text = String::new();
+    for metric in [Metric::RelativeMse, Metric::Median] {
+        let what = metric.title();
+        text.push_str(&format!(
+            "| {what} | papers, 1024 lights | 64 lights | 256 lights | 1024 lights | 16384 lights |\n\
+             |---|---|---|---|---|---|\n"
+        ));
+        for scene in scenes {
+            let bare = |lights: &str| {
+                let named = named(scene, named::BARE)?;
+                let same = |way: &&Way| {
+                    let mut own = way.parameters.clone();
+                    own.insert("lights".to_owned(), named.parameters.get("lights")?.clone());
+                    let alike = way.axes == named.axes && own == named.parameters;
+                    (alike && way.parameters.get("lights")? == lights).then_some(())
+                };
+                scene.ways.iter().find(|way| same(way).is_some())
+            };
+            let ways =
+                [named(scene, named::OLD), bare("64"), bare("256"), bare("1024"), bare("16384")];
+            let cells = ways.map(|way| {
+                let error = way.and_then(|way| way.unshadowed.as_ref());
+                error.map_or("–".to_owned(), |error| picture_error::cell(error, metric))
+            });
+            text.push_str(&format!("| `{}` | {} |\n", scene.scene, cells.join(" | ")));
+        }
+        text.push('\n');
+    }
+    text.push_str(&format!(
+        "Measured by `{how}`: the default without visibility, and first the papers' emission from kernels of K = 1, \
+         against the sum over the facets of the map.\n"
+    ));
+    marks::replaced(document, name, "lights", &text)
+}
+
+fn named<'a>(scene: &'a SceneReport, name: &str) -> Option<&'a Way> {
+    let name = scene.screening.as_ref()?.named.get(name)?;
+    scene.ways.iter().find(|way| way.name == *name)
+}
+
+/// The frontier of each scene by relative MSE with its default, the papers' configuration, and the checks that fail: the
+/// mark `frontier`.
+///
+/// # Errors
+///
+/// When the document lacks the mark.
+pub fn frontier(
+    document: &str,
+    name: &str,
+    scenes: &[SceneReport],
+    checks: &[Check],
+    how: &str,
+) -> Result<String> {
+    let mut text = format!("Measured by `{how}`.\n\n");
+    for scene in scenes {
+        let headings = picture_error::HEADINGS;
+        text.push_str(&format!(
+            "`{}`:\n\n| configuration, where it differs from the default | ms | {} | flicker |\n|---|---|{}---|\n",
+            scene.scene,
+            headings.join(" | "),
+            "---|".repeat(headings.len())
+        ));
+        let printed = named(scene, named::PRINTED).map(|way| way.name.as_str());
+        let shown = |way: &&Way| {
+            way.complete && way.on_frontier(Metric::RelativeMse)
+                || way.default
+                || Some(way.name.as_str()) == printed
+        };
+        let mut rows: Vec<&Way> = scene.ways.iter().filter(shown).collect();
+        let time = |way: &Way| way.whole.unwrap_or(way.time).median;
+        rows.sort_by(|one, other| time(one).total_cmp(&time(other)));
+        let mut seen = BTreeSet::new();
+        for way in rows.into_iter().filter(|way| seen.insert(&way.name)) {
+            let mut label = format!("`{}`", way.name);
+            if Some(way.name.as_str()) == printed {
+                label = format!("`--preset {}`", named::PRINTED);
+            }
+            if let Some(by) = way.dominated.get(&Metric::RelativeMse) {
+                label.push_str(&format!(" (dominated by `{}`)", by.by));
+            }
+            let flicker =
+                way.flicker.map_or("–".to_owned(), |one| format!("{:.1} %", 100.0 * one));
+            let cells = picture_error::cells(&way.picture).join(" | ");
+            let ms = time(way);
+            let decimals = usize::from(ms < 100.0);
+            text.push_str(&format!("| {label} | {ms:.decimals$} | {cells} | {flicker} |\n"));
+        }
+        text.push('\n');
+    }
+    let failing: Vec<&Check> = checks.iter().filter(|check| !check.holds).collect();
+    text.push_str(&format!("{} of {} checks fail:\n\n", failing.len(), checks.len()));
+    if !failing.is_empty() {
+        text.push_str("| check | measured | bound |\n|---|---|---|\n");
+    }
+    for check in failing {
+        text.push_str(&format!(
+            "| {} | {:.4} {} | {} |\n",
+            check.name, check.value, check.unit, check.bound
+        ));
+    }
+    marks::replaced(document, name, "frontier", &text)
+}
+
+#[cfg(test)]
+mod tests {
+    use sglow_results::check::Relation;
+    use sglow_results::frontier::document::Screening;
+
+    use super::*;
+    use crate::page::report::made_up;
+
+    #[test]
+    fn tables_have_what_was_measured_and_the_prose_stays() {
+        let mut scene = made_up::scenes().remove(0).measured;
+        let default = scene.ways.iter().position(|way| way.default).unwrap();
+        let (name, ways) = (scene.scene.clone(), scene.ways.len());
+        let checks = [
+            Check::new("flicker", 1.5, "times", Relation::AtMost, 1.0),
+            Check::new("time", 0.5, "", Relation::AtMost, 1.0),
+        ];
+        let document = "# T\n<!-- frontier: begin -->\nold\n<!-- frontier: end -->\nprose\n";
+        let text =
+            frontier(document, "T.md", &[scene.clone()], &checks, "cargo xtask report").unwrap();
+        assert!(text.contains(&format!("`{name}`:")) && text.ends_with("\nprose\n"), "{text}");
+        assert!(
+            text.contains("1 of 2 checks fail") && text.contains("| flicker | 1.5000 times | 1 |")
+        );
+        assert!(!text.contains("| time |") && !text.contains("\nold\n"));
+        let rows = text.lines().filter(|line| line.starts_with("| `")).count();
+        assert!((2..=ways).contains(&rows), "{rows} of {ways}");
+        assert!(text.contains(&format!("`{}`", scene.ways[default].name)));
+        // The default without visibility by the number of lights; what was not measured is a dash.
+        scene.ways[default].unshadowed = Some(scene.ways[default].picture);
+        let own = [(named::BARE.to_owned(), scene.ways[default].name.clone())].into();
+        scene.screening = Some(Screening { single: 0, crossed: 0, axes: Vec::new(), named: own });
+        scene.ways[default].parameters.insert("lights".to_owned(), "1024".to_owned());
+        let document = "<!-- lights: begin -->\n<!-- lights: end -->\n";
+        let text = by_lights(document, "T.md", &[scene], "cargo xtask report").unwrap();
+        let row = text.lines().find(|line| line.starts_with(&format!("| `{name}` |"))).unwrap();
+        let cells: Vec<_> = row.split(" | ").collect();
+        assert_eq!((cells[1], cells[2], cells[3]), ("–", "–", "–"), "{row}");
+        assert!(cells[4] != "–", "{row}");
+        for lacking in ["", "<!-- lights: end -->"] {
+            assert!(by_lights(lacking, "T.md", &[], "").is_err());
+        }
+        for own in [include_str!("../../../README.md"), include_str!("../../../docs/results.md")] {
+            let written = by_lights(own, "", &[], "").or_else(|_| frontier(own, "", &[], &[], ""));
+            assert!(written.is_ok());
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! The three errors of each configuration, apart: rounding, model, picture by every metric; where each is worst; and
+//! where metrics disagree.
+
+use maud::{Markup, html};
+use sglow_results::frontier::document::{Metric, PictureError, Way, Worst};
+
+use crate::page::number::{count, exact, maybe};
+use crate::page::report::named::Named;
+use crate::page::table::{Column, number, table, text};
+use crate::picture_error;
+
+pub(crate) fn section(named: &Named<'_>) -> Markup {
+    let shown = named.shown();
+    let rows: Vec<Markup> = shown.iter().map(|way| row(named, way)).collect();
+    let mut columns =
+        vec![text("configuration"), number("rounding, over the mean"), number("model")];
+    columns.extend(picture_error::HEADINGS.map(number));
+    columns.push(number("flicker"));
+    let unshadowed: Vec<Markup> = shown
+        .iter()
+        .filter_map(|way| {
+            let error = way.unshadowed.as_ref()?;
+            Some(html! { tr { th scope="row" { (named.line(way)) } (cells(error)) } })
+        })
+        .collect();
+    html! {
+        p {
+            em { "Rounding" } ": the device against the oracle's f64 with the same lights. " em { "Model" }
+            ": the oracle with these lights against the sum over all facets of the map, neither with visibility; RMS over the mean. "
+            "The others are those of the picture against the reference, over pixels that show a surface. " em { "relMSE" }
+            ": mean of the squared difference over the squared reference plus 1e-2 times its mean. " em { "RMSE" }
+            ": over the mean. " em { "Median" } " and " em { "95 %" }
+            ": quantiles of the relative error, the luminance of the absolute difference over that of the reference plus 1e-2 times its mean. "
+            em { "Bias" } ": the mean over the reference's, less 1. "
+            "Squared errors are free of the reference's noise; what is written < or ± is below it. "
+            "– was not measured: with visibility there is no rounding and no model, and flicker is of the frontiers alone."
+        }
+        (table(&format!("Errors of {}", named.scene.measured.scene), "", &columns, &rows))
+        @if !unshadowed.is_empty() {
+            h4 { "Against the reference without visibility" }
+            @let columns: Vec<Column<'_>> = [text("configuration")].into_iter().chain(picture_error::HEADINGS.map(number)).collect();
+            (table(&format!("Errors of {} without visibility", named.scene.measured.scene), "", &columns, &unshadowed))
+        }
+        details {
+            summary { "Worst pixels, and the bits of what was shaded there" }
+            (worst(named, &shown))
+        }
+    }
+}
+
+fn row<'a>(named: &Named<'a>, way: &'a Way) -> Markup {
+    let of = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| named.error(value));
+    html! {
+        tr {
+            th scope="row" { (named.line(way)) }
+            td.n { (maybe(way.rounding.as_ref().map(|rounding| rounding.rms_over_mean))) }
+            td.n { (of(way.model_rms_over_mean)) }
+            (cells(&way.picture))
+            td.n { (of(way.flicker)) }
+        }
+    }
+}
+
+/// An error by every metric.
+fn cells(error: &PictureError) -> Markup {
+    html! {
+        @for (metric, cell) in Metric::ALL.into_iter().zip(picture_error::cells(error)) {
+            td class=(if error.of(metric).is_finite() { "n" } else { "n bad" }) { (cell.replace(' ', "\u{a0}")) }
+        }
+    }
+}
+
+/// By which metrics each configuration is on the frontier, where that is not the same for all.
+pub(crate) fn disagreements(named: &Named<'_>) -> Markup {
+    let shown = named.shown();
+    let disputed: Vec<&&Way> = shown
+        .iter()
+        .filter(|way| !way.frontiers.is_empty() && way.frontiers.len() < Metric::ALL.len())
+        .collect();
+    let rows: Vec<Markup> = disputed
+        .iter()
+        .map(|way| {
+            html! {
+                tr {
+                    td.wide { (named.call(way)) }
+                    @for metric in Metric::ALL {
+                        td {
+                            @match way.dominated.get(&metric) {
+                                None => "on it",
+                                Some(dominated) => span.quiet {
+                                    "dominated by " @match named.way(&dominated.by) { Some(by) => (named.badge(by)), None => (dominated.by) }
+                                },
+                            }
+                        }
+                    }
+                }
+            }
+        })
+        .collect();
+    let mut columns = vec![text("configuration")];
+    columns.extend(Metric::ALL.map(|metric| text(metric.title())));
+    let all = shown.len() - disputed.len();
+    html! {
+        @if rows.is_empty() {
+            p { "They do not: each configuration on one frontier is on all of them." }
+        } @else {
+            p {
+                (count(disputed.len())) " of " (count(shown.len())) " configurations are on the frontier by some metrics and dominated by others"
+                @if all > 0 { "; the others are the same by each" } "."
+            }
+            (table(&format!("Frontiers of {} by metric", named.scene.measured.scene), "", &columns, &rows))
+        }
+    }
+}
+
+fn worst(named: &Named<'_>, shown: &[&Way]) -> Markup {
+    let rows: Vec<Markup> = shown
+        .iter()
+        .flat_map(|way| {
+            let rounding = way.rounding.as_ref().map(|rounding| ("rounding", &rounding.worst));
+            rounding.into_iter().chain([("picture", &way.worst)]).map(move |one| (way, one))
+        })
+        .map(|(way, (kind, worst))| worst_row(named, way, kind, worst))
+        .collect();
+    let columns = [
+        text("configuration"),
+        text("error"),
+        text("pixel"),
+        text("found"),
+        text("expected"),
+        text("position, bits"),
+        text("normal, bits"),
+        text("base colour, bits"),
+    ];
+    table(&format!("Worst pixels of {}", named.scene.measured.scene), "", &columns, &rows)
+}
+
+fn worst_row<'a>(named: &Named<'a>, way: &'a Way, kind: &str, worst: &Worst) -> Markup {
+    let numbers = |values: [f64; 3]| values.map(exact).join(" ");
+    html! {
+        tr {
+            th scope="row" { (named.badge(way)) @if way.default { " default" } }
+            td { (kind) }
+            td.code { (worst.pixel[0]) ", " (worst.pixel[1]) }
+            td.code { (numbers(worst.found)) }
+            td.code { (numbers(worst.expected)) }
+            @for texel in &worst.surface { td.code { (texel.join(" ")) } }
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! Images as densities: the luminance of every pixel.
+
+use std::path::Path;
+
+use exr::image::{AnyChannels, FlatSamples};
+use exr::prelude::read_all_flat_layers_from_file;
+use sglow_oracle::fis::stress::Stress;
+
+use crate::failure::{Failure, Result};
+use crate::picture::read::decoded;
+
+/// The seed of built-in densities: those of `report`.
+const SEED: u64 = 1;
+
+/// A density of any size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Density {
+    /// A built-in name or the file's name without its folder.
+    pub name: String,
+    /// Width and height in pixels.
+    pub size: [usize; 2],
+    /// Luminance of linear light, row by row from the top, each at least 0 and finite.
+    pub texels: Vec<f32>,
+}
+
+impl Density {
+    /// A built-in density of `side` squared texels by its name, or a file: .exr, .hdr, .png.
+    ///
+    /// # Errors
+    ///
+    /// When there is neither, the file cannot be read, or a pixel is negative or not finite.
+    pub fn load(name_or_path: &str, side: usize) -> Result<Self> {
+        if let Some((name, stress)) = Stress::ALL.iter().find(|(name, _)| *name == name_or_path) {
+            let texels = stress.texels(side, SEED);
+            return Ok(Self { name: (*name).to_owned(), size: [side; 2], texels });
+        }
+        let path = Path::new(name_or_path);
+        let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase());
+        let (size, pixels) = match extension.as_deref() {
+            Some("exr") => exr_pixels(path)?,
+            Some("hdr") => decoded(path, false)?,
+            Some("png") => decoded(path, true)?,
+            _ => {
+                let names: Vec<&str> = Stress::ALL.iter().map(|(name, _)| *name).collect();
+                return Err(Failure::new(format!("there is no density '{name_or_path}'"))
+                    .help(format!("built-in densities: {}", names.join(", ")))
+                    .help("or a file: .exr, .hdr, .png"));
+            }
+        };
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+        Self::of_pixels(name.unwrap_or_default(), size, &pixels)
+            .map_err(|failure| Failure::new(format!("{name_or_path}: {failure}")))
+    }
+
+    /// The luminance of linear pixels.
+    fn of_pixels(name: String, size: [usize; 2], pixels: &[[f32; 3]]) -> Result<Self, String> {
+        if pixels.is_empty() || size[0] * size[1] != pixels.len() {
+            return Err("the image has no pixels".to_owned());
+        }
+        let mut texels = Vec::with_capacity(pixels.len());
+        for (index, pixel) in pixels.iter().enumerate() {
+            let [r, g, b] = pixel.map(f64::from);
+            let luminance = (0.2126 * r + 0.7152 * g + 0.0722 * b) as f32;
+            if !(pixel.iter().all(|part| *part >= 0.0) && luminance.is_finite()) {
+                let (x, y) = (index % size[0], index / size[0]);
+                return Err(format!(
+                    "pixel ({x}, {y}) is ({r}, {g}, {b}); a density has to be finite and at least 0"
+                ));
+            }
+            texels.push(luminance);
+        }
+        Ok(Self { name, size, texels })
+    }
+}
+
+/// Linear pixels of the first part of an OpenEXR file that has red, green and blue, or a luminance, or one channel alone.
+fn exr_pixels(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
+    let place = path.display();
+    let file = read_all_flat_layers_from_file(path)
+        .map_err(|error| Failure::new(format!("{place}: cannot read: {error}")))?;
+    for layer in &file.layer_data {
+        let size = [layer.size.width(), layer.size.height()];
+        let channels: &AnyChannels<FlatSamples> = &layer.channel_data;
+        let channel = |wanted: &str| {
+            let is = |name: String| name.rsplit('.').next() == Some(wanted);
+            channels.list.iter().find(|channel| is(channel.name.to_string()))
+        };
+        let chosen = match ([channel("R"), channel("G"), channel("B")], channel("Y")) {
+            ([Some(r), Some(g), Some(b)], _) => [r, g, b],
+            (_, Some(y)) => [y; 3],
+            _ if channels.list.len() == 1 => [&channels.list[0]; 3],
+            _ => continue,
+        };
+        // Channels that were stored with fewer samples than the image has pixels do not fit.
+        let samples = chosen.map(|channel| channel.sample_data.values_as_f32().collect::<Vec<_>>());
+        if samples.iter().any(|samples| samples.len() != size[0] * size[1]) {
+            continue;
+        }
+        let pixels = (0..size[0] * size[1]).map(|at| [0, 1, 2].map(|part| samples[part][at]));
+        return Ok((size, pixels.collect()));
+    }
+    Err(Failure::new(format!("{place}: no part has the channels R, G and B, or Y, or one alone")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::{Image, Layer, Picture};
+
+    fn error(result: Result<Density>) -> String {
+        result.unwrap_err().to_string()
+    }
+
+    #[test]
+    fn built_in_densities_have_names_and_a_wrong_name_lists_them() {
+        let ring = Density::load("ring", 16).unwrap();
+        assert_eq!((ring.size, ring.texels.len()), ([16, 16], 256));
+        let text = error(Density::load("rong", 16));
+        assert!(text.contains("'rong'") && text.contains("smooth, checkerboard"), "{text}");
+        assert!(error(Density::load("/no/such.hdr", 16)).contains("/no/such.hdr: cannot read"));
+    }
+
+    #[test]
+    fn files_give_the_luminance_of_linear_light() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+        let red = image::RgbImage::from_pixel(3, 2, image::Rgb([128, 0, 0]));
+        red.save(path("red.png")).unwrap();
+        let found = Density::load(&path("red.png"), 8).unwrap();
+        assert_eq!((found.size, found.name.as_str()), ([3, 2], "red.png"));
+        assert!((found.texels[5] - 0.2126 * 0.215_860_5).abs() < 1e-6);
+        image::GrayImage::from_pixel(2, 5, image::Luma([128])).save(path("grey.png")).unwrap();
+        let found = Density::load(&path("grey.png"), 8).unwrap();
+        assert!(found.size == [2, 5] && (found.texels[9] - 0.215_860_5).abs() < 1e-6);
+
+        let pixels = vec![[1.0, 2.0, 0.5]; 6];
+        let layer = Image::new(2, 3, pixels.clone()).unwrap();
+        let picture = Picture::new(vec![(Layer::Direct, layer)]).unwrap();
+        crate::picture::exr::write(path("linear.exr").as_ref(), &picture, "a test").unwrap();
+        let found = Density::load(&path("linear.exr"), 8).unwrap();
+        let expected = 0.2126 + 2.0 * 0.7152 + 0.5 * 0.0722;
+        assert!(found.size == [2, 3] && (found.texels[4] - expected).abs() < 1e-6);
+        let hdr = image::Rgb32FImage::from_pixel(2, 3, image::Rgb([1.0, 2.0, 0.5]));
+        hdr.save(path("linear.hdr")).unwrap();
+        let found = Density::load(&path("linear.hdr"), 8).unwrap();
+        // Radiance files have eight bits of the brightest channel.
+        assert!(found.size == [2, 3] && (found.texels[4] - expected).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_pixel_that_is_no_density_is_named() {
+        for (wrong, shown) in [(-1.0, "-1"), (f32::NAN, "NaN"), (f32::INFINITY, "inf")] {
+            let mut pixels = vec![[0.5; 3]; 12];
+            pixels[7][1] = wrong;
+            let text = Density::of_pixels(String::new(), [4, 3], &pixels).unwrap_err();
+            assert!(text.contains("pixel (3, 1)") && text.contains(shown), "{text}");
+        }
+        assert!(Density::of_pixels(String::new(), [0, 0], &[]).is_err());
+        let zero = Density::of_pixels(String::new(), [1, 1], &[[0.0; 3]]).unwrap();
+        assert_eq!(zero.texels, [0.0]);
+    }
+}

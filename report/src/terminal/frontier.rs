@@ -1,0 +1,56 @@
+//! The frontier of a scene, for a terminal.
+
+use sglow_results::frontier::document::{Metric, SceneReport};
+
+use crate::{picture_error, table};
+
+/// The frontier as a table.
+#[must_use]
+pub fn show(scene: &SceneReport) -> String {
+    let [width, height] = scene.size;
+    let head = format!(
+        "\n{}: {} triangles, {width} x {height}, map of {} squared, {} lights, {}; reference of paths, its noise {}",
+        scene.scene,
+        scene.triangles,
+        scene.rsm_size,
+        scene.lights,
+        scene.clock,
+        percent(scene.reference.noise_over_mean),
+    );
+    let [relative_mse, rmse, median, q95, flip, bias] = picture_error::HEADINGS;
+    let header =
+        ["frontier, and default", "ms", relative_mse, rmse, median, q95, flip, bias, "flicker"];
+    let mut table = table::new(header);
+    let metric = Metric::default();
+    for way in scene.ways.iter().filter(|way| way.on_frontier(metric) || way.default) {
+        let time = way.whole.unwrap_or(way.time);
+        let dark = scene.reference.dark;
+        let flicker = way.flicker.map(|flicker| picture_error::text(flicker, Metric::Rmse, dark));
+        let [relative_mse, rmse, median, q95, flip, bias] = picture_error::cells(&way.picture);
+        table.add_row([
+            format!("{}{}", way.name, if way.on_frontier(metric) { "" } else { " (dominated)" }),
+            format!("{:.1} ({:.1}-{:.1})", time.median, time.least, time.most),
+            relative_mse,
+            rmse,
+            median,
+            q95,
+            flip,
+            bias,
+            flicker.unwrap_or_else(|| "–".to_owned()),
+        ]);
+    }
+    let counts = Metric::ALL.map(|metric| {
+        let count = scene.ways.iter().filter(|way| way.on_frontier(metric)).count();
+        format!("{count} {}", metric.name())
+    });
+    format!(
+        "{head}\n{table}\n{} configurations; on the frontier by each metric: {}",
+        scene.ways.len(),
+        counts.join(", ")
+    )
+}
+
+/// A share as a person reads it.
+fn percent(share: f64) -> String {
+    format!("{:.2} %", 100.0 * share)
+}

@@ -1,0 +1,234 @@
+//! Options that commands share, and what is opened for them.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, value_parser};
+use sglow_consumers::machine::library_folder;
+use sglow_measure::saved;
+use sglow_renderer::device::Gpu;
+use sglow_renderer::request::derivation::Request;
+use sglow_renderer::request::selection::{self, Selection, whole_space};
+use sglow_renderer::request::shot;
+use sglow_report::failure::{self, Failure, Result};
+use sglow_results::saved::Measured;
+use sglow_runtime::package::Package;
+use sglow_scene::Scene;
+use sglow_shader_gen::library::Library;
+
+/// What is laid over the library.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct Over {
+    /// Lay a folder over the library: passes, axes, values, parameters, resources and steps of your own (docs/overlays.md);
+    /// may be given more than once
+    #[arg(long, value_name = "DIR")]
+    pub(crate) library: Vec<PathBuf>,
+}
+
+impl Over {
+    /// Reads the library with what is laid over it.
+    pub(crate) fn library(&self) -> Result<Library> {
+        Library::load_with(&library_folder(), &self.library).map_err(failure::rendered)
+    }
+
+    /// Every legal variant of it, generated in memory: what is not committed too.
+    pub(crate) fn whole_space(&self) -> Result<Package> {
+        Ok(whole_space(&self.library()?)?)
+    }
+
+    /// The package in a folder, or every variant of the library with what is laid over it.
+    pub(crate) fn package(&self, folder: Option<&Path>) -> Result<Package> {
+        let Some(folder) = folder else { return self.whole_space() };
+        Package::load(folder).map_err(|errors| {
+            let lines: Vec<_> = errors.iter().map(ToString::to_string).collect();
+            Failure::new(lines.join("\n"))
+        })
+    }
+}
+
+/// Options that choose variants.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct Choice {
+    #[command(flatten)]
+    pub(crate) over: Over,
+    /// What a frame of this scene runs: a built-in scene, or a file (.gltf, .glb, .obj)
+    #[arg(long, value_name = "FILE|NAME")]
+    pub(crate) scene: Option<String>,
+    /// Variants with these values; an axis may be given more than once
+    #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
+    pub(crate) set: Vec<String>,
+    /// A named configuration of the library instead of the scene's defaults
+    #[arg(long, value_name = "NAME", requires = "scene")]
+    pub(crate) preset: Option<String>,
+    /// Every legal variant, not only those that are committed; with --scene all that its needs leave, not only what a
+    /// frame of it runs
+    #[arg(long)]
+    pub(crate) all: bool,
+    /// The scene's light that is used, counted from 0 [default: the one with the most power]
+    #[arg(long, value_name = "NUMBER", requires = "scene")]
+    pub(crate) light: Option<usize>,
+}
+
+impl Choice {
+    /// Whether this means what is committed.
+    pub(crate) fn is_committed(&self) -> bool {
+        self.scene.is_none() && self.set.is_empty() && !self.all
+    }
+
+    /// The variants that are meant, and what `report` has measured of the scene.
+    pub(crate) fn select(&self, library: &Library) -> Result<(Selection, Option<Measured>)> {
+        let scene = self.scene.as_deref().map(|name| load(name, self.light)).transpose()?;
+        let measured = scene.as_ref().and_then(|scene| saved::find(&saved_folder(), scene));
+        let Self { set, preset, all, .. } = self.clone();
+        let choice = selection::Choice { set, preset, all };
+        let milliseconds = measured.as_ref().map(|measured| &measured.rules);
+        Ok((choice.select(library, scene.as_ref(), milliseconds)?, measured))
+    }
+}
+
+/// The folder of results, unless another one is named.
+pub(crate) fn saved_folder() -> PathBuf {
+    sglow_consumers::machine::target_folder().join("measured")
+}
+
+/// Numbers that `render` and `report` share, and the named configuration that they change.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct Numbers {
+    #[command(flatten)]
+    pub(crate) over: Over,
+    /// A named configuration of the library; what else is given changes it [default: the defaults for the scene]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+    /// Number of virtual lights, 1 to 65536 [default: the preset's or the scene's]
+    #[arg(long, value_name = "N", allow_negative_numbers = true,
+        value_parser = value_parser!(u32).range(1..=65536))]
+    pub(crate) lights: Option<u32>,
+    /// Width and height of the reflective shadow map, best a power of two [default: 256, or the paper's 512 to reproduce]
+    #[arg(long, value_name = "TEXELS", allow_negative_numbers = true, value_parser = value_parser!(u32).range(1..))]
+    pub(crate) rsm: Option<u32>,
+    /// Bisection steps of Algorithm 1, 1 to 24 [default: the preset's or the scene's]
+    #[arg(long, value_name = "STEPS", allow_negative_numbers = true,
+        value_parser = value_parser!(u32).range(1..=24))]
+    pub(crate) iterations: Option<u32>,
+    /// K, the size of kernels relative to their share of the density [default: the preset's or the scene's]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = factor)]
+    pub(crate) size_factor: Option<f32>,
+    /// The scene's light that is used, counted from 0 [default: the one with the most power]
+    #[arg(long, value_name = "NUMBER")]
+    pub(crate) light: Option<usize>,
+    /// The GPU whose name contains this [default: the most capable one]
+    #[arg(long, visible_alias = "device", value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+}
+
+impl Numbers {
+    /// The numbers that are given, by the names of the command line and of the library.
+    pub(crate) fn given(&self) -> Vec<(&'static str, &'static str, String)> {
+        let mut given = Vec::new();
+        let mut add = |option: &'static str, name: &'static str, value: Option<String>| {
+            given.extend(value.map(|value| (option, name, value)));
+        };
+        add("--lights", "lights", self.lights.map(|number| number.to_string()));
+        add("--rsm", "map", self.rsm.map(|number| number.to_string()));
+        add("--iterations", "iterations", self.iterations.map(|number| number.to_string()));
+        add("--size-factor", "size_factor", self.size_factor.map(|number| number.to_string()));
+        given
+    }
+
+    /// What is requested with these numbers.
+    pub(crate) fn request(&self, size: [u32; 2]) -> Request {
+        let given = self.given().into_iter();
+        let numbers = given.map(|(_, name, value)| format!("{name}={value}")).collect();
+        Request { size, preset: self.preset.clone(), numbers }
+    }
+
+    /// A scene and the settings it is rendered with.
+    pub(crate) fn shot(&self, name: &str, set: &[String], size: [u32; 2]) -> Result<shot::Shot> {
+        let scene = load(name, self.light)?;
+        let shot = shot::Shot::new(&self.over.library()?, scene, set, &self.request(size))?;
+        shot.notes.iter().for_each(|note| eprintln!("{note}"));
+        Ok(shot)
+    }
+
+    /// Opens the GPU that is requested.
+    pub(crate) fn gpu(&self) -> Result<Gpu> {
+        open(self.adapter.as_deref())
+    }
+}
+
+/// Loads a scene with the light that is used, and prints what a user should know of it.
+pub(crate) fn load(name: &str, light: Option<usize>) -> Result<Scene> {
+    let (scene, notes) = shot::load(name, light)?;
+    notes.iter().for_each(|note| eprintln!("{note}"));
+    Ok(scene)
+}
+
+/// Opens the GPU whose name contains `adapter`, or the most capable one.
+pub(crate) fn open(adapter: Option<&str>) -> Result<Gpu> {
+    let gpu = Gpu::open(adapter)
+        .map_err(|error| Failure::from(error).help("`cargo xtask doctor` shows what there is"))?;
+    if gpu.adapter.software {
+        eprintln!(
+            "{} is a software rasterizer; its timings do not predict GPU performance",
+            gpu.adapter.name
+        );
+    }
+    Ok(gpu)
+}
+
+/// `WxH` in pixels.
+pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
+    let wrong = || format!("'{text}' is not a size such as 640x360");
+    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
+    let size = [width, height].map(str::parse::<u32>);
+    match size {
+        [Ok(0), Ok(_)] | [Ok(_), Ok(0)] => Err(format!("'{text}' has no pixel; give at least 1x1")),
+        [Ok(width), Ok(height)] => Ok([width, height]),
+        _ => Err(wrong()),
+    }
+}
+
+/// A number above 0.
+fn factor(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok().filter(|number| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| format!("'{text}' is not a number above 0"))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[test]
+    fn numbers_that_nothing_can_be_made_of_are_refused() {
+        #[derive(Debug, Parser)]
+        struct Line {
+            #[command(flatten)]
+            _numbers: Numbers,
+        }
+        let line = |option: &str, value: &str| Line::try_parse_from(["render", option, value]);
+        for (option, good, wrong) in [
+            ("--lights", ["1", "65536"], ["0", "65537", "-1"]),
+            ("--rsm", ["1", "4096"], ["0", "-1", "x"]),
+            ("--iterations", ["1", "24"], ["0", "25", "-1"]),
+            ("--size-factor", ["0.5", "16"], ["0", "-1", "inf"]),
+        ] {
+            assert!(good.iter().all(|value| line(option, value).is_ok()), "{option}");
+            for value in wrong {
+                let text = line(option, value).unwrap_err().to_string();
+                assert!(text.contains(option) && text.contains(value), "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn sizes_are_read() {
+        assert_eq!(size("640x360"), Ok([640, 360]));
+        for wrong in ["640", "x", "640x", "-1x2", "axb"] {
+            assert!(size(wrong).unwrap_err().contains(wrong));
+        }
+        for empty in ["0x0", "0x4", "4x0"] {
+            assert!(size(empty).unwrap_err().contains("no pixel"), "{empty}");
+        }
+    }
+}
