@@ -8,6 +8,7 @@ use sglow_renderer::frame::{Frame, FrameError, Renderer};
 use sglow_renderer::reference;
 use sglow_results::light_maps::{OnScene, PATHS};
 use sglow_results::picture_error::{Display, Pair, PictureError, Radiance, compare};
+use sglow_results::progress::Progress;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
@@ -23,6 +24,9 @@ pub enum LightMapsError {
     /// Its triangles cannot be traced.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A scene cannot be loaded.
+    #[error(transparent)]
+    Load(#[from] sglow_scene::SceneError),
 }
 
 /// The built-in scenes with occluders that are measured.
@@ -185,5 +189,24 @@ pub fn measure(gpu: &Gpu, package: &Package, scene: Scene) -> Result<Vec<OnScene
         let error = case.error(gpu, package, |settings| *settings = change)?;
         all.push(OnScene { name, default, error });
     }
+    Ok(all)
+}
+
+/// Measures every choice on all of [`SCENES`].
+///
+/// # Errors
+/// [`LightMapsError`] when a scene does not render or cannot be traced.
+pub fn all(
+    gpu: &Gpu,
+    package: &Package,
+    progress: &dyn Progress,
+) -> Result<Vec<(&'static str, Vec<OnScene>)>, LightMapsError> {
+    progress.start("maps of lights", SCENES.len());
+    let mut all = Vec::new();
+    for name in SCENES {
+        all.push((name, measure(gpu, package, Scene::load(name)?)?));
+        progress.done(all.len());
+    }
+    progress.end();
     Ok(all)
 }

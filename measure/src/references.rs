@@ -8,6 +8,7 @@ use sglow_oracle::surface::{self, SceneError, SurfaceTexel};
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{FrameError, Renderer, Surfaces};
 use sglow_renderer::reference::{self, SceneMaterials};
+use sglow_results::progress::Progress;
 use sglow_results::references::{FINEST, MAPS, MapError, Noise, PATHS, ReferenceErrors, SIZE};
 use sglow_runtime::light::LightView;
 use sglow_runtime::package::Package;
@@ -24,6 +25,9 @@ pub enum ReferenceError {
     /// Its triangles cannot be traced.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// A scene cannot be loaded.
+    #[error(transparent)]
+    Load(#[from] sglow_scene::SceneError),
     /// Two pictures cannot be compared.
     #[error("{scene}: the camera sees no surface, or a number of a reference is not finite")]
     NotComparable {
@@ -165,4 +169,19 @@ pub fn measure(
         by_directions: noise(0)?,
         guided: noise(GUIDE as usize)?,
     })
+}
+
+/// Measures all of [`SCENES`].
+///
+/// # Errors
+/// [`ReferenceError`] when a scene does not render or cannot be traced.
+pub fn all(gpu: &Gpu, progress: &dyn Progress) -> Result<Vec<ReferenceErrors>, ReferenceError> {
+    progress.start("references", SCENES.len());
+    let mut all = Vec::new();
+    for name in SCENES {
+        all.push(measure(gpu, &Package::embedded(), name, &Scene::load(name)?)?);
+        progress.done(all.len());
+    }
+    progress.end();
+    Ok(all)
 }

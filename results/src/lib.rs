@@ -16,5 +16,6 @@ pub mod references;
 pub mod reproduction;
 pub mod rivals;
 pub mod saved;
+pub mod specular;
 pub mod stability;
 pub mod time;

@@ -18,6 +18,8 @@ mod dependencies;
 #[cfg(test)]
 mod direct;
 #[cfg(test)]
+mod documents;
+#[cfg(test)]
 mod drawing;
 #[cfg(test)]
 mod execute;

@@ -8,6 +8,7 @@ pub mod quadratic;
 #[expect(clippy::module_inception, reason = "the sum itself, as in the shaders")]
 pub mod shade;
 pub mod specular;
+pub mod specular_error;
 
 pub use diffuse::Diffuse;
 pub use emitter::Emitter;

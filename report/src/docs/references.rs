@@ -1,6 +1,6 @@
-//! The errors of the references, and what the parameters of lights' maps do, as tables of documents.
+//! The errors of the references, and of pictures by setting, as tables of documents.
 
-use sglow_results::light_maps::{OnScene, PATHS};
+use sglow_results::light_maps::OnScene;
 use sglow_results::picture_error::Metric;
 use sglow_results::references::{FINEST, MAPS, MapError, Noise, ReferenceErrors, SIZE};
 
@@ -62,17 +62,25 @@ pub fn of_references(all: &[ReferenceErrors]) -> [Table; 2] {
     ]
 }
 
-/// What is shown of each picture.
-const METRICS: [Metric; 4] = [Metric::RelativeMse, Metric::Rmse, Metric::Flip, Metric::Bias];
+/// How a table of settings was measured, and where it stands.
+pub struct Measured<'a> {
+    /// The value of `cargo xtask docs --only`, and the end of the mark.
+    pub what: &'static str,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// Paths for each of them.
+    pub paths: u32,
+    /// What is shown of each picture.
+    pub metrics: &'a [Metric],
+}
 
-/// What each setting of lights' maps does to the picture.
+/// The errors of pictures by setting, a column for each scene.
 #[must_use]
-pub fn of_visibility(size: [u32; 2], all: &[(&'static str, Vec<OnScene>)]) -> Table {
-    let [width, height] = size;
-    let paths = PATHS;
-    let titles: Vec<&str> = METRICS.iter().map(|metric| metric.title()).collect();
+pub fn of_settings(measured: &Measured<'_>, all: &[(&'static str, Vec<OnScene>)]) -> Table {
+    let &Measured { what, size: [width, height], paths, metrics } = measured;
+    let titles: Vec<&str> = metrics.iter().map(|metric| metric.title()).collect();
     let mut text = format!(
-        "Measured by `cargo xtask docs --only visibility`: {width} x {height} pixels, against {paths} paths for each; {}. \
+        "Measured by `cargo xtask docs --only {what}`: {width} x {height} pixels, against {paths} paths for each; {}. \
          `<` and `±`: below the noise of the paths.\n\n",
         titles.join(", ")
     );
@@ -82,12 +90,12 @@ pub fn of_visibility(size: [u32; 2], all: &[(&'static str, Vec<OnScene>)]) -> Ta
     for (at, row) in rows.iter().enumerate() {
         let name = if row.default { format!("**{}**", row.name) } else { row.name.clone() };
         let cells = all.iter().map(|(_, rows)| {
-            let cell = |metric| picture_error::cell(&rows[at].error, metric);
-            METRICS.map(cell).join(", ")
+            let cell = |&metric| picture_error::cell(&rows[at].error, metric);
+            metrics.iter().map(cell).collect::<Vec<_>>().join(", ")
         });
         text.push_str(&format!("| {name} | {} |\n", cells.collect::<Vec<_>>().join(" | ")));
     }
-    Table { document: "docs/numerics.md", mark: "measured visibility", text }
+    Table { document: "docs/numerics.md", mark: what, text }
 }
 
 #[cfg(test)]
@@ -119,7 +127,11 @@ mod tests {
         };
         let rows = vec![row("no maps", false), row("`near_scale=1.5`", true)];
         let mut tables = Vec::from(of_references(&[errors]));
-        tables.push(of_visibility([56, 32], &[("box", rows)]));
+        let metrics = [Metric::RelativeMse, Metric::Bias];
+        for what in ["visibility", "partitions"] {
+            let measured = Measured { what, size: [56, 32], paths: 1024, metrics: &metrics };
+            tables.push(of_settings(&measured, &[("box", rows.clone())]));
+        }
         tables
     }
 
@@ -130,7 +142,9 @@ mod tests {
             "| box | 9.2 % | 1.03 % |",
             "| box | 4.00 / 4.05 % | 1.26 / 4.05 % |",
             "| **`near_scale=1.5`** | 0.00950, ",
+            "| no maps | 0.00950, ",
         ];
+        assert_eq!(tables.len(), rows.len());
         for (table, row) in tables.iter().zip(rows) {
             assert!(table.text.contains(row), "{}", table.text);
             let document = fs::read_to_string(

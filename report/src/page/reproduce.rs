@@ -81,7 +81,8 @@ fn paper_time(table: &str, method: Method, camera: bool, stage: &str) -> Option<
     PAPER.iter().find(|one| (one.0, one.1, one.2, one.3) == wanted).map(|one| one.4)
 }
 
-fn paper_total(table: &str, method: Method) -> Option<f64> {
+/// The sum of all stages of a method in one of the paper's tables, in milliseconds.
+pub fn paper_total(table: &str, method: Method) -> Option<f64> {
     let stages = PAPER.iter().filter(|one| (one.0, one.1) == (table, method));
     stages.map(|one| one.4).reduce(|sum, one| sum + one)
 }

@@ -1,23 +1,19 @@
 //! `docs`: measures the tables of `docs/` that no other command writes.
 
-use std::fs;
-use std::path::PathBuf;
-
 use clap::Args;
 use sglow_consumers::machine::repository;
-use sglow_measure::{light_maps, references};
-use sglow_renderer::device::Gpu;
+use sglow_measure::{light_maps, partitions, references, specular};
+use sglow_report::docs;
 use sglow_report::docs::marks;
-use sglow_report::docs::references::{of_references, of_visibility};
-use sglow_report::failure::{Context as _, Result};
-use sglow_report::write;
-use sglow_results::light_maps::OnScene;
-use sglow_results::references::ReferenceErrors;
-use sglow_runtime::package::Package;
-use sglow_scene::Scene;
+use sglow_report::docs::references::{Measured, of_references, of_settings};
+use sglow_report::docs::specular::of_specular;
+use sglow_report::failure::Result;
+use sglow_results::light_maps::PATHS;
+use sglow_results::picture_error::Metric;
 
 use crate::options::Over;
-use crate::{options, progress, say};
+use crate::progress::Bars;
+use crate::{options, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -25,9 +21,9 @@ Examples:
   cargo xtask docs
   cargo xtask docs --only references
 
-Measures the errors of the references (docs/references.md) and what the parameters of lights' maps do (docs/numerics.md) on
-built-in scenes, prints the tables and writes them between their marks; the text around them stays. docs/deviations.md is
-written by `report --write-docs`.";
+Measures the errors of the references (docs/references.md), what the parameters of lights' maps do (docs/numerics.md) and the
+error of specular models (docs/results.md), prints the tables and writes them between their marks; the text around them stays. The other
+tables are written by `report --write-docs`, `stability --write-docs` and `reproduce --write-docs`.";
 
 /// Options of `docs`.
 #[derive(Debug, Args)]
@@ -50,6 +46,10 @@ enum Tables {
     References,
     /// What the parameters of lights' maps do
     Visibility,
+    /// Lights made by kernels and by clusters
+    Partitions,
+    /// The error of specular models
+    Specular,
 }
 
 /// Measures, prints and writes.
@@ -60,12 +60,37 @@ enum Tables {
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let gpu = options::open(arguments.adapter.as_deref())?;
     let chosen = |tables| arguments.only.is_empty() || arguments.only.contains(&tables);
+    let bars = Bars::default();
     let mut tables = Vec::new();
     if chosen(Tables::References) {
-        tables.extend(of_references(&measured_references(&gpu)?));
+        tables.extend(of_references(&references::all(&gpu, &bars)?));
     }
     if chosen(Tables::Visibility) {
-        tables.push(of_visibility(light_maps::base().size, &measured_visibility(&gpu)?));
+        let measured = Measured {
+            what: "visibility",
+            size: light_maps::base().size,
+            paths: PATHS,
+            metrics: &[Metric::RelativeMse, Metric::Rmse, Metric::Flip, Metric::Bias],
+        };
+        tables.push(of_settings(
+            &measured,
+            &light_maps::all(&gpu, &Over::default().whole_space()?, &bars)?,
+        ));
+    }
+    if chosen(Tables::Partitions) {
+        let measured = Measured {
+            what: "partitions",
+            size: partitions::base().size,
+            paths: partitions::PATHS,
+            metrics: &Metric::ALL,
+        };
+        tables.push(of_settings(
+            &measured,
+            &partitions::all(&gpu, &Over::default().whole_space()?, &bars)?,
+        ));
+    }
+    if chosen(Tables::Specular) {
+        tables.push(of_specular(&specular::errors()));
     }
     for table in &tables {
         say::line(&table.text);
@@ -74,37 +99,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         return Ok(());
     }
     for table in &tables {
-        let path: PathBuf = repository().join(table.document);
-        let document =
-            fs::read_to_string(&path).context(format!("cannot read {}", path.display()))?;
-        write::text(&path, &marks::replaced(&document, table.document, table.mark, &table.text)?)?;
+        let written = |text: &str, name: &str| marks::replaced(text, name, table.mark, &table.text);
+        let path = docs::update(&repository(), table.document, written)?;
         say::line(format!("{}: {}", path.display(), table.mark));
     }
     Ok(())
-}
-
-fn measured_references(gpu: &Gpu) -> Result<Vec<ReferenceErrors>> {
-    let bar = progress::bar("references", references::SCENES.len());
-    let mut all = Vec::new();
-    for name in references::SCENES {
-        bar.set_message(name);
-        let scene = Scene::load(name)?;
-        all.push(references::measure(gpu, &Package::embedded(), name, &scene)?);
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
-    Ok(all)
-}
-
-fn measured_visibility(gpu: &Gpu) -> Result<Vec<(&'static str, Vec<OnScene>)>> {
-    let package = Over::default().whole_space()?;
-    let bar = progress::bar("maps of lights", light_maps::SCENES.len());
-    let mut all = Vec::new();
-    for name in light_maps::SCENES {
-        bar.set_message(name);
-        all.push((name, light_maps::measure(gpu, &package, Scene::load(name)?)?));
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
-    Ok(all)
 }

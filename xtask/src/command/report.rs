@@ -177,7 +177,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     ));
     let deviations = deviations::deviations(&library, &scenes)?;
     if arguments.write_docs {
-        let paths = docs::write(&repository(), &names, &report.checks, &scenes, &deviations)?;
+        let paths = docs::write(
+            &repository(),
+            &names,
+            &report.checks,
+            &scenes,
+            &deviations,
+            &on_densities,
+        )?;
         paths.iter().for_each(|path| say::line(path.display()));
     }
     if arguments.presets {

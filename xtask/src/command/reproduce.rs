@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use sglow_consumers::machine::repository;
 use sglow_measure::reproduce::{Found, Options, Work};
 use sglow_renderer::request::derivation::Request;
 use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::page::reproduce as page;
 use sglow_report::picture::reproduction;
-use sglow_report::{terminal, write};
+use sglow_report::{docs, terminal, write};
 use sglow_results::frontier::promise::named::PRINTED;
 use sglow_results::reproduction::{DOES_NOT_SHOW, checks};
 
@@ -51,6 +52,9 @@ pub(crate) struct Arguments {
     /// The folder to write: index.html, reproduce.json, pictures
     #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
     out: PathBuf,
+    /// Also write the table of docs/results.md
+    #[arg(long, conflicts_with = "scene")]
+    write_docs: bool,
     #[command(flatten)]
     numbers: Numbers,
 }
@@ -108,5 +112,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let path = arguments.out.join("reproduce.json");
     report.write(&path)?;
     say::line(format!("{}\n{}", path.display(), arguments.out.join("index.html").display()));
+    if arguments.write_docs {
+        let table = |text: &str, name: &str| docs::rivals::written(text, name, &found);
+        say::line(docs::update(&repository(), "docs/results.md", table)?.display());
+    }
     report.verdict()
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
+use sglow_consumers::machine::repository;
 use sglow_measure::halves::pipeline;
 use sglow_measure::hold::Extent;
 use sglow_measure::stability::variants;
@@ -11,7 +12,7 @@ use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::page::stability::{Findings, cosine_forms};
 use sglow_report::terminal::stability::DOES_NOT_SHOW;
-use sglow_report::{failure, terminal, write};
+use sglow_report::{docs, failure, terminal, write};
 use sglow_results::arithmetic::Arithmetic;
 use sglow_results::check::{Check, Relation};
 use sglow_results::stability::checks::checks;
@@ -48,6 +49,9 @@ pub(crate) struct Arguments {
     /// Also write the plot of error against time of the cosine forms, as SVG on white
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
+    /// Also write the tables of docs/results.md
+    #[arg(long, conflicts_with_all = ["only", "quick"])]
+    write_docs: bool,
     /// The GPU whose name contains this [default: the most capable one]
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -127,6 +131,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
                 .help("leave `--only` out, or name functions that begin with sg_cosine_")
         })?;
         write::text(path, &drawing.file())?;
+    }
+    if arguments.write_docs {
+        let tables =
+            |text: &str, name: &str| docs::stability::written(text, name, &functions, &halves);
+        say::line(docs::update(&repository(), "docs/results.md", tables)?.display());
     }
     report.verdict()
 }

@@ -88,6 +88,24 @@ pub(super) fn short(name: &str) -> &str {
 }
 
 impl CosineForms {
+    /// What the time is relative to.
+    pub fn x_label(&self) -> &str {
+        &self.x_label
+    }
+
+    /// Each form with its error, its time if it is known, and the form that dominates it.
+    pub fn rows(&self) -> impl Iterator<Item = (&str, f64, Option<f64>, Option<&str>)> {
+        let better = |label: &str| {
+            let found = self.dominated.iter().find(|(name, _)| name == label);
+            found.map(|(_, better)| better.as_str())
+        };
+        let timed = self
+            .spots
+            .iter()
+            .map(move |spot| (spot.label.as_str(), spot.y, Some(spot.x), better(&spot.label)));
+        timed.chain(self.untimed.iter().map(|(label, error)| (label.as_str(), *error, None, None)))
+    }
+
     /// As a plot; none without forms.
     pub fn drawing(&self) -> Option<Drawing> {
         scatter(

@@ -1,0 +1,57 @@
+//! What making lights of the map by kernels or by clusters does to a picture, compared with paths. `docs/numerics.md` shows
+//! it.
+
+use sglow_renderer::device::Gpu;
+use sglow_results::light_maps::OnScene;
+use sglow_results::progress::Progress;
+use sglow_runtime::package::Package;
+use sglow_runtime::settings::Settings;
+use sglow_scene::Scene;
+use sglow_shaders::{Emitter, Space, Visibility};
+
+use crate::light_maps::{Case, LightMapsError};
+
+/// The built-in scenes with occluders that are measured.
+pub const SCENES: [&str; 5] = ["caustic", "cornell-glossy", "atrium", "cornell", "columns"];
+/// Paths for each pixel of the reference.
+pub const PATHS: u32 = 4096;
+
+/// What both have in common: 1024 lights with rasterised maps, kernels of a quarter of their share of the map.
+#[must_use]
+pub fn base() -> Settings {
+    let visibility = Visibility::ShadowMap;
+    Settings { size: [112, 63], size_factor: 0.25, visibility, ..Settings::default() }
+}
+
+/// Measures both on all of [`SCENES`].
+///
+/// # Errors
+/// [`LightMapsError`] when a scene does not render or cannot be traced.
+pub fn all(
+    gpu: &Gpu,
+    package: &Package,
+    progress: &dyn Progress,
+) -> Result<Vec<(&'static str, Vec<OnScene>)>, LightMapsError> {
+    let choices = [(Space::None, Emitter::Cosine), (Space::World, Emitter::Disc)];
+    progress.start("kernels and clusters", SCENES.len());
+    let mut all = Vec::new();
+    for name in SCENES {
+        let case = Case::new(gpu, package, Scene::load(name)?, base(), PATHS)?;
+        let mut rows = Vec::new();
+        for (space, emitter) in choices {
+            let change = |settings: &mut Settings| {
+                (settings.space, settings.emitter) = (space, emitter);
+            };
+            let error = case.error(gpu, package, change)?;
+            rows.push(OnScene {
+                name: format!("`space={space},emitter={emitter}`"),
+                default: false,
+                error,
+            });
+        }
+        all.push((name, rows));
+        progress.done(all.len());
+    }
+    progress.end();
+    Ok(all)
+}
