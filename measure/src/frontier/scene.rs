@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_renderer::frame::kind;
+use sglow_renderer::light::kind;
 use sglow_results::frontier::document::{Pictures, Radiance, SceneReport, Way};
 use sglow_results::frontier::rank;
 use sglow_results::progress::Progress;

@@ -9,7 +9,6 @@ use sglow_shader_gen::library::{AxisValue, Library, Setting};
 use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
 use sglow_shaders::{Ndf, Specular};
 
-use crate::frame;
 use crate::needs::{Needs, least_limits, needs};
 use crate::plan::{Plan, Surfaces};
 use crate::request::RequestError;
@@ -103,7 +102,7 @@ impl Derivation {
         let requested = request.settings(library, &facts.known(), set)?;
         let mut settings = settle(library, &allowed, set, &requested)?;
         if let Some(light) = scene.lights.first() {
-            settings.light = frame::kind(light);
+            settings.light = crate::light::kind(light);
         }
         let needs = needs(scene, 0, &settings, &least_limits());
         let mut settings = needs.settings.clone();

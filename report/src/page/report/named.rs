@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use sglow_results::frontier::document::{Dominated, Metric, Way};
 
 use crate::page::number::{figure, percent};
-use crate::page::report::Scene;
+use crate::page::report::scene::Scene;
 use crate::picture_error;
 
 /// A scene and what its ways are called.

@@ -7,7 +7,7 @@ use sglow_results::stability::report::{FunctionReport, RELATIVE_TO};
 
 use crate::page::number::figure;
 use crate::page::plot::{Drawing, Rank, Spot, scatter};
-use crate::page::stability::largest;
+use crate::page::stability::numbers::largest;
 use crate::page::table::{number, table, text};
 
 /// Regimes that virtual lights are in.
