@@ -14,7 +14,7 @@
 //! spread over the true area; where shading normals are those of the triangles both are the same.
 
 use crate::Vector3;
-use crate::brdf::{Directions, Material, Ndf};
+use crate::brdf::{Directions, Ndf};
 use crate::estimate::Estimate;
 use crate::fis::stress::Random;
 use crate::groups::in_groups;

@@ -43,7 +43,7 @@ pub(crate) enum Command {
     /// Measure error against run time
     #[command(after_help = report::EXAMPLES)]
     Report(report::Arguments),
-    /// Find the way that a budget of error or time buys, and write the package of just that
+    /// Find the configuration that meets a budget of error or time, and write the package of just that
     #[command(after_help = choose::EXAMPLES)]
     Choose(choose::Arguments),
     /// Show the papers' tables and figures, ours beside theirs

@@ -1,7 +1,7 @@
 //! A scene that is to be measured, and what is found of it.
 
-use sglow_renderer::request::derivation::{Derivation, Request};
 use sglow_renderer::request::RequestError;
+use sglow_renderer::request::derivation::{Derivation, Request};
 use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
 use thiserror::Error;

@@ -46,7 +46,8 @@ pub fn measure(
 ) -> Result<Found, SelectError> {
     let Case { scene, derivation, library } = case;
     let subject = Subject::new(gpu, offer.package, scene, derivation.settings.clone());
-    let measured = scene::scene(&subject, &planned.ways, &planned.close(), cache, progress);
+    let measured =
+        scene::scene(&subject, &planned.configurations, &planned.close(), cache, progress);
     progress.end();
     let (mut measured, pictures) = measured?;
     measured.screening = planned.screening;
@@ -56,6 +57,10 @@ pub fn measure(
     }
     let (purpose, _) = saving::purpose(library, derivation, &scene.name, &[], rules.as_ref())?;
     let map = |picture| flip_map(&pictures.reference, picture, measured.size, Display::Automatic);
-    let flip = pictures.ways.iter().map(|(name, picture)| (name.clone(), map(picture))).collect();
+    let flip = pictures
+        .configurations
+        .iter()
+        .map(|(name, picture)| (name.clone(), map(picture)))
+        .collect();
     Ok(Found { flip, purpose, measured, pictures })
 }

@@ -39,7 +39,7 @@ pub enum FlickerError {
     Device(#[from] DeviceError),
 }
 
-/// A way to make lights, by name.
+/// A configuration, by name.
 #[derive(Clone, Debug)]
 pub struct Contender {
     /// What it is called.

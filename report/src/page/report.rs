@@ -1,6 +1,5 @@
 //! The page of error against time: which configuration a scene should take, why, and the measured error of each.
 
-
 use maud::{Markup, html};
 use sglow_results::frontier::document::{Metric, SceneReport};
 
@@ -36,7 +35,7 @@ pub struct Input<'a> {
     pub report: &'a Report,
     /// Each scene.
     pub scenes: &'a [Scene<'a>],
-    /// How far from the best error, as a share of it, a way still counts as good.
+    /// How far from the best error, as a share of it, a configuration still counts as good.
     pub within: f64,
     /// How long it took.
     pub minutes: f64,
@@ -133,7 +132,7 @@ fn scene(all: &[&Named<'_>]) -> Markup {
             (count(measured.triangles)) " triangles, light: " (measured.light) "; " (width) " × " (height) " pixels, map of "
             (measured.rsm_size) " squared, " (count(measured.lights as usize)) " virtual lights, " (measured.iterations)
             " bisection steps, K = " (figure(measured.size_factor)) ". Times: " (measured.clock) ", median of "
-            (measured.runs) " runs. " (count(measured.ways.len())) " configurations."
+            (measured.runs) " runs. " (count(measured.configurations.len())) " configurations."
             @if measured.not_finite > 0 { strong { " " (count(measured.not_finite)) " numbers are not finite." } }
         }
         (screening(measured))
@@ -192,7 +191,8 @@ fn verdict(input: &Input<'_>) -> Markup {
     let checks = &input.report.checks;
     let failing: Vec<_> = checks.iter().filter(|check| !check.holds).collect();
     let held = checks.len() - failing.len();
-    let ways: usize = input.scenes.iter().map(|scene| scene.measured.ways.len()).sum();
+    let configurations: usize =
+        input.scenes.iter().map(|scene| scene.measured.configurations.len()).sum();
     html! {
         p class={ "verdict " (if failing.is_empty() && held > 0 { "holds" } else { "fails" }) } {
             @if checks.is_empty() {
@@ -212,7 +212,7 @@ fn verdict(input: &Input<'_>) -> Markup {
             }
         }
         p {
-            (count(ways)) " configurations on " (count(input.scenes.len()))
+            (count(configurations)) " configurations on " (count(input.scenes.len()))
             @if input.scenes.len() == 1 { " scene" } @else { " scenes" }
             ", each with its error and its time on " (input.report.adapter) "."
         }

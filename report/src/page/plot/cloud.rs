@@ -239,7 +239,7 @@ mod tests {
     }
 
     fn frontier(number: usize) -> Kind {
-        Kind::Frontier { number, name: format!("way {number}"), ringed: number == 2 }
+        Kind::Frontier { number, name: format!("configuration {number}"), ringed: number == 2 }
     }
 
     #[test]
@@ -255,7 +255,7 @@ mod tests {
             "hundreds of stops would be too many"
         );
         assert_eq!(drawn.matches("class=\"ring\"").count(), 1);
-        assert!(drawn.contains("no claim below") && drawn.contains("way 2"), "{drawn}");
+        assert!(drawn.contains("no claim below") && drawn.contains("configuration 2"), "{drawn}");
     }
 
     #[test]

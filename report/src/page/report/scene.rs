@@ -51,7 +51,8 @@ pub struct LeftOut {
     pub rule: String,
     /// Why.
     pub reason: String,
-    /// What that saves: bytes where the name ends in `bytes`, milliseconds where it is `milliseconds`, counts otherwise.
+    /// What that saves: bytes where the name ends in `bytes`, milliseconds where it is `milliseconds`, counts
+    /// otherwise.
     pub saved: BTreeMap<String, f64>,
 }
 
@@ -62,7 +63,7 @@ pub struct Scene<'a> {
     pub measured: &'a SceneReport,
     /// Its pictures.
     pub pictures: &'a Pictures,
-    /// FLIP maps by the name of the way, 0 to 1 each pixel, row by row from the top.
+    /// FLIP maps by the name of the configuration, 0 to 1 each pixel, row by row from the top.
     pub flip: &'a BTreeMap<String, Vec<f32>>,
     /// What it needs, and how that is known.
     pub facts: &'a [Fact],
