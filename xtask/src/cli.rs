@@ -68,10 +68,6 @@ pub(crate) enum Command {
 
 impl Command {
     /// Does it.
-    ///
-    /// # Errors
-    ///
-    /// When it cannot be done, or what it checks does not hold.
     pub(crate) fn run(self) -> Result {
         match self {
             Self::GenShaders(arguments) => gen_shaders::run(&arguments),

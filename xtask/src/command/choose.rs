@@ -88,10 +88,6 @@ fn milliseconds(text: &str) -> Result<f64, String> {
 }
 
 /// Chooses, and writes the package.
-///
-/// # Errors
-///
-/// When nothing meets the budget, a variant or the device does not allow it, or the package cannot be written.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let budget = match (arguments.max_error, arguments.max_ms) {
         (Some(error), _) => Budget::Error(error),

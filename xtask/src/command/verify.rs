@@ -69,11 +69,6 @@ fn consumers() -> impl TypedValueParser<Value = Consumer> {
 }
 
 /// Lets every consumer read.
-///
-/// # Errors
-///
-/// When the package cannot be read, a consumer refuses a variant or accepts a broken one, or a consumer is missing and
-/// that is not allowed.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let json = arguments.json.clone().unwrap_or_else(|| repository().join("out/verify.json"));
     let bars = Bars::default();
