@@ -22,7 +22,7 @@ pub const VERSION: u32 = 4;
 pub struct Document<'a> {
     /// The form of this file.
     pub schema_version: u32,
-    /// What every command tells.
+    /// What every command reports.
     #[serde(flatten)]
     pub report: &'a Report,
     /// Each scene.

@@ -118,7 +118,7 @@ pub(super) fn of_shading(settings: &Settings) -> Settings {
     }
 }
 
-/// What tells hiding and reflecting from others whose time may be another.
+/// The values on which the time of visibility and of reflection depends.
 pub(super) fn shading_id(settings: &Settings) -> String {
     format!("{:?}", of_shading(settings))
 }

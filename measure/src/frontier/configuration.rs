@@ -103,7 +103,7 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
     if parts.is_empty() { "default".to_owned() } else { parts.join(",") }
 }
 
-/// The variants that tell a configuration from others: what draws or sums its lights, and what reflects and hides them.
+/// The variants in which configurations differ: what draws or sums its lights, and what reflects and hides them.
 #[must_use]
 pub fn variants(settings: &Settings) -> Vec<String> {
     let Settings { density, lobes, precision, draw, space, .. } = *settings;

@@ -1,4 +1,4 @@
-//! Which configurations are measured: those that the package offers, the scene allows and the user asks for.
+//! Which configurations are measured: those that the package offers, the scene allows and the user requests.
 
 use sglow_renderer::request::derivation::{Derivation, others};
 use sglow_runtime::package::Package;
@@ -100,7 +100,7 @@ impl Offer<'_> {
     }
 }
 
-/// Whether a configuration is one that the offer has, the scene's needs leave and the user asks for.
+/// Whether a configuration is one that the offer has, the scene's needs leave and the user requests.
 pub(super) fn allowed(
     offer: &Offer<'_>,
     derivation: &Derivation,
@@ -133,28 +133,28 @@ pub fn of(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Vec<Settings
     let scene = &scene.name;
     let needed = |configuration: &&Settings| needs_leave(derivation, configuration);
     let every = configuration::every(&derivation.settings);
-    let mut asked = crossed(every, &more(derivation, library));
-    asked.retain(|configuration| configuration::fits(configuration, only));
+    let mut requested = crossed(every, &more(derivation, library));
+    requested.retain(|configuration| configuration::fits(configuration, only));
     let failure =
         |help: &str| SelectError::Nothing { scene: scene.clone(), help: vec![help.to_owned()] };
-    if asked.is_empty() {
+    if requested.is_empty() {
         return Err(failure("no legal variant has these values together"));
     }
-    asked.retain(|configuration| offer.has(configuration));
-    if asked.is_empty() {
+    requested.retain(|configuration| offer.has(configuration));
+    if requested.is_empty() {
         return Err(failure("no variant of the package has these values together"));
     }
-    asked.retain(|configuration| offer.runs(configuration));
-    if asked.is_empty() {
+    requested.retain(|configuration| offer.runs(configuration));
+    if requested.is_empty() {
         return Err(failure("filter=hardware needs a device that filters 32-bit floats"));
     }
-    let configurations: Vec<Settings> = asked.iter().filter(needed).cloned().collect();
+    let configurations: Vec<Settings> = requested.iter().filter(needed).cloned().collect();
     if !configurations.is_empty() {
         return Ok(configurations);
     }
     let because = |(axis, allowed): (&String, &AllowedValue)| -> Vec<String> {
         let has = |value: &String| {
-            asked.iter().all(|configuration| {
+            requested.iter().all(|configuration| {
                 configuration::axes(configuration).get(axis.as_str()) == Some(&value.as_str())
             })
         };

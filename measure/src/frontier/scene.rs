@@ -30,7 +30,7 @@ pub fn scene(
     progress: &dyn Progress,
 ) -> Result<(SceneReport, Pictures), FrontierError> {
     if configurations.is_empty() {
-        let why = "none of the variants has the values asked for".to_owned();
+        let why = "none of the variants has the requested values".to_owned();
         return Err(FrontierError::NoWay { scene: subject.scene.name.clone(), why });
     }
     let truth = truth(subject, cache, progress)?;

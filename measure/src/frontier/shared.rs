@@ -1,4 +1,4 @@
-//! What configurations have in common on the device, made once and when something asks for it.
+//! What configurations have in common on the device, made once and when it is needed.
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
@@ -54,7 +54,7 @@ impl<'a, 's> Shared<'a, 's> {
 /// Makes something and times it in so many runs.
 type Make<'a> = dyn Fn(usize) -> Result<(Indirect, Runs), FrontierError> + 'a;
 
-/// A step on the way to lights. Its time is known at once; itself is made only when something asks for it.
+/// A step on the way to lights. Its time is known at once; itself is made only when it is needed.
 pub(super) struct Step<'a> {
     pub(super) timed: Timed,
     made: OnceCell<Indirect>,
@@ -136,7 +136,7 @@ impl<'a> Lights<'a> {
     }
 }
 
-/// What tells maps that hide lights from others, whatever the lights.
+/// The values on which the visibility maps depend, whatever the lights.
 fn hiding_id(settings: &Settings) -> String {
     let Settings { visibility, shadow_points, tile, .. } = settings;
     let Settings { near_scale, bias_scale, splat_reach, fill_levels, .. } = settings;

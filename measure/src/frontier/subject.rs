@@ -280,7 +280,7 @@ pub fn scene_hash(scene: &Scene) -> String {
     base16ct::lower::encode_string(&hash.finalize())
 }
 
-/// A pixel with what was shaded there, as a report tells it.
+/// A pixel with what was shaded there, as a report has it.
 #[must_use]
 pub fn worst(
     surfaces: &Surfaces,

@@ -225,7 +225,7 @@ pub fn settle(
     Ok(settings)
 }
 
-/// A distribution goes with specular reflection; who asks for one of them need not ask for the other.
+/// A distribution goes with specular reflection; whoever requests one of them need not request the other.
 pub fn match_distribution(settings: &mut Settings) {
     if settings.specular == Specular::None {
         settings.ndf = Ndf::None;

@@ -81,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         allow_missing: arguments.allow_missing,
         progress: &bars,
     };
-    if !arguments.page.is_empty() && !request.asks(Consumer::Chromium) {
+    if !arguments.page.is_empty() && !request.includes(Consumer::Chromium) {
         return Err(Failure::new("`--page` is for the consumer chromium, which is not requested")
             .help("add it: --consumer chromium"));
     }

@@ -13,7 +13,7 @@ pub(crate) struct Advice<'a> {
     pub(crate) good: &'a Configuration,
     /// The one with the least error.
     pub(crate) best: &'a Configuration,
-    /// The least error that cannot be told from a good one: the greater of the share and its uncertainty.
+    /// The least error that counts as good: the greater of the share and its uncertainty.
     pub(crate) limit: f64,
     /// Whether that limit is the uncertainty of the least error.
     pub(crate) by_floor: bool,

@@ -75,7 +75,7 @@ fn dot<'a>(named: &Named<'a>, configuration: &'a Configuration, crowded: bool) -
             Kind::Frontier { number, name: shortened(&named.words(configuration)), ringed: taken }
         }
         None if configuration.default => Kind::Named("default".to_owned()),
-        None if configuration.complete => Kind::Beaten,
+        None if configuration.complete => Kind::Dominated,
         None => Kind::Lacking,
     };
     Dot {
@@ -248,7 +248,7 @@ fn dominated(named: &Named<'_>) -> Markup {
         @if total > 0 {
             p { (count(total)) " configurations are dominated, by:" }
             @for (by, configurations) in &groups {
-                details.beaten-by {
+                details.dominated-by {
                     summary {
                         @match named.configuration(by) { Some(by) => (named.call(by)), None => code { (by) } }
                         ": dominates " (count(configurations.len()))

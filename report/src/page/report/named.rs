@@ -110,7 +110,7 @@ impl<'a> Named<'a> {
         picture_error::text(value, self.metric, dark).replace(' ', "\u{a0}")
     }
 
-    /// Below what an error is not told apart: the uncertainty of the least error.
+    /// Errors closer than this count as the same: the uncertainty of the minimum error.
     pub(crate) fn floor(&self) -> f64 {
         self.configurations()
             .iter()
@@ -175,7 +175,7 @@ impl<'a> Named<'a> {
     pub(crate) fn badge(&self, configuration: &Configuration) -> Markup {
         match self.number(configuration) {
             Some(number) => html! { span.badge { (number) } },
-            None => html! { span."badge beaten" { "◇" } },
+            None => html! { span."badge dominated" { "◇" } },
         }
     }
 

@@ -140,7 +140,7 @@ fn the_answer_is_the_cheapest_that_is_good_enough() {
         .map(|configuration| configuration.time.median)
         .fold(f64::INFINITY, f64::min);
     assert_eq!(wide.time.median, least);
-    // Errors below the uncertainty of the least are not told apart.
+    // Errors below the uncertainty of the minimum count as the same.
     let least = scenes[0]
         .measured
         .configurations
