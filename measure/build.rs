@@ -1,9 +1,13 @@
 //! A hash of all the code that a measured result depends on beside shaders: cached results of other code are not trusted.
+//! Comments, documentation and tests are no part of it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest as _, Sha256};
+
+#[path = "src/tokens.rs"]
+mod tokens;
 
 /// What takes part in measuring, seen from this crate.
 const CODE: [&str; 9] = [
@@ -37,7 +41,12 @@ fn main() -> std::io::Result<()> {
         files(Path::new(place), &mut found)?;
         found.sort();
         for file in found {
-            let bytes = fs::read(&file)?;
+            let mut bytes = fs::read(&file)?;
+            if file.extension().is_some_and(|extension| extension == "rs")
+                && let Ok(text) = str::from_utf8(&bytes)
+            {
+                bytes = tokens::tokens(text).into_bytes();
+            }
             hash.update(file.to_string_lossy().as_bytes());
             hash.update((bytes.len() as u64).to_le_bytes());
             hash.update(bytes);

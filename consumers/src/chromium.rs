@@ -64,7 +64,7 @@ pub struct Seen {
     too_wide: f64,
     /// Pictures that did not load.
     broken_pictures: f64,
-    /// Whether the page was told the scheme, and is drawn in it.
+    /// Whether the page knows the scheme, and is drawn in it.
     in_scheme: bool,
     /// Different colours on the screenshot.
     colours: usize,
@@ -196,7 +196,7 @@ impl Browser {
         if probe.is_none() {
             messages.push("the page did not load to its end".to_owned());
         }
-        let told = number("dark") == Some(f64::from(u8::from(view.dark)));
+        let knows = number("dark") == Some(f64::from(u8::from(view.dark)));
         Ok(Seen {
             page: name.to_owned(),
             width: view.width,
@@ -204,7 +204,7 @@ impl Browser {
             messages,
             too_wide: number("needed").unwrap_or(0.0) - number("width").unwrap_or(0.0),
             broken_pictures: number("broken").unwrap_or(0.0),
-            in_scheme: told && is_dark(&shot) == view.dark,
+            in_scheme: knows && is_dark(&shot) == view.dark,
             colours: colours(&shot),
         })
     }

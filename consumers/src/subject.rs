@@ -157,7 +157,7 @@ pub fn controls(folder: &Path) -> Result<Vec<Subject>> {
         read("control".to_owned(), keep("control.wgsl", SOUND.as_bytes())?, Vec::new(), folder)?;
     let spirv = sound.spirv.as_deref().map(fs::read).transpose()?.unwrap_or_default();
 
-    // An f32 where a u32 is asked for: well-formed, and wrong in its types alone.
+    // An f32 where a u32 is required: well-formed, and wrong in its types alone.
     let mistyped = SOUND.replace("index: u32", "index: f32");
     let control = Subject {
         name: "control-broken".to_owned(),

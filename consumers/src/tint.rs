@@ -54,7 +54,7 @@ pub struct Verdict {
     pub messages: Vec<String>,
 }
 
-/// How a consumer is asked: variants, modules that are broken on purpose, a folder for its files.
+/// How a consumer is run: variants, modules that are broken on purpose, a folder for its files.
 pub type Read = fn(&[Subject], &[Subject], &Path, &dyn Progress) -> Result<Verdicts>;
 
 /// SwiftShader's manifest, if a browser brought one.
@@ -98,7 +98,7 @@ pub fn read_wgsl(
     let entries = subjects.iter().chain(controls).map(|subject| entry(subject, &subject.wgsl));
     let mut command = Command::new(node);
     command.arg(script("tint.mjs")).arg(&modules);
-    ask("Tint reads WGSL", command, entries.collect(), folder, progress)
+    run("Tint reads WGSL", command, entries.collect(), folder, progress)
 }
 
 /// Lets Tint read SPIR-V, through Dawn in Python: WebGPU in JavaScript takes WGSL alone.
@@ -138,7 +138,7 @@ pub fn read_spirv(
     });
     let mut command = Command::new(own_python);
     command.arg(script("tint_spirv.py"));
-    ask("Tint reads SPIR-V", command, entries.collect(), folder, progress)
+    run("Tint reads SPIR-V", command, entries.collect(), folder, progress)
 }
 
 fn entry(subject: &Subject, file: &Path) -> serde_json::Value {
@@ -155,7 +155,7 @@ fn script(name: &str) -> PathBuf {
 }
 
 /// Runs a script with the list of modules and the file for its verdicts as last arguments.
-fn ask(
+fn run(
     doing: &str,
     mut command: Command,
     entries: Vec<serde_json::Value>,

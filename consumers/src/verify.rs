@@ -66,7 +66,7 @@ pub struct Request<'a> {
 impl Request<'_> {
     /// Whether a consumer takes part.
     #[must_use]
-    pub fn asks(&self, consumer: Consumer) -> bool {
+    pub fn includes(&self, consumer: Consumer) -> bool {
         self.consumers.is_empty() || self.consumers.contains(&consumer)
     }
 }
@@ -79,10 +79,10 @@ impl Request<'_> {
 pub fn verify(request: &Request<'_>, report: &mut Report) -> Result<Vec<Missing>> {
     let mut missing = Vec::new();
     let shaders_too = [Consumer::SpirvVal, Consumer::Tint, Consumer::TintSpirv];
-    if shaders_too.iter().any(|one| request.asks(*one)) {
+    if shaders_too.iter().any(|one| request.includes(*one)) {
         shaders(request, report, &mut missing)?;
     }
-    if request.asks(Consumer::Hosts) {
+    if request.includes(Consumer::Hosts) {
         match Hosts::find(request.progress) {
             Ok(found) => {
                 let folder = tempfile::tempdir().context("no temporary folder")?;
@@ -91,7 +91,7 @@ pub fn verify(request: &Request<'_>, report: &mut Report) -> Result<Vec<Missing>
             Err(failure) => missing.push(Missing { consumer: "hosts", why: failure.to_string() }),
         }
     }
-    if request.asks(Consumer::Chromium) {
+    if request.includes(Consumer::Chromium) {
         match Browser::find() {
             Ok(browser) => {
                 browser.read(&request.pages, &request.pictures, report, request.progress)?;
@@ -104,7 +104,7 @@ pub fn verify(request: &Request<'_>, report: &mut Report) -> Result<Vec<Missing>
     Ok(missing)
 }
 
-/// A consumer that could not be asked.
+/// A consumer that could not be run.
 #[derive(Debug, Serialize)]
 pub struct Missing {
     /// The consumer.
@@ -113,7 +113,7 @@ pub struct Missing {
     pub why: String,
 }
 
-/// Asks those who read shaders.
+/// Runs the consumers that read shaders.
 fn shaders(request: &Request<'_>, report: &mut Report, missing: &mut Vec<Missing>) -> Result {
     let folder = tempfile::tempdir().context("no temporary folder")?;
     let package = match &request.package {
@@ -137,7 +137,7 @@ fn shaders(request: &Request<'_>, report: &mut Report, missing: &mut Vec<Missing
         )
         .note(format!("{} modules in the package", subjects.len())),
     );
-    if request.asks(Consumer::SpirvVal) {
+    if request.includes(Consumer::SpirvVal) {
         match Validator::find(request.progress) {
             Ok(validator) => {
                 let old = validator.is_old() && request.allow_missing;
@@ -149,11 +149,11 @@ fn shaders(request: &Request<'_>, report: &mut Report, missing: &mut Vec<Missing
             }
         }
     }
-    for (asked, consumer, read) in [
+    for (requested, consumer, read) in [
         (Consumer::Tint, "tint", tint::read_wgsl as tint::Read),
         (Consumer::TintSpirv, "tint-spirv", tint::read_spirv),
     ] {
-        if !request.asks(asked) {
+        if !request.includes(requested) {
             continue;
         }
         match read(&subjects, &controls, folder.path(), request.progress) {
@@ -192,17 +192,17 @@ pub fn install(request: &Request<'_>) -> Result {
         (Consumer::Hosts, "npm", "npm"),
         (Consumer::Hosts, "python3", "python3-venv"),
     ] {
-        if request.asks(consumer) && program(tool).is_none() {
+        if request.includes(consumer) && program(tool).is_none() {
             packages.push(package);
         }
     }
     packages.sort_unstable();
     packages.dedup();
     let dawn = [Consumer::Tint, Consumer::TintSpirv, Consumer::Hosts];
-    if dawn.iter().any(|one| request.asks(*one)) && swiftshader().is_none() {
+    if dawn.iter().any(|one| request.includes(*one)) && swiftshader().is_none() {
         packages.extend(SWIFTSHADER_PACKAGES);
     }
-    if request.asks(Consumer::Chromium) && Browser::find().is_err() {
+    if request.includes(Consumer::Chromium) && Browser::find().is_err() {
         packages.extend(chromium::PACKAGES);
     }
     if packages.is_empty() { Ok(()) } else { apt::install(&packages) }

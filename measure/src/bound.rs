@@ -40,7 +40,7 @@ pub const FUNCTIONS: &[Bound] = &[
         regimes: &[],
         quantity: Quantity::Negative,
         at_most: 0.0,
-        reason: "light is not negative; of functions that can be negative nothing is asked",
+        reason: "light is not negative; functions that can be negative have no such bound",
     },
     Bound {
         functions: &[],
@@ -167,7 +167,7 @@ pub const FUNCTIONS: &[Bound] = &[
 ];
 
 /// How far the mean of a picture may be from what it should be in an extreme case of the pipeline. That everything is
-/// finite and not negative is asked in each.
+/// finite and not negative is required in each.
 #[derive(Clone, Copy, Debug)]
 pub struct Extreme {
     /// The case.
@@ -304,7 +304,7 @@ pub const HALF_NOT_FINITE: HalfCheck = HalfCheck {
 /// Holds every bound that is about a function.
 ///
 /// A bound whose quantity was not measured in any of its regimes fails: an empty comparison is no comparison. Only that
-/// a function is monotone, or never negative, is asked of none that does not say so.
+/// a function is monotone, or never negative, is required of those alone that say so.
 #[must_use]
 pub fn judge(function: &Function, held: &[Held]) -> Vec<Verdict> {
     FUNCTIONS.iter().filter_map(|bound| verdict(bound, function, held)).collect()
@@ -313,12 +313,12 @@ pub fn judge(function: &Function, held: &[Held]) -> Vec<Verdict> {
 fn verdict(bound: &Bound, function: &Function, held: &[Held]) -> Option<Verdict> {
     let general = bound.functions.is_empty();
     let about = if general { !function.literal } else { bound.functions.contains(&function.name) };
-    let asked = match bound.quantity {
+    let applies = match bound.quantity {
         Quantity::Negative => function.never_negative,
         Quantity::NotMonotone => function.monotone.is_some(),
         _ => true,
     };
-    if !about || !asked {
+    if !about || !applies {
         return None;
     }
     let measured = held

@@ -41,7 +41,7 @@ pub enum ExtremeError {
 /// What the mean of the picture's indirect light should be.
 #[derive(Clone, Copy, Debug)]
 enum Expected {
-    /// Only finiteness is asked.
+    /// Only finiteness is required.
     Anything,
     /// That of the same variant without the extreme, times this.
     Times(f64),

@@ -54,7 +54,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// What `cargo xtask stability` does unless it is told otherwise.
+    /// What `cargo xtask stability` does by default.
     pub const FULL: Self = Self { inputs: 32_768, truths: 8_192, neighbours: 512 };
     /// What the tests do.
     pub const QUICK: Self = Self { inputs: 2_048, truths: 256, neighbours: 64 };

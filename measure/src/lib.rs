@@ -26,3 +26,5 @@ pub mod rivals;
 pub mod saved;
 pub mod specular;
 pub mod stability;
+#[cfg(test)]
+mod tokens;

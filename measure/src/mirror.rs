@@ -25,7 +25,7 @@ pub enum MirrorError {
     /// The module has no such function.
     #[error("the module has no function '{name}'; it has: {}", known.join(", "))]
     NoFunction {
-        /// What was asked for.
+        /// What was requested.
         name: String,
         /// What there is.
         known: Vec<String>,

@@ -133,12 +133,13 @@ pub fn paths(
     progress.start("paths of one bounce", frame.gbuffer.position.len());
     let settings = renderer.indirect().settings();
     let (light, gbuffer, eye) = (renderer.light(), &frame.gbuffer, renderer.eye());
-    let told = |done, _| {
+    let report = |done, _| {
         progress.done(done);
         true
     };
-    let halves = reference::path_halves(light, settings, scene, gbuffer, eye, samples, SEED, told)?
-        .ok_or(CompareError::Unfinished)?;
+    let halves =
+        reference::path_halves(light, settings, scene, gbuffer, eye, samples, SEED, report)?
+            .ok_or(CompareError::Unfinished)?;
     progress.end();
     let estimates: Vec<Estimate> = halves.iter().map(Estimate::mean_of).collect();
     let squares: f64 = estimates.iter().map(|one| one.standard_error.length_squared()).sum();

@@ -40,7 +40,7 @@ pub fn variants(library: &Library) -> Result<Vec<Validated>, Report> {
     generate::variants(library, &variants)
 }
 
-/// Holds every function to its bounds and times it. `progress` is told the name of each before it is measured.
+/// Holds every function to its bounds and times it. `progress` receives the name of each before it is measured.
 ///
 /// # Errors
 ///
@@ -120,7 +120,7 @@ fn time(
             all.iter().zip(&reading).map(|(time, reading)| (time - reading).max(0.0)).collect(),
         )
     };
-    // Without it, or where it is not told from reading, there is nothing to be relative to.
+    // Without it, or where it does not differ from reading, there is nothing to be relative to.
     let unit = Some(net(RELATIVE_TO).median).filter(|unit| *unit > 0.0).unwrap_or(f64::NAN);
     for report in reports {
         report.time = Time::of(times.get(report.name).cloned().unwrap_or_default());

@@ -14,7 +14,7 @@
 //! spread over the true area; where shading normals are those of the triangles both are the same.
 
 use crate::Vector3;
-use crate::brdf::{Directions, Material, Ndf};
+use crate::brdf::{Directions, Ndf};
 use crate::estimate::Estimate;
 use crate::fis::stress::Random;
 use crate::groups::in_groups;
@@ -24,9 +24,12 @@ use crate::surface::{Crossing, Ray, Scene, SurfaceTexel};
 
 mod draw;
 mod guide;
+mod materials;
 
 use draw::Draw;
 use guide::{Guide, Seen, Walk};
+
+pub use materials::Materials;
 
 /// Pixels that one task works on; each keeps a number of every block of the light's map.
 const PIXELS_AT_ONCE: usize = 16;
@@ -39,17 +42,6 @@ const MOST: f64 = 16.0;
 
 /// The width of the map that guides samples, in texels; see [`Paths::map`].
 pub const MAP: usize = 256;
-
-/// What a scene's surfaces are made of; the caller knows of textures.
-pub trait Materials: Sync {
-    /// The material where a ray meets a facet.
-    fn material(&self, crossing: &Crossing) -> Material;
-
-    /// Whether there is a surface: not in the holes of a cutout.
-    fn counts(&self, _crossing: &Crossing) -> bool {
-        true
-    }
-}
 
 /// What paths go through, and how many.
 #[derive(Clone, Copy)]

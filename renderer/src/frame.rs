@@ -22,7 +22,7 @@ use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
 use sglow_runtime::points::{Geometry, GeometryError};
 use sglow_runtime::settings::Settings;
-use sglow_scene::{Bounds, LightKind, Scene};
+use sglow_scene::{Bounds, Scene};
 
 /// Errors of [`Renderer`].
 #[derive(Debug, Error)]
@@ -68,15 +68,6 @@ pub enum FrameError {
         /// How many there are.
         count: usize,
     },
-}
-
-/// The kind of a light as an axis has it.
-pub fn kind(light: &sglow_scene::Light) -> Light {
-    match light.kind {
-        LightKind::Spot { .. } => Light::Spot,
-        LightKind::Directional => Light::Directional,
-        LightKind::Point => Light::Point,
-    }
 }
 
 /// The triangles of a scene that occlude virtual lights, as far as the settings need them.
@@ -247,7 +238,7 @@ impl<'a> Renderer<'a> {
         };
         check_requirements(package, settings, scene, light_index)?;
         let mut settings = settings.clone();
-        settings.light = kind(light);
+        settings.light = light::kind(light);
         let bounds = scene.bounds();
         let size = settings.size;
         let view_of_light = light::view(light, &bounds, settings.map);
@@ -302,7 +293,7 @@ impl<'a> Renderer<'a> {
     ///
     /// When it is of another kind: the shaders were chosen for the kind.
     pub fn move_light(&mut self, light: &sglow_scene::Light) -> Result<(), FrameError> {
-        let (was, is) = (self.frame.settings().light, kind(light));
+        let (was, is) = (self.frame.settings().light, light::kind(light));
         if was != is {
             return Err(FrameError::AnotherLight { was, is });
         }

@@ -23,3 +23,13 @@ pub fn view(light: &Light, bounds: &Bounds, size: u32) -> LightView {
         LightKind::Point => LightView::point(&around, position, light.intensity),
     }
 }
+
+/// The kind of a light as an axis has it.
+#[must_use]
+pub fn kind(light: &Light) -> sglow_shaders::Light {
+    match light.kind {
+        LightKind::Spot { .. } => sglow_shaders::Light::Spot,
+        LightKind::Directional => sglow_shaders::Light::Directional,
+        LightKind::Point => sglow_shaders::Light::Point,
+    }
+}

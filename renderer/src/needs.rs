@@ -7,7 +7,7 @@ use std::fmt;
 
 use sglow_shaders::{Density, Lobes, Precision, SglowShadowPoint, Space, Visibility};
 
-use crate::frame::kind;
+use crate::light::kind;
 use sglow_runtime::occluders::SUBSETS;
 use sglow_runtime::package::Assumption;
 use sglow_runtime::settings::Settings;

@@ -1,5 +1,6 @@
 //! A scene on the device: its triangles and materials, as the draws of a frame take them.
 
+mod filled;
 mod list;
 mod textures;
 
@@ -8,6 +9,7 @@ use std::collections::BTreeMap;
 use sglow_shaders::{Material as MaterialAxis, Opacity};
 
 use crate::device::Gpu;
+use filled::filled;
 pub use list::SceneDraws;
 use sglow_scene::{Scene, Traits};
 use textures::Textures;
@@ -146,15 +148,4 @@ fn ids(kind: Kind) -> [String; 3] {
         sglow_shaders::shadow::Shadow { material, opacity }.id(),
         sglow_shaders::emission::Emission { material, opacity }.id(),
     ]
-}
-
-fn filled(gpu: &Gpu, bytes: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("sglow scene"),
-        size: (bytes.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT),
-        usage: usage | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    gpu.queue.write_buffer(&buffer, 0, bytes);
-    buffer
 }

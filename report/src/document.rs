@@ -15,14 +15,14 @@ use crate::page::report::LeftOut;
 use crate::write;
 
 /// The form of the file; it grows when a reader of the form before would misread it.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// What `report` found: error against run time of every configuration of each scene's indirect light.
 #[derive(Serialize, JsonSchema)]
 pub struct Document<'a> {
     /// The form of this file.
     pub schema_version: u32,
-    /// What every command tells.
+    /// What every command reports.
     #[serde(flatten)]
     pub report: &'a Report,
     /// Each scene.
@@ -99,7 +99,7 @@ mod tests {
             validator.iter_errors(&value).map(|error| error.to_string()).collect();
         assert!(errors.is_empty(), "{errors:#?}");
         let mut wrong = value;
-        wrong["scenes"][0]["ways"][0]["time"]["median"] = "fast".into();
+        wrong["scenes"][0]["configurations"][0]["time"]["median"] = "fast".into();
         assert!(!validator.is_valid(&wrong));
     }
 }

@@ -33,12 +33,12 @@ pub fn text(scenes: &[SceneReport], adapter: &str) -> Result<String> {
 
 fn preset(point: &Point<'_>, adapter: &str) -> Preset {
     let set = points::values(point);
-    let measured = point.scenes.iter().map(|(scene, way)| Measurement {
+    let measured = point.scenes.iter().map(|(scene, configuration)| Measurement {
         input: scene.scene.clone(),
         device: format!("{adapter}, {}", scene.clock),
-        milliseconds: choose::time(way).median,
+        milliseconds: choose::time(configuration).median,
         errors: Metric::ALL
-            .map(|metric| (metric.name().to_owned(), way.picture.measured(metric).value))
+            .map(|metric| (metric.name().to_owned(), configuration.picture.measured(metric).value))
             .into(),
     });
     Preset {
@@ -64,8 +64,10 @@ mod tests {
     #[test]
     fn points_are_presets_that_can_be_read_and_set() {
         let mut scene = made_up::scenes().remove(0).measured;
-        let slowest =
-            scene.ways.iter().max_by(|one, other| one.time.median.total_cmp(&other.time.median));
+        let slowest = scene
+            .configurations
+            .iter()
+            .max_by(|one, other| one.time.median.total_cmp(&other.time.median));
         let named = BTreeMap::from([(named::PRINTED.to_owned(), slowest.unwrap().name.clone())]);
         scene.screening = Some(Screening { named, ..Screening::default() });
         let scenes = [scene];

@@ -5,7 +5,7 @@ use comfy_table::{ContentArrangement, LineStyle, Table, TableStyle};
 /// One line below the header, nothing else.
 const STYLE: TableStyle =
     TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─'));
-/// Columns where there is no terminal to ask.
+/// Columns where there is no terminal.
 const WIDTH: u16 = 100;
 
 /// An empty table under `header`, as wide as the terminal.

@@ -1,6 +1,6 @@
-//! What long measurements tell of themselves.
+//! Progress of long measurements.
 
-/// What is told while it lasts.
+/// Receives the progress of long work.
 pub trait Progress: Sync {
     /// What comes next, and of how many steps; 0 if nobody knows.
     fn start(&self, what: &str, steps: usize);

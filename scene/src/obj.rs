@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use super::mesh::RawMesh;
 use super::note::{NoteKind, Notes};
-use super::{Draft, Image, Material, SceneError, TextureUse, error};
+use super::{Image, Material, SceneError, TextureUse, error};
+use crate::draft::Draft;
 
 /// Reads an `.obj` file, its materials and their textures.
 pub(super) fn load(file: &Path, bytes: &[u8]) -> Result<Draft, SceneError> {

@@ -22,7 +22,8 @@ use glam::Vec3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Camera, Draft, Light, LightKind, SceneError, error};
+use super::{Camera, Light, LightKind, SceneError, error};
+use crate::draft::Draft;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,5 +1,9 @@
 //! Files made here, each with one thing right or wrong.
 
+use std::path::Path;
+
+use crate::draft::Draft;
+use crate::load::EXTENSIONS;
 use std::path::PathBuf;
 
 use base64::Engine;

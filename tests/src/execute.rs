@@ -82,7 +82,7 @@ fn maps<'a>(renderer: &'a Renderer<'_>) -> [(&'static str, &'a wgpu::TextureView
 impl Embedded {
     fn new(settings: Settings) -> Self {
         let scene = Scene::builtin("cornell").unwrap();
-        let light = sglow_renderer::frame::kind(&scene.lights[0]);
+        let light = sglow_renderer::light::kind(&scene.lights[0]);
         let settings = Settings { light, ..settings };
         let package = package_of(&plan(&settings, &scene).variants);
         let renderer = Renderer::new(gpu(), &package, &scene, &settings, 0).unwrap();

@@ -1,16 +1,16 @@
-//! Error against time: what is measured of every way, that it is kept, and that what is wrong shows.
+//! Error against time: what is measured of every configuration, that it is kept, and that what is wrong shows.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::OnceLock;
 
 use sglow_measure::cache::Cache;
+use sglow_measure::frontier::configuration::{Allowed, allowed, every, fits};
 use sglow_measure::frontier::subject::{FrontierError, Subject};
 use sglow_measure::frontier::truth::truth;
-use sglow_measure::frontier::way::{Allowed, allowed, every, fits};
 use sglow_measure::frontier::{buy, scene};
 use sglow_results::frontier::choose::Budget;
-use sglow_results::frontier::document::{Metric, SceneReport, Way};
+use sglow_results::frontier::document::{Configuration, Metric, SceneReport};
 use sglow_results::progress::Progress;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -40,8 +40,8 @@ fn base() -> Settings {
     }
 }
 
-/// Some diffuse ways: two kernels, two forms of the cosine.
-fn ways() -> Vec<Settings> {
+/// Some diffuse configurations: two kernels, two forms of the cosine.
+fn configurations() -> Vec<Settings> {
     let only = [
         "lobes=diffuse",
         "specular=none",
@@ -60,7 +60,7 @@ fn ways() -> Vec<Settings> {
         "emitter=lobe",
     ];
     let only: Allowed = allowed(&only.map(str::to_owned), &base()).unwrap();
-    every(&base()).into_iter().filter(|way| fits(way, &only)).collect()
+    every(&base()).into_iter().filter(|configuration| fits(configuration, &only)).collect()
 }
 
 fn measure(package: &Package, folder: &Path) -> (SceneReport, [usize; 3]) {
@@ -68,10 +68,21 @@ fn measure(package: &Package, folder: &Path) -> (SceneReport, [usize; 3]) {
     let subject = Subject::new(gpu(), package, &scene, base());
     let cache = Cache::new(folder, false);
     let (report, pictures) =
-        scene::scene(&subject, &ways(), &BTreeSet::new(), &cache, &Silent).unwrap();
-    for way in report.ways.iter().filter(|way| way.is_shown()) {
-        assert_eq!(pictures.ways[&way.name].len(), 24 * 18, "{}", way.name);
-        assert!(way.whole.is_some() && way.flicker.is_some(), "{}", way.name);
+        scene::scene(&subject, &configurations(), &BTreeSet::new(), &cache, &Silent).unwrap();
+    for configuration in
+        report.configurations.iter().filter(|configuration| configuration.is_shown())
+    {
+        assert_eq!(
+            pictures.configurations[&configuration.name].len(),
+            24 * 18,
+            "{}",
+            configuration.name
+        );
+        assert!(
+            configuration.whole.is_some() && configuration.flicker.is_some(),
+            "{}",
+            configuration.name
+        );
     }
     (report, cache.counts())
 }
@@ -86,31 +97,51 @@ fn first() -> &'static (SceneReport, [usize; 3], TempDir) {
     })
 }
 
-fn way<'a>(report: &'a SceneReport, name: &str) -> &'a Way {
-    report.ways.iter().find(|way| way.name == name).unwrap()
+fn configuration<'a>(report: &'a SceneReport, name: &str) -> &'a Configuration {
+    report.configurations.iter().find(|configuration| configuration.name == name).unwrap()
 }
 
 #[test]
-fn every_way_is_measured_kept_and_measured_again_if_its_shader_changes() {
+fn every_configuration_is_measured_kept_and_measured_again_if_its_shader_changes() {
     let (report, [found, made, _], folder) = first();
-    assert_eq!(report.ways.len(), 4);
+    assert_eq!(report.configurations.len(), 4);
     assert!(found < made && *made > 10, "{found} {made}");
     assert_eq!(report.not_finite, 0);
-    let default = way(report, "default");
+    let default = configuration(report, "default");
     assert!(default.default && default.complete && default.passes.len() > 4);
-    for way in &report.ways {
-        let sum: f64 = way.passes.iter().map(|pass| pass.time.median).sum();
-        assert!((way.time.median - sum).abs() < 1e-9 && sum > 0.0, "{}", way.name);
-        assert!(way.picture.rmse_over_mean > 0.0 && way.picture.rmse_over_mean < 10.0);
+    for configuration in &report.configurations {
+        let sum: f64 = configuration.passes.iter().map(|pass| pass.time.median).sum();
+        assert!(
+            (configuration.time.median - sum).abs() < 1e-9 && sum > 0.0,
+            "{}",
+            configuration.name
+        );
+        assert!(
+            configuration.picture.rmse_over_mean > 0.0
+                && configuration.picture.rmse_over_mean < 10.0
+        );
         // The device agrees with the oracle far better than the method with its truth.
-        let rounding = way.rounding.as_ref().unwrap().rms_over_mean;
-        let model = way.model_rms_over_mean.unwrap();
-        assert!(rounding < 1e-4 && model > 100.0 * rounding, "{} {rounding} {model}", way.name);
+        let rounding = configuration.rounding.as_ref().unwrap().rms_over_mean;
+        let model = configuration.model_rms_over_mean.unwrap();
+        assert!(
+            rounding < 1e-4 && model > 100.0 * rounding,
+            "{} {rounding} {model}",
+            configuration.name
+        );
         for metric in Metric::ALL {
-            assert_ne!(way.on_frontier(metric), way.dominated.contains_key(&metric), "{metric}");
+            assert_ne!(
+                configuration.on_frontier(metric),
+                configuration.dominated.contains_key(&metric),
+                "{metric}"
+            );
         }
     }
-    assert!(report.ways.iter().any(|way| way.on_frontier(Metric::default())));
+    assert!(
+        report
+            .configurations
+            .iter()
+            .any(|configuration| configuration.on_frontier(Metric::default()))
+    );
 
     // Nothing has changed: nothing is measured, and the numbers are the same.
     let (again, [found, made, outdated]) = measure(&Package::embedded(), folder.path());
@@ -126,11 +157,12 @@ fn every_way_is_measured_kept_and_measured_again_if_its_shader_changes() {
     let (wrong, [found, made, outdated]) = measure(&package, folder.path());
     // The reference, the maps, both kinds of lights, the other shading and its two verdicts stand.
     assert!(found >= 7 && outdated > 0 && outdated <= made, "{found} {made} {outdated}");
-    let rounding =
-        |report: &SceneReport, name| way(report, name).rounding.as_ref().unwrap().rms_over_mean;
+    let rounding = |report: &SceneReport, name| {
+        configuration(report, name).rounding.as_ref().unwrap().rms_over_mean
+    };
     assert!(rounding(&wrong, "default") > 0.1);
     assert_eq!(rounding(&wrong, "diffuse=constant"), rounding(report, "diffuse=constant"));
-    assert!((way(&wrong, "default").picture.bias - default.picture.bias) > 0.3);
+    assert!((configuration(&wrong, "default").picture.bias - default.picture.bias) > 0.3);
 }
 
 #[test]
@@ -162,7 +194,7 @@ fn leaving_out_saves_what_it_should_and_changes_no_bit() {
     // Two of five layers of moments, and one of two pictures.
     let pyramid =
         |layers: u64| (0..6).map(|level| (32_u64 >> level).pow(2) * 16 * layers).sum::<u64>();
-    // Measured on more pixels than the ways.
+    // Measured on more pixels than the configurations.
     let [width, height] = pruned.size.map(u64::from);
     assert_eq!([width, height], [320, 180]);
     let picture = width * height * 16;
@@ -189,13 +221,14 @@ fn more_iterations_come_closer_to_the_root() {
     assert!(iterations.series[modelled].points.iter().all(|point| point.time.is_none()));
 }
 
-/// The flicker of each size of kernels is its own: at the size of the default it is what is measured of the default apart.
+/// The flicker of each size of kernels is its own: at the size of the default it is what is measured of the default
+/// apart.
 #[test]
 fn each_size_of_kernels_has_its_flicker_and_texels_summed_exactly_are_the_better_lights() {
     let report = &first().0;
     let sizes = &report.sweeps[1].series[0].points;
     assert_eq!((sizes[0].at, sizes[sizes.len() - 1].at), (0.125, 16.0));
-    let own = way(report, "default").flicker.unwrap();
+    let own = configuration(report, "default").flicker.unwrap();
     let size = f64::from(base().size_factor);
     for point in sizes {
         let flicker = point.flicker.unwrap();
@@ -217,17 +250,27 @@ fn each_size_of_kernels_has_its_flicker_and_texels_summed_exactly_are_the_better
 }
 
 #[test]
-fn a_budget_buys_a_way_that_keeps_it_or_nothing() {
+fn a_budget_buys_a_configuration_that_keeps_it_or_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, package) = (Scene::builtin("cornell").unwrap(), Package::embedded());
     let subject = Subject::new(gpu(), &package, &scene, base());
     let cache = Cache::new(folder.path(), false);
-    let buy = |budget| buy::buy(&subject, &ways(), Metric::Rmse, budget, &cache, &Silent).unwrap();
+    let buy = |budget| {
+        buy::buy(&subject, &configurations(), Metric::Rmse, budget, &cache, &Silent).unwrap()
+    };
     let all = buy(Budget::Error(f64::MAX));
-    let errors: Vec<f64> = all.ways.iter().map(|way| way.picture.rmse_over_mean).collect();
+    let errors: Vec<f64> = all
+        .configurations
+        .iter()
+        .map(|configuration| configuration.picture.rmse_over_mean)
+        .collect();
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
     let best = buy(Budget::Error(least));
-    let first = best.ways.iter().find(|way| way.name == best.order[0]).unwrap();
+    let first = best
+        .configurations
+        .iter()
+        .find(|configuration| configuration.name == best.order[0])
+        .unwrap();
     assert!(first.picture.rmse_over_mean <= least && first.whole.is_some());
     assert!(buy(Budget::Error(0.5 * least)).order.is_empty());
     assert!(buy(Budget::Milliseconds(1e-6)).order.is_empty());
@@ -235,7 +278,7 @@ fn a_budget_buys_a_way_that_keeps_it_or_nothing() {
 }
 
 #[test]
-fn without_ways_there_is_nothing_to_measure() {
+fn without_configurations_there_is_nothing_to_measure() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, package) = (Scene::builtin("cornell").unwrap(), Package::embedded());
     let subject = Subject::new(gpu(), &package, &scene, base());

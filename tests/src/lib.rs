@@ -42,6 +42,8 @@ mod half;
 #[cfg(test)]
 mod host;
 #[cfg(test)]
+mod house;
+#[cfg(test)]
 mod identity;
 #[cfg(test)]
 mod input;

@@ -20,8 +20,8 @@ use sglow_runtime::package::Package;
 use crate::common::{gpu, library};
 use crate::frontier::Silent;
 
-/// What `render` says of a picture is what `compare` says of the files that it wrote, and what `report` and `choose` say of
-/// the same light; `reproduce` calls what `render` does.
+/// What `render` says of a picture is what `compare` says of the files that it wrote, and what `report` and `choose`
+/// say of the same light; `reproduce` calls what `render` does.
 #[test]
 fn every_command_has_the_same_numbers_for_the_same_pair() {
     let size = [24, 18];

@@ -225,7 +225,7 @@ fn difference(pruned: &Frame, complete: &Frame) -> Option<&'static str> {
 
 /// A package of just what is planned for a scene.
 fn planned(scene: &Scene, settings: &Settings) -> Package {
-    let light = sglow_renderer::frame::kind(&scene.lights[0]);
+    let light = sglow_renderer::light::kind(&scene.lights[0]);
     let settings = Settings { light, ..settings.clone() };
     let plan = plan(&settings, scene);
     whole_space().clone().only(&plan.variants)

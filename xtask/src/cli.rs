@@ -43,7 +43,7 @@ pub(crate) enum Command {
     /// Measure error against run time
     #[command(after_help = report::EXAMPLES)]
     Report(report::Arguments),
-    /// Find the way that a budget of error or time buys, and write the package of just that
+    /// Find the configuration that meets a budget of error or time, and write the package of just that
     #[command(after_help = choose::EXAMPLES)]
     Choose(choose::Arguments),
     /// Show the papers' tables and figures, ours beside theirs
@@ -68,10 +68,6 @@ pub(crate) enum Command {
 
 impl Command {
     /// Does it.
-    ///
-    /// # Errors
-    ///
-    /// When it cannot be done, or what it checks does not hold.
     pub(crate) fn run(self) -> Result {
         match self {
             Self::GenShaders(arguments) => gen_shaders::run(&arguments),

@@ -37,7 +37,7 @@ pub(crate) fn bar(doing: impl Into<String>, length: usize) -> ProgressBar {
     bar
 }
 
-/// One bar after the other, for work that tells of itself.
+/// One bar after the other, for work that reports its progress.
 #[derive(Default)]
 pub(crate) struct Bars(Mutex<Option<ProgressBar>>);
 

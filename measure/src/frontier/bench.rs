@@ -1,4 +1,4 @@
-//! Ways on a device: what makes the lights of several, what hides and what reflects them, each made once.
+//! Configurations on a device: what makes the lights of several, what hides and what reflects them, each made once.
 
 use std::time::Duration;
 
@@ -118,7 +118,7 @@ pub(super) fn of_shading(settings: &Settings) -> Settings {
     }
 }
 
-/// What tells hiding and reflecting from others whose time may be another.
+/// The values on which the time of visibility and of reflection depends.
 pub(super) fn shading_id(settings: &Settings) -> String {
     format!("{:?}", of_shading(settings))
 }
@@ -395,8 +395,8 @@ pub(super) fn no_density() -> FrontierError {
     IndirectError::Description("the frame has no density".to_owned()).into()
 }
 
-/// Whether two ways' lights are held alike, so that what reflects the ones reflects the others. What a library that was laid
-/// over this one makes of them is not known.
+/// Whether two configurations' lights are held alike, so that what reflects the ones reflects the others. What a
+/// library that was laid over this one makes of them is not known.
 pub(super) fn held_alike(one: &Settings, other: &Settings) -> bool {
     let held = |settings: &Settings| {
         (settings.lobes, settings.precision == Precision::F16, settings.lights)

@@ -1,5 +1,5 @@
-//! How far one picture is off: against its reference, against the oracle with the same lights, and that oracle against the
-//! sum over all points.
+//! How far one picture is off: against its reference, against the oracle with the same lights, and that oracle against
+//! the sum over all points.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +41,7 @@ pub struct Evaluation {
 pub struct Evaluator<'a> {
     truth: &'a Truth,
     surfaces: &'a Surfaces,
-    /// Radiance that no way changes: direct light and emission.
+    /// Radiance that no configuration changes: direct light and emission.
     fixed: Radiance,
     eye: Vector3,
     sample: Vec<SurfaceTexel>,

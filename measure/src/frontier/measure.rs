@@ -1,75 +1,81 @@
-//! Every way measured: the times of its passes, and what its picture is evaluated to be.
+//! Every configuration measured: the times of its passes, and what its picture is evaluated to be.
 //!
-//! Ways have most of what they do in common: maps, lights and what reflects them are timed once each.
+//! Configurations have most of what they do in common: maps, lights and what reflects them are timed once each.
 
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_results::frontier::document::Way;
+use sglow_results::frontier::document::Configuration;
 use sglow_results::progress::Progress;
 use sglow_runtime::indirect::PARTS;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Diffuse, Lobes, Specular};
 
 use super::bench::{Timed, of_lights, of_maps, shading_id};
+use super::configuration;
 use super::evaluate::{Evaluation, Evaluator};
 use super::shadings::time_shadings;
 use super::shared::{Lights, Shared, Step};
 use super::subject::{Drawn, FrontierError, Subject};
 use super::truth::Truth;
-use super::way;
 use crate::cache::Cache;
 
-/// What was found of every way.
+/// What was found of every configuration.
 #[derive(Default)]
 pub(super) struct Measured {
-    pub(super) ways: Vec<Way>,
+    pub(super) configurations: Vec<Configuration>,
     /// How times were taken.
     pub(super) clock: String,
     /// Numbers that are not finite, in all pictures.
     pub(super) not_finite: usize,
 }
 
-/// Times and errors of every way, in the order of `ways`.
+/// Times and errors of every configuration, in the order of `configurations`.
 pub(super) fn every(
     subject: &Subject<'_>,
-    ways: &[Settings],
+    configurations: &[Settings],
     truth: &Truth,
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<Measured, FrontierError> {
     let context =
         Context { shared: Shared::new(subject), subject, truth, cache, evaluator: OnceCell::new() };
-    let shadings = time_shadings(&context.shared, ways, cache, progress)?;
-    progress.start(&format!("{}: {} ways", subject.scene.name, ways.len()), ways.len());
+    let shadings = time_shadings(&context.shared, configurations, cache, progress)?;
+    progress.start(
+        &format!("{}: {} configurations", subject.scene.name, configurations.len()),
+        configurations.len(),
+    );
     let mut measured = Measured::default();
-    // Ways that share a step follow each other.
-    for ways in ways.chunk_by(|one, next| of_maps(one) == of_maps(next)) {
-        let Some(first) = ways.first() else { continue };
+    // Configurations that share a step follow each other.
+    for configurations in configurations.chunk_by(|one, next| of_maps(one) == of_maps(next)) {
+        let Some(first) = configurations.first() else { continue };
         let maps = Step::maps(subject, first, cache)?;
         measured.clock.clone_from(&maps.timed.clock);
-        for ways in ways.chunk_by(|one, next| of_lights(one) == of_lights(next)) {
-            let Some(first) = ways.first() else { continue };
+        for configurations in configurations.chunk_by(|one, next| of_lights(one) == of_lights(next))
+        {
+            let Some(first) = configurations.first() else { continue };
             let lights = Lights::new(subject, first, &maps, cache)?;
-            for settings in ways {
+            for settings in configurations {
                 let evaluation = context.evaluation(settings, &lights)?;
                 measured.not_finite += evaluation.not_finite;
                 let reflected = &shadings[&shading_id(settings)];
                 let parts = [&maps.timed, &lights.step.timed, reflected];
-                measured.ways.push(way_of(subject, settings, parts, evaluation)?);
-                progress.done(measured.ways.len());
+                measured
+                    .configurations
+                    .push(configuration_of(subject, settings, parts, evaluation)?);
+                progress.done(measured.configurations.len());
             }
         }
     }
     Ok(measured)
 }
 
-/// An order in which ways that share maps follow each other, and of those the ones that share lights.
+/// An order in which configurations that share maps follow each other, and of those the ones that share lights.
 pub(super) fn shared(settings: &Settings) -> [String; 3] {
     [of_maps(settings), of_lights(settings), settings.clone()].map(|one| format!("{one:?}"))
 }
 
-/// What evaluating ways takes.
+/// What evaluating configurations takes.
 struct Context<'a, 's> {
     shared: Shared<'a, 's>,
     subject: &'a Subject<'s>,
@@ -79,14 +85,15 @@ struct Context<'a, 's> {
 }
 
 impl<'a> Context<'a, '_> {
-    /// What is found of a way's picture.
+    /// What is found of a configuration's picture.
     fn evaluation(
         &self,
         settings: &Settings,
         lights: &Lights<'_>,
     ) -> Result<Evaluation, FrontierError> {
         let Self { shared, subject, .. } = self;
-        let key = subject.key("evaluation", &way::name(settings, &subject.base), settings)?;
+        let key =
+            subject.key("evaluation", &configuration::name(settings, &subject.base), settings)?;
         self.cache.get(&key, || {
             let hiding = shared.hiding(settings)?;
             let lights = lights.hidden(subject, hiding.as_deref(), settings)?;
@@ -108,23 +115,23 @@ impl<'a> Context<'a, '_> {
     }
 }
 
-/// A way of which these parts were timed and the picture was evaluated.
-fn way_of(
+/// A configuration of which these parts were timed and the picture was evaluated.
+fn configuration_of(
     subject: &Subject<'_>,
     settings: &Settings,
     parts: [&Timed; 3],
     evaluation: Evaluation,
-) -> Result<Way, FrontierError> {
+) -> Result<Configuration, FrontierError> {
     let base = &subject.base;
-    let name = way::name(settings, base);
-    let axes = way::axes(settings).into_iter();
+    let name = configuration::name(settings, base);
+    let axes = configuration::axes(settings).into_iter();
     let passes = || parts.iter().flat_map(|timed| &timed.passes);
-    Ok(Way {
+    Ok(Configuration {
         axes: axes.map(|(axis, value)| (axis.to_owned(), value.to_owned())).collect(),
-        parameters: way::parameters(settings)
+        parameters: configuration::parameters(settings)
             .map(|(name, value)| (name.to_owned(), value))
             .collect(),
-        variants: way::variants(settings),
+        variants: configuration::variants(settings),
         default: name == "default",
         name,
         complete: complete(settings, base),
@@ -143,7 +150,7 @@ fn way_of(
     })
 }
 
-/// What a way keeps beside the surfaces that it reads.
+/// What a configuration keeps beside the surfaces that it reads.
 fn bytes(
     subject: &Subject<'_>,
     settings: &Settings,
@@ -166,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_way_without_what_the_scene_reflects_is_not_complete() {
+    fn a_configuration_without_what_the_scene_reflects_is_not_complete() {
         let glossy = Settings::default();
         let diffuse = Settings {
             lobes: Lobes::Diffuse,

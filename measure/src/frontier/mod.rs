@@ -1,10 +1,12 @@
-//! Error against time: every way to a scene's indirect light, which of them no other beats, and where more of a number
-//! stops paying.
+//! Error against time: every configuration of a scene's indirect light, which of them no other dominates, and where
+//! more of a number stops paying.
 
 mod bench;
 pub mod buy;
 pub mod case;
+pub mod configuration;
 pub mod evaluate;
+pub mod found;
 mod measure;
 pub mod named;
 pub mod offer;
@@ -19,6 +21,5 @@ pub mod subject;
 mod sweep;
 mod together;
 pub mod truth;
-pub mod way;
 
 pub use bench::RUNS;

@@ -12,8 +12,8 @@ use super::screen;
 /// The number of lights that promises are about, unless they say another.
 const LIGHTS: u32 = 1024;
 
-/// The configurations that promises are about, by what they are, about the default of a scene: the papers' configuration
-/// is a preset, which the caller adds.
+/// The configurations that promises are about, by what they are, about the default of a scene: the papers'
+/// configuration is a preset, which the caller adds.
 #[must_use]
 pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
     let base = &Settings { lights: LIGHTS, ..base.clone() };
@@ -70,7 +70,7 @@ mod tests {
             assert!(settings.sample().excluded().is_none(), "{what}");
         }
         let names: std::collections::BTreeSet<String> =
-            all.iter().map(|(_, one)| super::super::way::name(one, &base)).collect();
+            all.iter().map(|(_, one)| super::super::configuration::name(one, &base)).collect();
         assert_eq!(names.len(), all.len());
     }
 }

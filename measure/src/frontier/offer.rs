@@ -1,4 +1,4 @@
-//! Which ways are measured: those that the package offers, the scene allows and the user asks for.
+//! Which configurations are measured: those that the package offers, the scene allows and the user requests.
 
 use sglow_renderer::request::derivation::{Derivation, others};
 use sglow_runtime::package::Package;
@@ -8,8 +8,8 @@ use sglow_shader_gen::matrix::Allowed as AllowedValue;
 use sglow_shaders::Filter;
 
 use super::case::{Case, SelectError};
+use crate::frontier::configuration::{self, Allowed};
 use crate::frontier::screen::{self, Single};
-use crate::frontier::way::{self, Allowed};
 
 /// The values that are requested, as `axis=value`.
 ///
@@ -18,7 +18,7 @@ use crate::frontier::way::{self, Allowed};
 /// All that is wrong, with what is known.
 pub fn only(only: &[String], library: &Library) -> Result<Allowed, SelectError> {
     let base = Settings { others: others(library), ..Settings::default() };
-    let allowed = way::allowed(only, &base).map_err(SelectError::Values)?;
+    let allowed = configuration::allowed(only, &base).map_err(SelectError::Values)?;
     // Settings do not know the values of axes that are laid over the library.
     let unknown = allowed.iter().filter_map(|(axis, values)| {
         let axis = (axis, &library.axis.get(axis)?.value);
@@ -65,14 +65,15 @@ pub(super) fn singles(
 /// Each with every value of these axes.
 fn crossed(mut all: Vec<Settings>, more: &[(String, Vec<String>)]) -> Vec<Settings> {
     for (axis, values) in more {
-        let with = |way: Settings| {
+        let with = |configuration: Settings| {
             let more = values.iter().filter_map(|value| {
-                let mut way = way.clone();
-                (way.get(axis).as_ref() != Some(value) && way.set(axis, value).is_ok())
-                    .then_some(way)
+                let mut configuration = configuration.clone();
+                (configuration.get(axis).as_ref() != Some(value)
+                    && configuration.set(axis, value).is_ok())
+                .then_some(configuration)
             });
             let more: Vec<Settings> = more.collect();
-            std::iter::once(way).chain(more)
+            std::iter::once(configuration).chain(more)
         };
         all = all.into_iter().flat_map(with).collect();
     }
@@ -90,36 +91,39 @@ pub struct Offer<'a> {
 }
 
 impl Offer<'_> {
-    fn has(&self, way: &Settings) -> bool {
-        way::variants(way).iter().all(|id| self.package.text(id).is_ok())
+    fn has(&self, configuration: &Settings) -> bool {
+        configuration::variants(configuration).iter().all(|id| self.package.text(id).is_ok())
     }
 
-    fn runs(&self, way: &Settings) -> bool {
-        self.filters || way.filter == Filter::Exact
+    fn runs(&self, configuration: &Settings) -> bool {
+        self.filters || configuration.filter == Filter::Exact
     }
 }
 
-/// Whether a way is one that the offer has, the scene's needs leave and the user asks for.
+/// Whether a configuration is one that the offer has, the scene's needs leave and the user requests.
 pub(super) fn allowed(
     offer: &Offer<'_>,
     derivation: &Derivation,
     only: &Allowed,
-    way: &Settings,
+    configuration: &Settings,
 ) -> bool {
-    way::fits(way, only) && needs_leave(derivation, way) && offer.has(way) && offer.runs(way)
+    configuration::fits(configuration, only)
+        && needs_leave(derivation, configuration)
+        && offer.has(configuration)
+        && offer.runs(configuration)
 }
 
-fn needs_leave(derivation: &Derivation, way: &Settings) -> bool {
-    way::axes(way).iter().all(|(axis, value)| {
+fn needs_leave(derivation: &Derivation, configuration: &Settings) -> bool {
+    configuration::axes(configuration).iter().all(|(axis, value)| {
         let allowed = derivation.allowed.get(*axis);
         allowed.is_none_or(|allowed| allowed.values.iter().any(|allowed| allowed == value))
-    }) && way.others.iter().filter(|(_, value)| !value.is_empty()).all(|(axis, value)| {
+    }) && configuration.others.iter().filter(|(_, value)| !value.is_empty()).all(|(axis, value)| {
         let allowed = derivation.allowed.get(axis);
         allowed.is_none_or(|allowed| allowed.values.contains(value))
     })
 }
 
-/// The ways of a scene: with all that its needs leave on each axis.
+/// The configurations of a scene: with all that its needs leave on each axis.
 ///
 /// # Errors
 ///
@@ -127,30 +131,32 @@ fn needs_leave(derivation: &Derivation, way: &Settings) -> bool {
 pub fn of(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Vec<Settings>, SelectError> {
     let Case { scene, derivation, library } = case;
     let scene = &scene.name;
-    let needed = |way: &&Settings| needs_leave(derivation, way);
-    let every = way::every(&derivation.settings);
-    let mut asked = crossed(every, &more(derivation, library));
-    asked.retain(|way| way::fits(way, only));
+    let needed = |configuration: &&Settings| needs_leave(derivation, configuration);
+    let every = configuration::every(&derivation.settings);
+    let mut requested = crossed(every, &more(derivation, library));
+    requested.retain(|configuration| configuration::fits(configuration, only));
     let failure =
         |help: &str| SelectError::Nothing { scene: scene.clone(), help: vec![help.to_owned()] };
-    if asked.is_empty() {
+    if requested.is_empty() {
         return Err(failure("no legal variant has these values together"));
     }
-    asked.retain(|way| offer.has(way));
-    if asked.is_empty() {
+    requested.retain(|configuration| offer.has(configuration));
+    if requested.is_empty() {
         return Err(failure("no variant of the package has these values together"));
     }
-    asked.retain(|way| offer.runs(way));
-    if asked.is_empty() {
+    requested.retain(|configuration| offer.runs(configuration));
+    if requested.is_empty() {
         return Err(failure("filter=hardware needs a device that filters 32-bit floats"));
     }
-    let ways: Vec<Settings> = asked.iter().filter(needed).cloned().collect();
-    if !ways.is_empty() {
-        return Ok(ways);
+    let configurations: Vec<Settings> = requested.iter().filter(needed).cloned().collect();
+    if !configurations.is_empty() {
+        return Ok(configurations);
     }
     let because = |(axis, allowed): (&String, &AllowedValue)| -> Vec<String> {
         let has = |value: &String| {
-            asked.iter().all(|way| way::axes(way).get(axis.as_str()) == Some(&value.as_str()))
+            requested.iter().all(|configuration| {
+                configuration::axes(configuration).get(axis.as_str()) == Some(&value.as_str())
+            })
         };
         let rules = allowed.because.iter().filter(|rule| rule.removed.iter().any(has));
         rules
@@ -173,7 +179,7 @@ mod tests {
     use super::*;
     use crate::frontier::case::tests::case;
 
-    fn ways(
+    fn configurations(
         scene: &str,
         words: &[&str],
         all: bool,
@@ -188,18 +194,25 @@ mod tests {
 
     #[test]
     fn a_scene_is_measured_by_what_it_needs() {
-        let diffuse = ways("cornell", &[], false, true).unwrap();
-        assert!(diffuse.iter().all(|way| way.specular == sglow_shaders::Specular::None));
-        let glossy = ways("cornell-glossy", &[], false, true).unwrap();
+        let diffuse = configurations("cornell", &[], false, true).unwrap();
+        assert!(
+            diffuse
+                .iter()
+                .all(|configuration| configuration.specular == sglow_shaders::Specular::None)
+        );
+        let glossy = configurations("cornell-glossy", &[], false, true).unwrap();
         assert!(glossy.len() > 5 * diffuse.len());
-        let exact = ways("cornell", &[], false, false).unwrap();
-        assert!(exact.len() < diffuse.len() && exact.iter().all(|way| way.filter == Filter::Exact));
+        let exact = configurations("cornell", &[], false, false).unwrap();
+        assert!(
+            exact.len() < diffuse.len()
+                && exact.iter().all(|configuration| configuration.filter == Filter::Exact)
+        );
     }
 
     #[test]
-    fn what_took_the_last_way_away_is_named() {
+    fn what_took_the_last_configuration_away_is_named() {
         let help = |scene, words: &[&str], all, filters| {
-            ways(scene, words, all, filters).unwrap_err().to_string()
+            configurations(scene, words, all, filters).unwrap_err().to_string()
         };
         let needs = help("cornell", &["specular=asg"], false, true);
         assert!(needs.contains("no-specular-surface") && !needs.contains("--all"), "{needs}");

@@ -16,7 +16,7 @@ use crate::cache::Cache;
 /// pictures does.
 const SIZE: [u32; 2] = [320, 180];
 
-/// Frames of each: more than of a way, for a promise is made of their ratio.
+/// Frames of each: more than of a configuration, for a promise is made of their ratio.
 const FRAMES: usize = 9;
 
 /// The settings that offer everything.

@@ -1,9 +1,9 @@
-//! A scene measured: every way's time and error, the frontier once more as whole frames.
+//! A scene measured: every configuration's time and error, the frontier once more as whole frames.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_renderer::frame::kind;
-use sglow_results::frontier::document::{Pictures, Radiance, SceneReport, Way};
+use sglow_renderer::light::kind;
+use sglow_results::frontier::document::{Configuration, Pictures, Radiance, SceneReport};
 use sglow_results::frontier::rank;
 use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
@@ -13,31 +13,32 @@ use super::evaluate::Evaluator;
 use super::subject::{Drawn, FrontierError, Subject};
 use super::together::{self, Named};
 use super::truth::{Truth, truth};
-use super::{measure, prune, straddling, sweep, way};
+use super::{configuration, measure, prune, straddling, sweep};
 use crate::cache::Cache;
 
-/// Measures a scene by each of `ways`, those called as in `close` as closely as the frontier; what was measured before under the same circumstances is taken from `cache`.
+/// Measures a scene by each of `configurations`, those called as in `close` as closely as the frontier; what was
+/// measured before under the same circumstances is taken from `cache`.
 ///
 /// # Errors
 ///
-/// When there is no way, the scene does not render, or a result cannot be kept.
+/// When there is no configuration, the scene does not render, or a result cannot be kept.
 pub fn scene(
     subject: &Subject<'_>,
-    ways: &[Settings],
+    configurations: &[Settings],
     close: &BTreeSet<String>,
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<(SceneReport, Pictures), FrontierError> {
-    if ways.is_empty() {
-        let why = "none of the variants has the values asked for".to_owned();
+    if configurations.is_empty() {
+        let why = "none of the variants has the requested values".to_owned();
         return Err(FrontierError::NoWay { scene: subject.scene.name.clone(), why });
     }
     let truth = truth(subject, cache, progress)?;
-    let mut measured = measure::every(subject, ways, &truth, cache, progress)?;
-    rank::mark(&mut measured.ways);
-    let chosen = chosen(&measured.ways, ways, close, &subject.base);
+    let mut measured = measure::every(subject, configurations, &truth, cache, progress)?;
+    rank::mark(&mut measured.configurations);
+    let chosen = chosen(&measured.configurations, configurations, close, &subject.base);
     let pictures = pictures(subject, &chosen, &truth, cache)?;
-    again(subject, &chosen, close, &mut measured.ways, cache, progress)?;
+    again(subject, &chosen, close, &mut measured.configurations, cache, progress)?;
     let base = &subject.base;
     Ok((
         SceneReport {
@@ -52,7 +53,7 @@ pub fn scene(
             clock: measured.clock,
             runs: RUNS,
             reference: truth.reference.clone(),
-            ways: measured.ways,
+            configurations: measured.configurations,
             sweeps: sweep::sweeps(subject, &truth, cache, progress)?,
             straddling: straddling::straddling(subject, &truth, cache)?,
             screening: None,
@@ -65,19 +66,23 @@ pub fn scene(
 
 /// The configurations that are looked at closely: those on a frontier, the default and those in `close`, by name.
 fn chosen<'w>(
-    measured: &[Way],
-    ways: &'w [Settings],
+    measured: &[Configuration],
+    configurations: &'w [Settings],
     also: &BTreeSet<String>,
     base: &Settings,
 ) -> Vec<(String, &'w Settings)> {
     let close = |name: &str| {
-        also.contains(name) || measured.iter().any(|way| way.name == name && way.is_shown())
+        also.contains(name)
+            || measured
+                .iter()
+                .any(|configuration| configuration.name == name && configuration.is_shown())
     };
-    let named = ways.iter().map(|settings| (way::name(settings, base), settings));
+    let named =
+        configurations.iter().map(|settings| (configuration::name(settings, base), settings));
     named.filter(|(name, _)| close(name)).collect()
 }
 
-/// Whole pictures of ways, and of the reference.
+/// Whole pictures of configurations, and of the reference.
 fn pictures(
     subject: &Subject<'_>,
     chosen: &Named<'_>,
@@ -91,7 +96,7 @@ fn pictures(
     let mut found = Pictures {
         reference: cache
             .get(&subject.scene_key("reference picture")?, || whole(&truth.indirect))?,
-        ways: BTreeMap::new(),
+        configurations: BTreeMap::new(),
     };
     for (name, settings) in chosen {
         let picture = cache.get(&subject.key("picture", name, settings)?, || {
@@ -103,13 +108,13 @@ fn pictures(
             }
             whole(&subject.reflect(&lights, hiding.as_ref(), &subject.shading(settings)?)?)
         })?;
-        found.ways.insert(name.clone(), picture);
+        found.configurations.insert(name.clone(), picture);
     }
     Ok(found)
 }
 
-/// The longest frame that is timed as a whole again, in milliseconds: what lies between passes takes some milliseconds at
-/// most, so that the sum of longer ones is good enough.
+/// The longest frame that is timed as a whole again, in milliseconds: what lies between passes takes some milliseconds
+/// at most, so that the sum of longer ones is good enough.
 const WHOLE_AT_MOST: f64 = 1e3;
 /// The longest frame whose flicker is followed, in milliseconds, but for configurations that promises are about.
 const FLICKER_AT_MOST: f64 = 4e3;
@@ -119,13 +124,16 @@ fn again(
     subject: &Subject<'_>,
     chosen: &Named<'_>,
     close: &BTreeSet<String>,
-    measured: &mut [Way],
+    measured: &mut [Configuration],
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<(), FrontierError> {
     let within = |limit: f64, always: &BTreeSet<String>| -> Vec<(String, &Settings)> {
-        let short =
-            |name: &str| measured.iter().any(|way| way.name == *name && way.time.median <= limit);
+        let short = |name: &str| {
+            measured.iter().any(|configuration| {
+                configuration.name == *name && configuration.time.median <= limit
+            })
+        };
         let chosen = chosen.iter().filter(|(name, _)| always.contains(name) || short(name));
         chosen.map(|(name, settings)| (name.clone(), *settings)).collect()
     };
@@ -134,12 +142,12 @@ fn again(
     let scene = &subject.scene.name;
     progress.start(&format!("{scene}: {} whole frames in turns", timed.len()), 0);
     let times = together::whole_frames(subject, &timed, cache)?;
-    progress.start(&format!("{scene}: flicker of {} ways", followed.len()), 0);
+    progress.start(&format!("{scene}: flicker of {} configurations", followed.len()), 0);
     let flickers = together::flicker(subject, &followed, cache)?;
-    for way in measured {
-        let at = |named: &Named<'_>| named.iter().position(|(name, _)| *name == way.name);
-        way.whole = at(&timed).and_then(|at| times.get(at).copied());
-        way.flicker = at(&followed).and_then(|at| flickers.get(at).copied());
+    for configuration in measured {
+        let at = |named: &Named<'_>| named.iter().position(|(name, _)| *name == configuration.name);
+        configuration.whole = at(&timed).and_then(|at| times.get(at).copied());
+        configuration.flicker = at(&followed).and_then(|at| flickers.get(at).copied());
     }
     Ok(())
 }

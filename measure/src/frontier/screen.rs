@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_renderer::variants::Variants as _;
-use sglow_results::frontier::document::{Kept, Metric, Way};
+use sglow_results::frontier::document::{Configuration, Kept, Metric};
 use sglow_results::frontier::rank::{Place, SAME_ERROR, rank};
 use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
@@ -18,7 +18,7 @@ use sglow_shaders::{
 
 use super::subject::{FrontierError, Subject};
 use super::truth::truth;
-use super::{measure, way};
+use super::{configuration, measure};
 use crate::cache::Cache;
 
 /// K of the configurations that are screened.
@@ -69,20 +69,20 @@ fn choices() -> Vec<(&'static str, Vec<String>)> {
 const OF_KERNELS: [&str; 6] =
     ["kernel", "solver", "filter", "precision", "size_factor", "iterations"];
 
-/// `base` with one value, and with what goes with it: clusters have no kernels to size and are held in 32 bits, so that a
-/// value of kernels goes with no clusters; previous kernels have no equation to solve, and a distribution goes with
+/// `base` with one value, and with what goes with it: clusters have no kernels to size and are held in 32 bits, so that
+/// a value of kernels goes with no clusters; previous kernels have no equation to solve, and a distribution goes with
 /// specular reflection. None if the base has it already, or there is no such value.
 #[must_use]
 pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
     let mut settings = base.clone();
     settings.set(axis, value).ok()?;
-    if way::value(base, axis) == way::value(&settings, axis) {
+    if configuration::value(base, axis) == configuration::value(&settings, axis) {
         return None;
     }
     if OF_KERNELS.contains(&axis) {
         settings.space = Space::None;
     }
-    settings.ndf = way::distribution(settings.specular, base);
+    settings.ndf = configuration::distribution(settings.specular, base);
     if settings.space != Space::None {
         settings.kernel = Kernel::Modified;
         settings.solver = Solver::Bracketed;
@@ -95,8 +95,8 @@ pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
         (Kernel::Modified, solver) => solver,
     };
     // What goes with another value may have taken this one back.
-    let has = way::value(&settings, axis).as_deref() == Some(value);
-    (has && way::name(&settings, base) != "default").then_some(settings)
+    let has = configuration::value(&settings, axis).as_deref() == Some(value);
+    (has && configuration::name(&settings, base) != "default").then_some(settings)
 }
 
 /// Every configuration that differs from `base` in one axis or parameter, is legal and is `allowed`.
@@ -155,8 +155,8 @@ pub fn screen(
     let settings = distinct(&subject.base, std::iter::once(base.clone()).chain(all));
     let truth = truth(subject, cache, progress)?;
     let measured = measure::every(subject, &settings, &truth, cache, progress)?;
-    let name = |settings: &Settings| way::name(settings, &subject.base);
-    Ok(said(base, singles, &name, &measured.ways))
+    let name = |settings: &Settings| configuration::name(settings, &subject.base);
+    Ok(said(base, singles, &name, &measured.configurations))
 }
 
 /// What the measurements of the default and the singles say.
@@ -164,17 +164,17 @@ fn said(
     base: &Settings,
     singles: &[Single],
     name: &dyn Fn(&Settings) -> String,
-    ways: &[Way],
+    configurations: &[Configuration],
 ) -> Screened {
     let metric = Metric::default();
-    let place = |way: &Way| Place {
-        time: way.time,
-        error: way.picture.of(metric),
-        uncertainty: way.picture.measured(metric).uncertainty,
+    let place = |configuration: &Configuration| Place {
+        time: configuration.time,
+        error: configuration.picture.of(metric),
+        uncertainty: configuration.picture.measured(metric).uncertainty,
     };
     let find = |settings: &Settings| {
         let name = name(settings);
-        ways.iter().find(|way| way.name == name)
+        configurations.iter().find(|configuration| configuration.name == name)
     };
     let mut all = Vec::new();
     let Some(default) = find(base).map(place) else { return Screened(all) };
@@ -182,12 +182,12 @@ fn said(
     for axis in axes {
         let own = singles.iter().filter(|single| single.axis == axis);
         // What leaves light out is on no frontier of pictures.
-        let own: Vec<(&Single, &Way)> =
+        let own: Vec<(&Single, &Configuration)> =
             own.filter_map(|single| Some((single, find(&single.settings)?))).collect();
         let own: Vec<(&Single, Place)> = own
             .into_iter()
-            .filter(|(_, way)| way.complete)
-            .map(|(single, way)| (single, place(way)))
+            .filter(|(_, configuration)| configuration.complete)
+            .map(|(single, configuration)| (single, place(configuration)))
             .collect();
         let mut places = vec![default];
         places.extend(own.iter().map(|(_, place)| *place));
@@ -196,7 +196,7 @@ fn said(
         let stays = dominated[0].is_none_or(|by| !clearly(&places[by], &default));
         all.push(Said {
             axis: axis.to_owned(),
-            value: way::value(base, axis).unwrap_or_default(),
+            value: configuration::value(base, axis).unwrap_or_default(),
             stays,
             default: true,
             weight: f64::INFINITY,
@@ -297,7 +297,7 @@ pub fn crossed(
         };
         let mut names = BTreeSet::new();
         all = all.iter().flat_map(more).collect();
-        all.retain(|settings| names.insert(way::name(settings, base)));
+        all.retain(|settings| names.insert(configuration::name(settings, base)));
     }
     let sized = |settings: &Settings| (settings.size_factor, settings.iterations);
     all.retain(|settings| {
@@ -308,13 +308,15 @@ pub fn crossed(
     all
 }
 
-/// Configurations without those of a name that came before, in an order in which those that share maps and lights follow
-/// each other.
+/// Configurations without those of a name that came before, in an order in which those that share maps and lights
+/// follow each other.
 #[must_use]
 pub fn distinct(base: &Settings, all: impl IntoIterator<Item = Settings>) -> Vec<Settings> {
     let mut names = BTreeSet::new();
-    let mut distinct: Vec<Settings> =
-        all.into_iter().filter(|settings| names.insert(way::name(settings, base))).collect();
+    let mut distinct: Vec<Settings> = all
+        .into_iter()
+        .filter(|settings| names.insert(configuration::name(settings, base)))
+        .collect();
     distinct.sort_by_cached_key(measure::shared);
     distinct
 }
@@ -330,14 +332,17 @@ mod tests {
         let base = Settings::default();
         let all = singles(&base, &|_| true);
         let names: BTreeSet<String> =
-            all.iter().map(|single| way::name(&single.settings, &base)).collect();
+            all.iter().map(|single| configuration::name(&single.settings, &base)).collect();
         assert_eq!(names.len(), all.len());
         for wanted in ["emitter=lobe", "lights=64", "size_factor=0.125", "visibility=shadow_map"] {
             assert!(names.contains(wanted), "{wanted}: {names:?}");
         }
         for single in &all {
             assert!(legal(&single.settings), "{}", single.value);
-            assert_eq!(way::value(&single.settings, &single.axis).as_ref(), Some(&single.value));
+            assert_eq!(
+                configuration::value(&single.settings, &single.axis).as_ref(),
+                Some(&single.value)
+            );
         }
         assert!(!names.contains("default"));
         let few = singles(&base, &|settings| settings.emitter == Emitter::Cosine);
@@ -357,14 +362,14 @@ mod tests {
         );
     }
 
-    fn measured(name: &str, time: f64, error: f64) -> Way {
-        let mut way = Way {
+    fn measured(name: &str, time: f64, error: f64) -> Configuration {
+        let mut configuration = Configuration {
             name: name.to_owned(),
             time: Time { median: time, least: time, most: time },
-            ..Way::default()
+            ..Configuration::default()
         };
-        way.picture.relative_mse = error;
-        way
+        configuration.picture.relative_mse = error;
+        configuration
     }
 
     #[test]
@@ -372,15 +377,15 @@ mod tests {
         let base = Settings::default();
         let all = singles(&base, &|single| single.space == Space::None);
         let worse = |factor: f64| {
-            let name = |single: &Single| way::name(&single.settings, &base);
-            let mut ways = vec![measured("default", 10.0, 0.1)];
-            ways.extend(all.iter().map(|single| match name(single).as_str() {
+            let name = |single: &Single| configuration::name(&single.settings, &base);
+            let mut configurations = vec![measured("default", 10.0, 0.1)];
+            configurations.extend(all.iter().map(|single| match name(single).as_str() {
                 "lights=64" => measured("lights=64", 1.0, 0.5),
                 "emitter=disc" => measured("emitter=disc", 9.0, 0.1 * factor),
                 "variance=planar" => measured("variance=planar", 12.0, 0.098),
                 other => measured(other, 11.0, 0.2),
             }));
-            said(&base, &all, &|settings| way::name(settings, &base), &ways)
+            said(&base, &all, &|settings| configuration::name(settings, &base), &configurations)
         };
         let of =
             |kept: &[Kept], axis: &str| kept.iter().find(|one| one.axis == axis).cloned().unwrap();
@@ -397,8 +402,10 @@ mod tests {
         assert_eq!(of(&few, "variance").cut, ["planar"]);
         assert_eq!(crossed(&base, &few, &|_| true).len(), 4);
         assert_eq!(crossed(&base, &keep(&[worse(2.0)], 1), &|_| true).len(), 1);
-        let names: BTreeSet<String> =
-            crossed(&base, &few, &|_| true).iter().map(|one| way::name(one, &base)).collect();
+        let names: BTreeSet<String> = crossed(&base, &few, &|_| true)
+            .iter()
+            .map(|one| configuration::name(one, &base))
+            .collect();
         assert!(names.contains("emitter=disc,lights=64") && names.contains("default"), "{names:?}");
         // K is crossed with kernels alone.
         let clusters = with(&base, "space", "world").unwrap();
@@ -412,7 +419,7 @@ mod tests {
         let kept = [values("size_factor", [&base_size, "4"]), values("space", ["none", "world"])];
         let names: Vec<String> = crossed(&clusters, &kept, &|_| true)
             .iter()
-            .map(|one| way::name(one, &clusters))
+            .map(|one| configuration::name(one, &clusters))
             .collect();
         assert_eq!(names, ["space=none", "default", "space=none,size_factor=4"]);
     }

@@ -13,15 +13,15 @@ use sglow_runtime::settings::Settings;
 use super::case::{Case, SelectError};
 use super::offer::{self, Offer};
 use crate::cache::Cache;
+use crate::frontier::configuration::{self, Allowed};
 use crate::frontier::named::configurations;
 use crate::frontier::screen::{self, Single};
 use crate::frontier::subject::Subject;
-use crate::frontier::way::{self, Allowed};
 
 /// What is measured of one scene.
 pub struct Planned {
     /// The configurations, in an order in which those that share maps and lights follow each other.
-    pub ways: Vec<Settings>,
+    pub configurations: Vec<Settings>,
     /// How they were found; none if they are all that there are.
     pub screening: Option<Screening>,
 }
@@ -55,8 +55,8 @@ pub fn plan(
 ) -> Result<Vec<Planned>, SelectError> {
     if offer.all {
         let all = |case: &Case| {
-            let ways = offer::of(offer, case, only)?;
-            Ok(Planned { ways, screening: None })
+            let configurations = offer::of(offer, case, only)?;
+            Ok(Planned { configurations, screening: None })
         };
         return cases.iter().map(all).collect();
     }
@@ -74,11 +74,15 @@ pub fn plan(
     let kept = screen::keep(&screened, screen::CROSSED);
     let mut planned = Vec::new();
     for (case, Started { base, singles }) in cases.iter().zip(started) {
-        let allowed = |way: &Settings| offer::allowed(offer, &case.derivation, only, way);
+        let allowed =
+            |configuration: &Settings| offer::allowed(offer, &case.derivation, only, configuration);
         let usual = &case.derivation.settings;
         let mut named = named(case)?;
-        named.retain(|_, way| allowed(way));
-        let names = named.iter().map(|(what, way)| (what.clone(), way::name(way, usual))).collect();
+        named.retain(|_, configuration| allowed(configuration));
+        let names = named
+            .iter()
+            .map(|(what, configuration)| (what.clone(), configuration::name(configuration, usual)))
+            .collect();
         let crossed = screen::crossed(&base, &kept, &allowed);
         let screening = Screening {
             single: singles.len(),
@@ -90,17 +94,21 @@ pub fn plan(
             .chain(singles.into_iter().map(|single| single.settings))
             .chain(named.into_iter().map(|one| one.1))
             .chain(crossed);
-        planned.push(Planned { ways: screen::distinct(usual, all), screening: Some(screening) });
+        planned.push(Planned {
+            configurations: screen::distinct(usual, all),
+            screening: Some(screening),
+        });
     }
     Ok(planned)
 }
 
 /// Where screening starts: the default, changed where other values are requested.
 fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started, SelectError> {
-    let allowed = |way: &Settings| offer::allowed(offer, &case.derivation, only, way);
+    let allowed =
+        |configuration: &Settings| offer::allowed(offer, &case.derivation, only, configuration);
     let mut base = case.derivation.settings.clone();
     for (axis, values) in only {
-        if way::value(&base, axis).is_some_and(|value| values.contains(&value)) {
+        if configuration::value(&base, axis).is_some_and(|value| values.contains(&value)) {
             continue;
         }
         if let Some(with) = values.iter().find_map(|value| screen::with(&base, axis, value)) {
@@ -171,7 +179,7 @@ mod tests {
         assert_eq!(printed.specular, sglow_shaders::Specular::None);
         assert_eq!((printed.size_factor, printed.map), (1.0, case.derivation.settings.map));
         assert_eq!(
-            way::name(&named[promise::named::DEFAULT], &case.derivation.settings),
+            configuration::name(&named[promise::named::DEFAULT], &case.derivation.settings),
             "default"
         );
     }
@@ -188,8 +196,11 @@ mod tests {
             let only = offer::only(&words, &case.library)?;
             let offer = Offer { package: &package, all, filters: true };
             let usual = &case.derivation.settings;
-            let names = |ways: &[Settings]| -> Vec<String> {
-                ways.iter().map(|way| way::name(way, usual)).collect()
+            let names = |configurations: &[Settings]| -> Vec<String> {
+                configurations
+                    .iter()
+                    .map(|configuration| configuration::name(configuration, usual))
+                    .collect()
             };
             if all {
                 return Ok(names(&offer::of(&offer, &case, &only)?));

@@ -8,9 +8,9 @@ use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 
 use super::bench::{PassTimes, RUNS, Runs, Timed, held_alike, of_shading, shading_id};
+use super::configuration;
 use super::shared::Shared;
 use super::subject::{FrontierError, Subject};
-use super::way;
 use crate::cache::{Cache, Key};
 
 /// A shading variant that is to be timed.
@@ -24,19 +24,20 @@ struct Lacking {
 /// measured before, in turns.
 pub(super) fn time_shadings(
     shared: &Shared<'_, '_>,
-    ways: &[Settings],
+    configurations: &[Settings],
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<BTreeMap<String, Timed>, FrontierError> {
     let subject = shared.subject;
     let mut found = BTreeMap::new();
     let mut lacking: BTreeMap<String, Lacking> = BTreeMap::new();
-    for settings in ways.iter().map(of_shading) {
+    for settings in configurations.iter().map(of_shading) {
         let id = shading_id(&settings);
         if found.contains_key(&id) || lacking.contains_key(&id) {
             continue;
         }
-        let key = subject.key("shading", &way::name(&settings, &subject.base), &settings)?;
+        let key =
+            subject.key("shading", &configuration::name(&settings, &subject.base), &settings)?;
         match cache.find::<Timed>(&key) {
             Some(timed) => drop(found.insert(id, timed)),
             None => drop(lacking.insert(id, Lacking { settings, key, runs: Runs::default() })),

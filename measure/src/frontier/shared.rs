@@ -1,4 +1,4 @@
-//! What ways have in common on the device, made once and when something asks for it.
+//! What configurations have in common on the device, made once and when it is needed.
 
 use std::cell::{OnceCell, RefCell};
 use std::collections::BTreeMap;
@@ -8,8 +8,8 @@ use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 
 use super::bench::{RUNS, Runs, Timed, of_lights, of_maps, shading_id};
+use super::configuration;
 use super::subject::{FrontierError, Subject};
-use super::way;
 use crate::cache::{Cache, Key};
 
 /// What hides and what reflects lights.
@@ -54,7 +54,7 @@ impl<'a, 's> Shared<'a, 's> {
 /// Makes something and times it in so many runs.
 type Make<'a> = dyn Fn(usize) -> Result<(Indirect, Runs), FrontierError> + 'a;
 
-/// A step on the way to lights. Its time is known at once; itself is made only when something asks for it.
+/// A step on the way to lights. Its time is known at once; itself is made only when it is needed.
 pub(super) struct Step<'a> {
     pub(super) timed: Timed,
     made: OnceCell<Indirect>,
@@ -85,13 +85,13 @@ impl<'a> Step<'a> {
         Ok(self.made.get_or_init(|| made))
     }
 
-    /// Level 0 of moments and density, as a way has them.
+    /// Level 0 of moments and density, as a configuration has them.
     pub(super) fn maps(
         subject: &'a Subject<'_>,
-        way: &Settings,
+        configuration: &Settings,
         cache: &Cache,
     ) -> Result<Self, FrontierError> {
-        let settings = of_maps(way);
+        let settings = of_maps(configuration);
         let key = key(subject, "maps", &settings)?;
         Self::new(cache, &key, move |runs| subject.maps(&settings, runs))
     }
@@ -105,14 +105,14 @@ pub(super) struct Lights<'a> {
 }
 
 impl<'a> Lights<'a> {
-    /// The lights that a way makes of maps.
+    /// The lights that a configuration makes of maps.
     pub(super) fn new(
         subject: &'a Subject<'_>,
-        way: &Settings,
+        configuration: &Settings,
         maps: &'a Step<'_>,
         cache: &Cache,
     ) -> Result<Self, FrontierError> {
-        let settings = of_lights(way);
+        let settings = of_lights(configuration);
         let key = key(subject, "lights", &settings)?;
         let make = move |runs| subject.lights(&settings, maps.get()?, runs);
         Ok(Self { step: Step::new(cache, &key, make)?, hidden: RefCell::new(None) })
@@ -123,20 +123,20 @@ impl<'a> Lights<'a> {
         &self,
         subject: &Subject<'_>,
         hiding: Option<&Indirect>,
-        way: &Settings,
+        configuration: &Settings,
     ) -> Result<&Indirect, FrontierError> {
         let lights = self.step.get()?;
         if let Some(hiding) = hiding
-            && self.hidden.borrow().as_ref() != Some(&hiding_id(way))
+            && self.hidden.borrow().as_ref() != Some(&hiding_id(configuration))
         {
             subject.hide(hiding, lights)?;
-            *self.hidden.borrow_mut() = Some(hiding_id(way));
+            *self.hidden.borrow_mut() = Some(hiding_id(configuration));
         }
         Ok(lights)
     }
 }
 
-/// What tells maps that hide lights from others, whatever the lights.
+/// The values on which the visibility maps depend, whatever the lights.
 fn hiding_id(settings: &Settings) -> String {
     let Settings { visibility, shadow_points, tile, .. } = settings;
     let Settings { near_scale, bias_scale, splat_reach, fill_levels, .. } = settings;
@@ -146,5 +146,5 @@ fn hiding_id(settings: &Settings) -> String {
 }
 
 fn key(subject: &Subject<'_>, what: &str, settings: &Settings) -> Result<Key, FrontierError> {
-    subject.key_of_lights(what, &way::name(settings, &subject.base), settings)
+    subject.key_of_lights(what, &configuration::name(settings, &subject.base), settings)
 }

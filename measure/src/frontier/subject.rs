@@ -53,7 +53,7 @@ pub enum FrontierError {
     #[error(transparent)]
     Device(#[from] DeviceError),
     /// Nothing fits.
-    #[error("no way remains to be measured on {scene}: {why}")]
+    #[error("no configuration remains to be measured on {scene}: {why}")]
     NoWay {
         /// The scene.
         scene: String,
@@ -72,7 +72,7 @@ pub enum FrontierError {
 pub struct Drawn<'a> {
     /// Draws the maps.
     pub renderer: Renderer<'a>,
-    /// The frame, of the scene's default way.
+    /// The frame, of the scene's default configuration.
     pub frame: Frame,
     /// The light's map.
     pub rsm: Surfaces,
@@ -166,7 +166,7 @@ impl<'a> Subject<'a> {
         Ok(self.drawn.get_or_init(|| Drawn { renderer, frame, rsm }))
     }
 
-    /// The key of a result of one way: `what` it is, on what it was measured, and the shaders that it runs.
+    /// The key of a result of one configuration: `what` it is, on what it was measured, and the shaders that it runs.
     ///
     /// # Errors
     ///
@@ -203,7 +203,7 @@ impl<'a> Subject<'a> {
             ("scene", &self.scene.name),
             ("size", &size),
             ("what", what),
-            ("way", name),
+            ("configuration", name),
             ("lights", &settings.lights.to_string()),
             ("map", &settings.map.to_string()),
         ]);
@@ -216,7 +216,7 @@ impl<'a> Subject<'a> {
             .on("driver", &self.gpu.adapter.driver))
     }
 
-    /// The key of what depends on the scene, its maps and its direct light, and on no way.
+    /// The key of what depends on the scene, its maps and its direct light, and on no configuration.
     ///
     /// # Errors
     ///
@@ -280,7 +280,7 @@ pub fn scene_hash(scene: &Scene) -> String {
     base16ct::lower::encode_string(&hash.finalize())
 }
 
-/// A pixel with what was shaded there, as a report tells it.
+/// A pixel with what was shaded there, as a report has it.
 #[must_use]
 pub fn worst(
     surfaces: &Surfaces,

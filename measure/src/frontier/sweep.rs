@@ -37,7 +37,7 @@ struct At {
     indirect: Vec<[f64; 3]>,
 }
 
-/// All sweeps of a subject, about its default way without visibility.
+/// All sweeps of a subject, about its default configuration without visibility.
 pub(super) fn sweeps(
     subject: &Subject<'_>,
     truth: &Truth,

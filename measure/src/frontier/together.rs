@@ -1,4 +1,5 @@
-//! What is measured of a few ways together: whole frames in turns, and flicker. Among others all is measured again.
+//! What is measured of a few configurations together: whole frames in turns, and flicker. Among others all is measured
+//! again.
 
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::Renderer;
@@ -16,10 +17,10 @@ use crate::rivals::flicker::{self, Contender};
 /// How the light moves while flicker is followed.
 const WALK: Walk = Walk { frames: 5, pixels: 400, samples: 128, step: 0.002 };
 
-/// Ways by their names.
+/// Configurations by their names.
 pub(super) type Named<'a> = [(String, &'a Settings)];
 
-/// Times of whole frames of indirect light of each way, in turns.
+/// Times of whole frames of indirect light of each configuration, in turns.
 pub(super) fn whole_frames(
     subject: &Subject<'_>,
     named: &Named<'_>,
@@ -28,7 +29,7 @@ pub(super) fn whole_frames(
     cache.get(&key(subject, "frontier in turns", named)?, || in_turns(subject, named))
 }
 
-/// How much each way flickers while the light moves.
+/// How much each configuration flickers while the light moves.
 pub(super) fn flicker(
     subject: &Subject<'_>,
     named: &Named<'_>,

@@ -31,7 +31,7 @@ pub struct Truth {
     pub halves: [Radiance; 2],
     /// Pixels that show a surface.
     pub present: Vec<usize>,
-    /// Some of them, on which the oracle is asked.
+    /// Some of them, on which the oracle is evaluated.
     pub sample: Vec<usize>,
     /// What the facets of the light's map bring there, without visibility.
     pub points: Vec<[f64; 3]>,
@@ -65,20 +65,21 @@ fn make(subject: &Subject<'_>, progress: &dyn Progress) -> Result<Truth, Frontie
     }
     let step = present.len().div_ceil(SAMPLE);
     let sample: Vec<usize> = present.iter().copied().step_by(step).collect();
-    let told = |done, _| {
+    let report = |done, _| {
         progress.done(done);
         true
     };
     let pixels = surfaces.position.len();
     let (light, eye, scene) = (renderer.light(), renderer.eye(), subject.scene);
     progress.start(&format!("{}: reference of paths", scene.name), pixels);
-    let halves = reference::path_halves(light, settings, scene, surfaces, eye, PATHS, SEED, told)?
-        .unwrap_or_default();
+    let halves =
+        reference::path_halves(light, settings, scene, surfaces, eye, PATHS, SEED, report)?
+            .unwrap_or_default();
     let estimates: Vec<Estimate> = halves.iter().map(Estimate::mean_of).collect();
     let seen: Vec<Estimate> = present.iter().filter_map(|&at| estimates.get(at).copied()).collect();
     let certain = Uncertainty::of(&seen);
     progress.start(&format!("{}: reference without visibility", scene.name), present.len());
-    let unshadowed = unshadowed(drawn, &present, told);
+    let unshadowed = unshadowed(drawn, &present, report);
     let sampled: Vec<[f64; 3]> = unshadowed.iter().copied().step_by(step).collect();
     Ok(Truth {
         reference: Reference {
@@ -109,10 +110,10 @@ fn radiance<'a>(estimates: impl Iterator<Item = &'a Estimate>) -> Radiance {
 fn unshadowed(
     Drawn { renderer, frame, rsm }: &Drawn<'_>,
     pixels: &[usize],
-    told: impl Fn(usize, usize) -> bool + Sync,
+    report: impl Fn(usize, usize) -> bool + Sync,
 ) -> Vec<[f64; 3]> {
     let settings = renderer.indirect().settings();
     let (light, eye, gbuffer) = (renderer.light(), renderer.eye(), &frame.gbuffer);
-    let all = reference::unshadowed_at(light, settings, rsm, gbuffer, pixels, eye, told);
+    let all = reference::unshadowed_at(light, settings, rsm, gbuffer, pixels, eye, report);
     all.unwrap_or_default().iter().map(|one| Vector3::to_array(one.total())).collect()
 }

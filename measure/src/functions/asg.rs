@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use sglow_oracle::{Real, asg};
 
-use super::function;
+use super::entry::function;
 use crate::function::{Function, Numbers, Results, one, vector};
 
 /// The functions of this folder, all on the reflection lobe of a view (component 0), a normal (4) and an alpha (11).

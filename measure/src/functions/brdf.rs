@@ -8,7 +8,7 @@ use sglow_oracle::brdf::{
 };
 use sglow_oracle::{Real, Vector3, math, sg, shade};
 
-use super::function;
+use super::entry::function;
 use crate::bound::FILTERED_FLOOR;
 use crate::function::{Function, Monotone, Numbers, Results, one, unit, vector};
 

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use sglow_oracle::quadrature::gauss_legendre;
 use sglow_oracle::{Real, math};
 
-use super::function;
+use super::entry::function;
 use crate::function::{Function, Monotone, Numbers, Results, one};
 
 /// A function of one number that falls with it, or grows.

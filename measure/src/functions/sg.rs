@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use sglow_oracle::sg::{self, Cosine};
 use sglow_oracle::{Real, math};
 
-use super::function;
+use super::entry::function;
 use crate::function::{Function, Monotone, Numbers, Results, one, vector};
 
 const SHARPER_FALLS: Option<Monotone> = Some(Monotone { component: 3, grows: false });

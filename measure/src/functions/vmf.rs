@@ -2,7 +2,7 @@
 
 use sglow_oracle::{Real, quadrature, vmf};
 
-use super::function;
+use super::entry::function;
 use crate::function::{Function, Monotone, Numbers, Results, one};
 
 const SHARPER_GROWS: Option<Monotone> = Some(Monotone { component: 3, grows: true });

@@ -8,7 +8,7 @@ use sglow_oracle::vmf::{Sharpness, mean_length};
 use sglow_oracle::vsgl::{Lobe, Vsgl};
 use sglow_oracle::{Real, Vector3};
 
-use super::function;
+use super::entry::function;
 use crate::bound::FILTERED_FLOOR;
 use crate::function::{Function, Monotone, Numbers, Results, one, vector};
 

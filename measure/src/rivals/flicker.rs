@@ -39,7 +39,7 @@ pub enum FlickerError {
     Device(#[from] DeviceError),
 }
 
-/// A way to make lights, by name.
+/// A configuration, by name.
 #[derive(Clone, Debug)]
 pub struct Contender {
     /// What it is called.
@@ -126,7 +126,7 @@ fn shares(one: &Settings, other: &Settings) -> bool {
 /// Moves the first light of a scene and follows every contender. The density of the first one is computed once for all
 /// that draw by the same.
 ///
-/// `progress` is told how many frames are done.
+/// `progress` receives the number of frames that are done.
 ///
 /// # Errors
 ///

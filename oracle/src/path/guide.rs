@@ -15,7 +15,7 @@ use crate::vpl::along_the_curve;
 use crate::vpl::arriving::{Arriving, Block, Receiver};
 use crate::vpl::lane::{LANES, Lane};
 
-use super::Materials;
+use super::materials::Materials;
 
 /// Blocks that stay in the cache while a group of pixels uses them.
 const BLOCKS_AT_ONCE: usize = 192;

@@ -4,6 +4,7 @@ use core::f64::consts::PI;
 
 use super::draw::polar;
 use super::*;
+use crate::brdf::Material;
 use crate::quadrature::SphereRule;
 use crate::scenery::{Table, diffuse, facet, glossy, light, square, texel};
 use crate::surface::Facet;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_shaders::SglowMaterialTextured;
 
-use super::filled;
+use super::filled::filled;
 use crate::device::Gpu;
 use sglow_scene::{Filter, Scene, TextureUse, Traits, Wrap};
 

@@ -9,7 +9,6 @@ use sglow_shader_gen::library::{AxisValue, Library, Setting};
 use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
 use sglow_shaders::{Ndf, Specular};
 
-use crate::frame;
 use crate::needs::{Needs, least_limits, needs};
 use crate::plan::{Plan, Surfaces};
 use crate::request::RequestError;
@@ -103,7 +102,7 @@ impl Derivation {
         let requested = request.settings(library, &facts.known(), set)?;
         let mut settings = settle(library, &allowed, set, &requested)?;
         if let Some(light) = scene.lights.first() {
-            settings.light = frame::kind(light);
+            settings.light = crate::light::kind(light);
         }
         let needs = needs(scene, 0, &settings, &least_limits());
         let mut settings = needs.settings.clone();
@@ -226,7 +225,7 @@ pub fn settle(
     Ok(settings)
 }
 
-/// A distribution goes with specular reflection; who asks for one of them need not ask for the other.
+/// A distribution goes with specular reflection; whoever requests one of them need not request the other.
 pub fn match_distribution(settings: &mut Settings) {
     if settings.specular == Specular::None {
         settings.ndf = Ndf::None;

@@ -121,7 +121,7 @@ impl Choice {
                 if scene.is_none() && self.set.is_empty() && !self.all {
                     variants = library.selected();
                 }
-                // The camera's lights take values that nobody asks for.
+                // The camera's lights take values that are not requested.
                 if let Some(plan) = runs {
                     let ids: BTreeSet<String> = variants.iter().map(Variant::id).collect();
                     variants = library.variants();
@@ -189,7 +189,7 @@ impl Choice {
             let kept = |value: &String| values.contains(value);
             let (values, removed) = allowed.values.drain(..).partition(kept);
             allowed.values = values;
-            let reason = format!("--set asks for {}", kept_text(&self.set, &axis));
+            let reason = format!("--set requests {}", kept_text(&self.set, &axis));
             allowed.because.push(Because { need: "--set".to_owned(), reason, removed });
         }
         let Some((axis, empty)) = allowed.iter().find(|(_, allowed)| allowed.values.is_empty())

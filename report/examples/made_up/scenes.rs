@@ -7,8 +7,8 @@ use sglow_report::json::Report;
 use sglow_report::page::report::{Decision, Fact, Input, LeftOut, Scene, page};
 use sglow_results::check::{Check, Relation};
 use sglow_results::frontier::document::{
-    Pass, PictureError, Pictures, Pruned, Radiance, Reference, Rounding, SceneReport, Series, Side,
-    Straddling, Sweep, SweepOver, SweepPoint, Uncertainty, Way, Worst,
+    Configuration, Pass, PictureError, Pictures, Pruned, Radiance, Reference, Rounding,
+    SceneReport, Series, Side, Straddling, Sweep, SweepOver, SweepPoint, Uncertainty, Worst,
 };
 use sglow_results::frontier::rank;
 use sglow_results::time::Time;
@@ -132,22 +132,27 @@ pub(crate) fn report() -> Report {
 
 fn scene(name: &str, seed: u64, error: f64, noise: f64) -> MadeUp {
     let mut random = Random::new(seed);
-    let mut ways = ways(&mut random, error);
+    let mut configurations = configurations(&mut random, error);
     let made_of = reference(noise);
-    rank::mark(&mut ways);
-    let shown = |way: &&Way| way.is_shown();
-    for way in ways.iter_mut().filter(|way| !way.frontiers.is_empty()) {
-        way.flicker = Some(way.picture.rmse_over_mean * 0.2);
-        way.whole = Some(around(way.time.median * 0.93));
+    rank::mark(&mut configurations);
+    let shown = |configuration: &&Configuration| configuration.is_shown();
+    for configuration in
+        configurations.iter_mut().filter(|configuration| !configuration.frontiers.is_empty())
+    {
+        configuration.flicker = Some(configuration.picture.rmse_over_mean * 0.2);
+        configuration.whole = Some(around(configuration.time.median * 0.93));
     }
     let reference = picture(&mut random, 0.0);
-    let mut pictures = Pictures { reference, ways: BTreeMap::new() };
+    let mut pictures = Pictures { reference, configurations: BTreeMap::new() };
     let mut flip = BTreeMap::new();
-    for way in ways.iter().filter(shown) {
-        let noise =
-            if way.picture.rmse_over_mean.is_finite() { way.picture.rmse_over_mean } else { 1.0 };
-        pictures.ways.insert(way.name.clone(), picture(&mut random, noise));
-        flip.insert(way.name.clone(), map(&mut random, noise));
+    for configuration in configurations.iter().filter(shown) {
+        let noise = if configuration.picture.rmse_over_mean.is_finite() {
+            configuration.picture.rmse_over_mean
+        } else {
+            1.0
+        };
+        pictures.configurations.insert(configuration.name.clone(), picture(&mut random, noise));
+        flip.insert(configuration.name.clone(), map(&mut random, noise));
     }
     MadeUp {
         measured: SceneReport {
@@ -162,7 +167,7 @@ fn scene(name: &str, seed: u64, error: f64, noise: f64) -> MadeUp {
             clock: "time stamps".to_owned(),
             runs: 7,
             reference: made_of,
-            ways,
+            configurations,
             sweeps: sweeps(error),
             straddling: Straddling {
                 size_factor: 1.0,
@@ -200,25 +205,26 @@ fn fact(name: &str, holds: bool, evidence: &str) -> Fact {
 }
 
 /// Every combination of values; the first is the default.
-fn ways(random: &mut Random, error: f64) -> Vec<Way> {
+fn configurations(random: &mut Random, error: f64) -> Vec<Configuration> {
     let count: usize = AXES.iter().map(|axis| axis.1.len()).product();
-    let mut ways: Vec<Way> = (0..count).map(|index| way(index, random, error)).collect();
-    ways.extend((0..12).map(|index| clusters(index, random, error)));
-    if let Some(odd) = ways.get_mut(count / 2) {
+    let mut configurations: Vec<Configuration> =
+        (0..count).map(|index| configuration(index, random, error)).collect();
+    configurations.extend((0..12).map(|index| clusters(index, random, error)));
+    if let Some(odd) = configurations.get_mut(count / 2) {
         let nan = f64::NAN;
         let (rmse_over_mean, relative_mse, median, q95, flip) = (nan, nan, nan, nan, nan);
         let old = odd.picture;
         odd.picture = PictureError { rmse_over_mean, relative_mse, median, q95, flip, ..old };
     }
-    if let Some(odd) = ways.get_mut(count / 3) {
+    if let Some(odd) = configurations.get_mut(count / 3) {
         odd.picture.rmse_over_mean = f64::INFINITY;
         odd.picture.relative_mse = f64::INFINITY;
         odd.picture.bias = f64::INFINITY;
     }
-    ways
+    configurations
 }
 
-fn way(index: usize, random: &mut Random, error: f64) -> Way {
+fn configuration(index: usize, random: &mut Random, error: f64) -> Configuration {
     let mut rest = index;
     let mut axes = BTreeMap::new();
     let (mut error, mut time) = (error, 6.0);
@@ -235,7 +241,7 @@ fn way(index: usize, random: &mut Random, error: f64) -> Way {
     measured(name, axes, error * jitter(random), time * jitter(random), index == 0)
 }
 
-fn clusters(index: usize, random: &mut Random, error: f64) -> Way {
+fn clusters(index: usize, random: &mut Random, error: f64) -> Configuration {
     let space = if index.is_multiple_of(2) { "image" } else { "world" };
     let axes = BTreeMap::from([
         ("kernel".to_owned(), "none".to_owned()),
@@ -243,15 +249,15 @@ fn clusters(index: usize, random: &mut Random, error: f64) -> Way {
         ("space".to_owned(), space.to_owned()),
     ]);
     let error = error * (1.0 + 0.4 * random.uniform());
-    let mut way = measured(
+    let mut configuration = measured(
         format!("clusters-<&\"{space}\"-{index}"),
         axes,
         error,
         30.0 + random.uniform(),
         false,
     );
-    way.complete = !index.is_multiple_of(3);
-    way
+    configuration.complete = !index.is_multiple_of(3);
+    configuration
 }
 
 fn around(median: f64) -> Time {
@@ -264,7 +270,7 @@ fn measured(
     error: f64,
     time: f64,
     default: bool,
-) -> Way {
+) -> Configuration {
     let half = axes.get("precision").is_some_and(|value| value == "f16");
     let scale = if half { 1 } else { 2 };
     let bytes = [
@@ -275,7 +281,7 @@ fn measured(
         ("specular", 115_200),
     ];
     let visible = axes.get("density").is_some_and(|value| value == "bidirectional");
-    Way {
+    Configuration {
         name,
         parameters: BTreeMap::from([("lights".to_owned(), "1024".to_owned())]),
         variants: vec!["sample".to_owned(), "shade".to_owned()],
@@ -483,6 +489,6 @@ fn dark(mut scene: MadeUp) -> MadeUp {
     scene.measured.reference.mean = 0.0;
     scene.measured.sweeps.clear();
     scene.pictures.reference.fill([0.0; 3]);
-    scene.pictures.ways.values_mut().for_each(|picture| picture.fill([0.0; 3]));
+    scene.pictures.configurations.values_mut().for_each(|picture| picture.fill([0.0; 3]));
     scene
 }

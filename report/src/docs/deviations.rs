@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use sglow_results::frontier::document::{Metric, PictureError, SceneReport, Way};
+use sglow_results::frontier::document::{Configuration, Metric, PictureError, SceneReport};
 use sglow_results::frontier::promise::named::PRINTED;
 use sglow_shader_gen::library::Library;
 
@@ -59,7 +59,7 @@ pub fn deviations(library: &Library, scenes: &[SceneReport]) -> Result<Vec<Devia
         };
         for scene in scenes {
             let name = format!("{axis}={printed}");
-            let Some((default, changed)) = pair(&scene.ways, &name) else { continue };
+            let Some((default, changed)) = pair(&scene.configurations, &name) else { continue };
             one.default = value_of(default, axis);
             one.beside = if default.default { String::new() } else { default.name.clone() };
             one.scenes.push(OnScene {
@@ -78,20 +78,32 @@ pub fn deviations(library: &Library, scenes: &[SceneReport]) -> Result<Vec<Devia
 }
 
 /// The default and the same with one value; where that means nothing, both with the value that gives it a meaning.
-fn pair<'a>(ways: &'a [Way], name: &str) -> Option<(&'a Way, &'a Way)> {
-    let find = |wanted: &str| ways.iter().find(|way| way.name == wanted);
+fn pair<'a>(
+    configurations: &'a [Configuration],
+    name: &str,
+) -> Option<(&'a Configuration, &'a Configuration)> {
+    let find =
+        |wanted: &str| configurations.iter().find(|configuration| configuration.name == wanted);
     if let Some(changed) = find(name) {
-        return ways.iter().find(|way| way.default).map(|default| (default, changed));
+        return configurations
+            .iter()
+            .find(|configuration| configuration.default)
+            .map(|default| (default, changed));
     }
-    ways.iter().find_map(|changed| {
+    configurations.iter().find_map(|changed| {
         let beside = changed.name.strip_suffix(name)?.strip_suffix(',')?;
         // One other value, no more.
         (!beside.contains(',')).then(|| find(beside)).flatten().map(|beside| (beside, changed))
     })
 }
 
-fn value_of(way: &Way, axis: &str) -> String {
-    way.axes.get(axis).or_else(|| way.parameters.get(axis)).cloned().unwrap_or_default()
+fn value_of(configuration: &Configuration, axis: &str) -> String {
+    configuration
+        .axes
+        .get(axis)
+        .or_else(|| configuration.parameters.get(axis))
+        .cloned()
+        .unwrap_or_default()
 }
 
 /// A document whose table is that of `deviations`; what stands outside of the marks stays.
@@ -154,22 +166,26 @@ mod tests {
     #[test]
     fn a_value_as_printed_stands_beside_the_default_and_the_prose_stays() {
         let mut scene = made_up::scenes().remove(0).measured;
-        let at = scene.ways.iter().position(|way| !way.default).unwrap();
-        scene.ways[at].name = "emitter=lobe".to_owned();
+        let at =
+            scene.configurations.iter().position(|configuration| !configuration.default).unwrap();
+        scene.configurations[at].name = "emitter=lobe".to_owned();
         let found = deviations(&library().unwrap(), &[scene]).unwrap();
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].axis.as_str(), found[0].printed.as_str()), ("emitter", "lobe"));
         assert_eq!(found[0].beside, "");
         // What means nothing beside the default stands beside what gives it a meaning.
         let mut clusters = made_up::scenes().remove(0).measured;
-        for way in clusters.ways.iter_mut().filter(|way| !way.default) {
-            way.name.insert_str(0, "other ");
+        for configuration in
+            clusters.configurations.iter_mut().filter(|configuration| !configuration.default)
+        {
+            configuration.name.insert_str(0, "other ");
         }
-        let others: Vec<usize> =
-            (0..clusters.ways.len()).filter(|&at| !clusters.ways[at].default).collect();
-        clusters.ways[others[0]].name = "space=none,size_factor=1".to_owned();
+        let others: Vec<usize> = (0..clusters.configurations.len())
+            .filter(|&at| !clusters.configurations[at].default)
+            .collect();
+        clusters.configurations[others[0]].name = "space=none,size_factor=1".to_owned();
         assert!(deviations(&library().unwrap(), &[clusters.clone()]).unwrap().is_empty());
-        clusters.ways[others[1]].name = "space=none".to_owned();
+        clusters.configurations[others[1]].name = "space=none".to_owned();
         let beside = deviations(&library().unwrap(), &[clusters]).unwrap();
         let sized = beside.iter().find(|one| one.axis == "size_factor").unwrap();
         assert_eq!(sized.beside, "space=none");

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use sglow_results::check::Check;
-use sglow_results::frontier::document::{Metric, SceneReport, Way};
+use sglow_results::frontier::document::{Configuration, Metric, SceneReport};
 use sglow_results::frontier::promise::named;
 
 use crate::docs::marks;
@@ -26,18 +26,19 @@ pub fn by_lights(document: &str, name: &str, scenes: &[SceneReport], how: &str) 
         for scene in scenes {
             let bare = |lights: &str| {
                 let named = named(scene, named::BARE)?;
-                let same = |way: &&Way| {
-                    let mut own = way.parameters.clone();
+                let same = |configuration: &&Configuration| {
+                    let mut own = configuration.parameters.clone();
                     own.insert("lights".to_owned(), named.parameters.get("lights")?.clone());
-                    let alike = way.axes == named.axes && own == named.parameters;
-                    (alike && way.parameters.get("lights")? == lights).then_some(())
+                    let alike = configuration.axes == named.axes && own == named.parameters;
+                    (alike && configuration.parameters.get("lights")? == lights).then_some(())
                 };
-                scene.ways.iter().find(|way| same(way).is_some())
+                scene.configurations.iter().find(|configuration| same(configuration).is_some())
             };
-            let ways =
+            let configurations =
                 [named(scene, named::OLD), bare("64"), bare("256"), bare("1024"), bare("16384")];
-            let cells = ways.map(|way| {
-                let error = way.and_then(|way| way.unshadowed.as_ref());
+            let cells = configurations.map(|configuration| {
+                let error =
+                    configuration.and_then(|configuration| configuration.unshadowed.as_ref());
                 error.map_or("–".to_owned(), |error| picture_error::cell(error, metric))
             });
             text.push_str(&format!("| `{}` | {} |\n", scene.scene, cells.join(" | ")));
@@ -51,13 +52,13 @@ pub fn by_lights(document: &str, name: &str, scenes: &[SceneReport], how: &str) 
     marks::replaced(document, name, "lights", &text)
 }
 
-fn named<'a>(scene: &'a SceneReport, name: &str) -> Option<&'a Way> {
+fn named<'a>(scene: &'a SceneReport, name: &str) -> Option<&'a Configuration> {
     let name = scene.screening.as_ref()?.named.get(name)?;
-    scene.ways.iter().find(|way| way.name == *name)
+    scene.configurations.iter().find(|configuration| configuration.name == *name)
 }
 
-/// The frontier of each scene by relative MSE with its default, the papers' configuration, and the checks that fail: the
-/// mark `frontier`.
+/// The frontier of each scene by relative MSE with its default, the papers' configuration, and the checks that fail:
+/// the mark `frontier`.
 ///
 /// # Errors
 ///
@@ -78,28 +79,33 @@ pub fn frontier(
             headings.join(" | "),
             "---|".repeat(headings.len())
         ));
-        let printed = named(scene, named::PRINTED).map(|way| way.name.as_str());
-        let shown = |way: &&Way| {
-            way.complete && way.on_frontier(Metric::RelativeMse)
-                || way.default
-                || Some(way.name.as_str()) == printed
+        let printed = named(scene, named::PRINTED).map(|configuration| configuration.name.as_str());
+        let shown = |configuration: &&Configuration| {
+            configuration.complete && configuration.on_frontier(Metric::RelativeMse)
+                || configuration.default
+                || Some(configuration.name.as_str()) == printed
         };
-        let mut rows: Vec<&Way> = scene.ways.iter().filter(shown).collect();
-        let time = |way: &Way| way.whole.unwrap_or(way.time).median;
+        let mut rows: Vec<&Configuration> = scene.configurations.iter().filter(shown).collect();
+        let time = |configuration: &Configuration| {
+            configuration.whole.unwrap_or(configuration.time).median
+        };
         rows.sort_by(|one, other| time(one).total_cmp(&time(other)));
         let mut seen = BTreeSet::new();
-        for way in rows.into_iter().filter(|way| seen.insert(&way.name)) {
-            let mut label = format!("`{}`", way.name);
-            if Some(way.name.as_str()) == printed {
+        for configuration in
+            rows.into_iter().filter(|configuration| seen.insert(&configuration.name))
+        {
+            let mut label = format!("`{}`", configuration.name);
+            if Some(configuration.name.as_str()) == printed {
                 label = format!("`--preset {}`", named::PRINTED);
             }
-            if let Some(by) = way.dominated.get(&Metric::RelativeMse) {
+            if let Some(by) = configuration.dominated.get(&Metric::RelativeMse) {
                 label.push_str(&format!(" (dominated by `{}`)", by.by));
             }
-            let flicker =
-                way.flicker.map_or("–".to_owned(), |one| format!("{:.1} %", 100.0 * one));
-            let cells = picture_error::cells(&way.picture).join(" | ");
-            let ms = time(way);
+            let flicker = configuration
+                .flicker
+                .map_or("–".to_owned(), |one| format!("{:.1} %", 100.0 * one));
+            let cells = picture_error::cells(&configuration.picture).join(" | ");
+            let ms = time(configuration);
             let decimals = usize::from(ms < 100.0);
             text.push_str(&format!("| {label} | {ms:.decimals$} | {cells} | {flicker} |\n"));
         }
@@ -130,8 +136,9 @@ mod tests {
     #[test]
     fn tables_have_what_was_measured_and_the_prose_stays() {
         let mut scene = made_up::scenes().remove(0).measured;
-        let default = scene.ways.iter().position(|way| way.default).unwrap();
-        let (name, ways) = (scene.scene.clone(), scene.ways.len());
+        let default =
+            scene.configurations.iter().position(|configuration| configuration.default).unwrap();
+        let (name, configurations) = (scene.scene.clone(), scene.configurations.len());
         let checks = [
             Check::new("flicker", 1.5, "times", Relation::AtMost, 1.0),
             Check::new("time", 0.5, "", Relation::AtMost, 1.0),
@@ -145,13 +152,13 @@ mod tests {
         );
         assert!(!text.contains("| time |") && !text.contains("\nold\n"));
         let rows = text.lines().filter(|line| line.starts_with("| `")).count();
-        assert!((2..=ways).contains(&rows), "{rows} of {ways}");
-        assert!(text.contains(&format!("`{}`", scene.ways[default].name)));
+        assert!((2..=configurations).contains(&rows), "{rows} of {configurations}");
+        assert!(text.contains(&format!("`{}`", scene.configurations[default].name)));
         // The default without visibility by the number of lights; what was not measured is a dash.
-        scene.ways[default].unshadowed = Some(scene.ways[default].picture);
-        let own = [(named::BARE.to_owned(), scene.ways[default].name.clone())].into();
+        scene.configurations[default].unshadowed = Some(scene.configurations[default].picture);
+        let own = [(named::BARE.to_owned(), scene.configurations[default].name.clone())].into();
         scene.screening = Some(Screening { single: 0, crossed: 0, axes: Vec::new(), named: own });
-        scene.ways[default].parameters.insert("lights".to_owned(), "1024".to_owned());
+        scene.configurations[default].parameters.insert("lights".to_owned(), "1024".to_owned());
         let document = "<!-- lights: begin -->\n<!-- lights: end -->\n";
         let text = by_lights(document, "T.md", &[scene], "cargo xtask report").unwrap();
         let row = text.lines().find(|line| line.starts_with(&format!("| `{name}` |"))).unwrap();

@@ -127,7 +127,7 @@ pub struct Spot {
     pub spread: [f64; 2],
     /// How high; not finite goes to a band above the plot.
     pub y: f64,
-    /// Whether it is on the frontier, beaten by another, or something else altogether.
+    /// Whether it is on the frontier, dominated by another, or something else altogether.
     pub rank: Rank,
 }
 
@@ -137,7 +137,7 @@ pub enum Rank {
     /// A full disc.
     Best,
     /// A ring.
-    Beaten,
+    Dominated,
     /// A triangle.
     Literal,
 }
@@ -202,7 +202,7 @@ fn around([x, y]: [f64; 2], radius: f64) -> Hull {
     Hull { left: x - radius, right: x + radius, top: y - radius, bottom: y + radius }
 }
 
-/// Points over two logarithmic axes, with a faint line along those that no other beats in both.
+/// Points over two logarithmic axes, with a faint line along those that no other dominates.
 pub fn scatter(title: &str, x_label: &str, y_label: &str, spots: &[Spot]) -> Option<Drawing> {
     let x = Scale::around(spots.iter().flat_map(|spot| [spot.x, spot.spread[0], spot.spread[1]]))?;
     let y = Scale::decades(spots.iter().map(|spot| spot.y))?;
@@ -281,7 +281,7 @@ fn steps(points: &[[f64; 2]]) -> String {
 fn symbol(spot: &Spot, [x, y]: [f64; 2]) -> Markup {
     match spot.rank {
         Rank::Best => html! { circle.spot cx=(px(x)) cy=(px(y)) r="6.5" {} },
-        Rank::Beaten => html! { circle."spot beaten" cx=(px(x)) cy=(px(y)) r="5" {} },
+        Rank::Dominated => html! { circle."spot dominated" cx=(px(x)) cy=(px(y)) r="5" {} },
         Rank::Literal => {
             let corners = [(x, y - 8.0), (x - 8.0, y + 6.0), (x + 8.0, y + 6.0)];
             let corners = corners.map(|(x, y)| format!("{},{}", px(x), px(y))).join(" ");
@@ -414,7 +414,7 @@ mod tests {
 
     fn spot(label: &str, x: f64, y: f64, rank: Rank) -> Spot {
         let aside =
-            if rank == Rank::Beaten { "beaten by another".to_owned() } else { String::new() };
+            if rank == Rank::Dominated { "dominated by another".to_owned() } else { String::new() };
         Spot { label: label.to_owned(), aside, x, spread: [x * 0.9, x * 1.2], y, rank }
     }
 
@@ -430,7 +430,7 @@ mod tests {
         let spots = [
             spot("good", 1.0, 1e-3, Rank::Best),
             spot("lost", 1.5, f64::INFINITY, Rank::Literal),
-            spot("zero", 2.0, 0.0, Rank::Beaten),
+            spot("zero", 2.0, 0.0, Rank::Dominated),
         ];
         let file = scatter("t", "x", "y", &spots).unwrap().file();
         assert!(file.contains("not finite") && file.contains("<polygon"), "{file}");

@@ -1,13 +1,7 @@
 //! The page of error against time: which configuration a scene should take, why, and the measured error of each.
 
-use std::collections::BTreeMap;
-
 use maud::{Markup, html};
-use schemars::JsonSchema;
-use serde::Serialize;
-use sglow_results::frontier::document::{Metric, Pictures, SceneReport};
-use sglow_shader_gen::manifest;
-use sglow_shader_gen::package::Purpose;
+use sglow_results::frontier::document::{Metric, SceneReport};
 
 use crate::json::Report;
 use crate::page::frame::{Extras, Section, page_with};
@@ -26,73 +20,13 @@ mod left_out;
 pub(crate) mod made_up;
 mod named;
 mod pictures;
+mod scene;
 mod sweeps;
 
 use named::Named;
 
 pub use crate::scene::{Decision, Fact};
-
-/// What a package was made without.
-pub fn left_out_by(purpose: &Purpose) -> Vec<LeftOut> {
-    let one = |left: &manifest::LeftOut| LeftOut {
-        what: left.what(),
-        rule: left.rule.clone(),
-        reason: left.reason.clone(),
-        saved: numbers(&left.saved),
-    };
-    let mut all: Vec<LeftOut> = purpose.left_out.iter().map(one).collect();
-    all.push(LeftOut {
-        what: "all of it".to_owned(),
-        rule: String::new(),
-        reason: "against all that a scene may need of which every fact holds".to_owned(),
-        saved: numbers(&purpose.made_for.saved),
-    });
-    all
-}
-
-fn numbers(saved: &manifest::Saved) -> BTreeMap<String, f64> {
-    let mut numbers: BTreeMap<String, f64> = [
-        ("static_operations", saved.static_operations),
-        ("bindings", saved.bindings),
-        ("texture_bytes", saved.texture_bytes),
-        ("buffer_bytes", saved.buffer_bytes),
-        ("shader_bytes", saved.shader_bytes),
-    ]
-    .map(|(name, number)| (name.to_owned(), number as f64))
-    .into();
-    numbers.extend(saved.milliseconds.map(|time| ("milliseconds".to_owned(), time)));
-    numbers
-}
-
-/// Something that a scene's package has not.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct LeftOut {
-    /// What it is.
-    pub what: String,
-    /// The rule that left it out.
-    pub rule: String,
-    /// Why.
-    pub reason: String,
-    /// What that saves: bytes where the name ends in `bytes`, milliseconds where it is `milliseconds`, counts otherwise.
-    pub saved: BTreeMap<String, f64>,
-}
-
-/// A scene on the page.
-#[derive(Clone, Copy, Debug)]
-pub struct Scene<'a> {
-    /// What was measured of it.
-    pub measured: &'a SceneReport,
-    /// Its pictures.
-    pub pictures: &'a Pictures,
-    /// FLIP maps by the name of the way, 0 to 1 each pixel, row by row from the top.
-    pub flip: &'a BTreeMap<String, Vec<f32>>,
-    /// What it needs, and how that is known.
-    pub facts: &'a [Fact],
-    /// What was decided for it.
-    pub decisions: &'a [Decision],
-    /// What its package has not.
-    pub left_out: &'a [LeftOut],
-}
+pub use scene::{LeftOut, Scene, left_out_by};
 
 /// All that the page shows.
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +35,7 @@ pub struct Input<'a> {
     pub report: &'a Report,
     /// Each scene.
     pub scenes: &'a [Scene<'a>],
-    /// How far from the best error, as a share of it, a way still counts as good.
+    /// How far from the best error, as a share of it, a configuration still counts as good.
     pub within: f64,
     /// How long it took.
     pub minutes: f64,
@@ -198,7 +132,7 @@ fn scene(all: &[&Named<'_>]) -> Markup {
             (count(measured.triangles)) " triangles, light: " (measured.light) "; " (width) " × " (height) " pixels, map of "
             (measured.rsm_size) " squared, " (count(measured.lights as usize)) " virtual lights, " (measured.iterations)
             " bisection steps, K = " (figure(measured.size_factor)) ". Times: " (measured.clock) ", median of "
-            (measured.runs) " runs. " (count(measured.ways.len())) " configurations."
+            (measured.runs) " runs. " (count(measured.configurations.len())) " configurations."
             @if measured.not_finite > 0 { strong { " " (count(measured.not_finite)) " numbers are not finite." } }
         }
         (screening(measured))
@@ -257,7 +191,8 @@ fn verdict(input: &Input<'_>) -> Markup {
     let checks = &input.report.checks;
     let failing: Vec<_> = checks.iter().filter(|check| !check.holds).collect();
     let held = checks.len() - failing.len();
-    let ways: usize = input.scenes.iter().map(|scene| scene.measured.ways.len()).sum();
+    let configurations: usize =
+        input.scenes.iter().map(|scene| scene.measured.configurations.len()).sum();
     html! {
         p class={ "verdict " (if failing.is_empty() && held > 0 { "holds" } else { "fails" }) } {
             @if checks.is_empty() {
@@ -277,7 +212,7 @@ fn verdict(input: &Input<'_>) -> Markup {
             }
         }
         p {
-            (count(ways)) " configurations on " (count(input.scenes.len()))
+            (count(configurations)) " configurations on " (count(input.scenes.len()))
             @if input.scenes.len() == 1 { " scene" } @else { " scenes" }
             ", each with its error and its time on " (input.report.adapter) "."
         }

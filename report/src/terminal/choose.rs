@@ -1,23 +1,24 @@
 //! What a budget buys, for a terminal.
 
 use sglow_results::frontier::choose::{self, Budget, Purchase};
-use sglow_results::frontier::document::{Metric, Way};
+use sglow_results::frontier::document::{Configuration, Metric};
 
 use crate::failure::Failure;
 use crate::{picture_error, table};
 
 /// What comes first and next.
 #[must_use]
-pub fn show(order: &[&Way], metric: Metric, purchase: &Purchase, runs: usize) -> String {
+pub fn show(order: &[&Configuration], metric: Metric, purchase: &Purchase, runs: usize) -> String {
     let [relative_mse, rmse, median, q95, flip, bias] = picture_error::HEADINGS;
     let header = ["", "configuration", "ms", relative_mse, rmse, median, q95, flip, bias];
     let mut table = table::new(header);
-    for (place, way) in order.iter().enumerate() {
-        let time = choose::time(way);
-        let [relative_mse, rmse, median, q95, flip, bias] = picture_error::cells(&way.picture);
+    for (place, configuration) in order.iter().enumerate() {
+        let time = choose::time(configuration);
+        let [relative_mse, rmse, median, q95, flip, bias] =
+            picture_error::cells(&configuration.picture);
         table.add_row([
             if place == 0 { "chosen".to_owned() } else { format!("{}", place + 1) },
-            way.name.clone(),
+            configuration.name.clone(),
             format!("{:.2} ({:.2}-{:.2})", time.median, time.least, time.most),
             relative_mse,
             rmse,
@@ -27,10 +28,12 @@ pub fn show(order: &[&Way], metric: Metric, purchase: &Purchase, runs: usize) ->
             bias,
         ]);
     }
-    let below = order.first().is_some_and(|way| way.picture.measured(metric).below_noise());
+    let below = order
+        .first()
+        .is_some_and(|configuration| configuration.picture.measured(metric).below_noise());
     format!(
         "{table}\n{} configurations measured; medians of {runs} whole frames in turns, {}; noise of the reference: {}{}",
-        purchase.ways.len(),
+        purchase.configurations.len(),
         purchase.clock,
         picture_error::text(
             purchase.reference.noise_over_mean,
@@ -43,7 +46,12 @@ pub fn show(order: &[&Way], metric: Metric, purchase: &Purchase, runs: usize) ->
 
 /// By how much the runner-up lost.
 #[must_use]
-pub fn margin(winner: &Way, runner_up: &Way, metric: Metric, budget: Budget) -> String {
+pub fn margin(
+    winner: &Configuration,
+    runner_up: &Configuration,
+    metric: Metric,
+    budget: Budget,
+) -> String {
     let (ours, theirs) = (choose::time(winner), choose::time(runner_up));
     let (right, wrong) = (winner.picture.of(metric), runner_up.picture.of(metric));
     let name = &runner_up.name;
@@ -82,7 +90,7 @@ fn error(value: f64, metric: Metric) -> String {
 #[must_use]
 pub fn nothing(purchase: &Purchase, metric: Metric, budget: Budget) -> Failure {
     let Some(choose::Bought::Nothing { nearest, by }) =
-        choose::choose(&purchase.ways, metric, budget)
+        choose::choose(&purchase.configurations, metric, budget)
     else {
         return Failure::new("nothing was measured");
     };

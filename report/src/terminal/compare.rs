@@ -32,7 +32,7 @@ pub fn show(tested: &Path, loaded: &Loaded, error: &PictureError, metrics: &[Met
         tested.display(),
         error.pixels,
         width * height,
-        loaded.present.as_ref().map_or("all: no file tells where there is a surface", |one| one.1),
+        loaded.present.as_ref().map_or("all: no file says where there is a surface", |one| one.1),
         loaded.layer,
         if dark { "; the reference is black, so errors are absolute" } else { "" },
     )

@@ -22,13 +22,23 @@ pub fn show(scene: &SceneReport) -> String {
         ["frontier, and default", "ms", relative_mse, rmse, median, q95, flip, bias, "flicker"];
     let mut table = table::new(header);
     let metric = Metric::default();
-    for way in scene.ways.iter().filter(|way| way.on_frontier(metric) || way.default) {
-        let time = way.whole.unwrap_or(way.time);
+    for configuration in scene
+        .configurations
+        .iter()
+        .filter(|configuration| configuration.on_frontier(metric) || configuration.default)
+    {
+        let time = configuration.whole.unwrap_or(configuration.time);
         let dark = scene.reference.dark;
-        let flicker = way.flicker.map(|flicker| picture_error::text(flicker, Metric::Rmse, dark));
-        let [relative_mse, rmse, median, q95, flip, bias] = picture_error::cells(&way.picture);
+        let flicker =
+            configuration.flicker.map(|flicker| picture_error::text(flicker, Metric::Rmse, dark));
+        let [relative_mse, rmse, median, q95, flip, bias] =
+            picture_error::cells(&configuration.picture);
         table.add_row([
-            format!("{}{}", way.name, if way.on_frontier(metric) { "" } else { " (dominated)" }),
+            format!(
+                "{}{}",
+                configuration.name,
+                if configuration.on_frontier(metric) { "" } else { " (dominated)" }
+            ),
             format!("{:.1} ({:.1}-{:.1})", time.median, time.least, time.most),
             relative_mse,
             rmse,
@@ -40,12 +50,16 @@ pub fn show(scene: &SceneReport) -> String {
         ]);
     }
     let counts = Metric::ALL.map(|metric| {
-        let count = scene.ways.iter().filter(|way| way.on_frontier(metric)).count();
+        let count = scene
+            .configurations
+            .iter()
+            .filter(|configuration| configuration.on_frontier(metric))
+            .count();
         format!("{count} {}", metric.name())
     });
     format!(
         "{head}\n{table}\n{} configurations; on the frontier by each metric: {}",
-        scene.ways.len(),
+        scene.configurations.len(),
         counts.join(", ")
     )
 }

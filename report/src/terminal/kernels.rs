@@ -4,7 +4,7 @@ use sglow_results::kernels::Sizing;
 
 use crate::table;
 
-/// A row for each way to size kernels.
+/// A row for each configuration to size kernels.
 #[must_use]
 pub fn show(found: &[Sizing], lights: u32) -> String {
     let mut table =

@@ -12,7 +12,7 @@ use crate::table;
 pub const DOES_NOT_SHOW: [&str; 6] = [
     "How fast a GPU is. Times on a software driver such as lavapipe compare variants and promise nothing about GPUs, \
      where special functions cost less beside the rest, and registers and divergence cost more.",
-    "What one driver does with these texts beyond the one that ran. The mirror evaluates them on the CPU in ways that \
+    "What one driver does with these texts beyond the one that ran. The mirror evaluates them on the CPU in configurations that \
      drivers were seen to use; it models drivers, it is none of them.",
     "That every device keeps to the grants. They are those of the table of the Vulkan specification, environment for \
      SPIR-V; drivers were seen to break promises.",

@@ -1,30 +1,30 @@
-//! The way that a budget buys.
+//! The configuration that a budget buys.
 
 use crate::check::{Check, Relation};
-use crate::frontier::document::{Metric, Reference, Way};
+use crate::frontier::document::{Configuration, Metric, Reference};
 use crate::time::Time;
 
 /// What may be spent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Budget {
-    /// The cheapest way that is at most so wrong.
+    /// The cheapest configuration whose error is at most this.
     Error(f64),
-    /// The most accurate way that takes at most so many milliseconds.
+    /// The most accurate configuration that takes at most so many milliseconds.
     Milliseconds(f64),
 }
 
-/// How many ways that come close are kept beside the best one.
+/// How many configurations that come close are kept beside the best one.
 const CLOSE: usize = 4;
 
 /// What a budget buys.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Bought<'a> {
-    /// The way that wins and those that come next, best first.
-    Ways(Vec<&'a Way>),
-    /// Nothing: the way that comes nearest, and by how much it misses, in the unit of the budget.
+    /// The configuration that wins and those that come next, best first.
+    Configurations(Vec<&'a Configuration>),
+    /// Nothing: the configuration that comes nearest, and by how much it misses, in the unit of the budget.
     Nothing {
-        /// The way.
-        nearest: &'a Way,
+        /// The configuration.
+        nearest: &'a Configuration,
         /// How much less would have done.
         by: f64,
     },
@@ -33,8 +33,8 @@ pub enum Bought<'a> {
 /// What a budget buys.
 #[derive(Clone, Debug)]
 pub struct Purchase {
-    /// Every way; those that were compared closely have times of whole frames.
-    pub ways: Vec<Way>,
+    /// Every configuration; those that were compared closely have times of whole frames.
+    pub configurations: Vec<Configuration>,
     /// The names of those that win and come next, best first; nothing if the budget buys nothing.
     pub order: Vec<String>,
     /// What errors are against.
@@ -43,27 +43,33 @@ pub struct Purchase {
     pub clock: String,
 }
 
-/// The time of a way: of whole frames where it was taken, else of its passes.
+/// The time of a configuration: of whole frames where it was taken, else of its passes.
 #[must_use]
-pub fn time(way: &Way) -> Time {
-    way.whole.unwrap_or(way.time)
+pub fn time(configuration: &Configuration) -> Time {
+    configuration.whole.unwrap_or(configuration.time)
 }
 
-/// What a budget buys of ways that were measured; nothing at all of no ways.
+/// What a budget buys of configurations that were measured; nothing at all of no configurations.
 ///
-/// With an error to be kept, ways that are as fast go by their error; with a time to be kept, ways that are as good go by
-/// their time.
+/// With an error to be kept, configurations that are as fast go by their error; with a time to be kept, configurations
+/// that are as good go by their time.
 #[must_use]
-pub fn choose(ways: &[Way], metric: Metric, budget: Budget) -> Option<Bought<'_>> {
-    let error = |way: &Way| way.picture.of(metric);
-    let time = |way: &Way| time(way).median;
-    let (spent, limit): (&dyn Fn(&Way) -> f64, f64) = match budget {
+pub fn choose(
+    configurations: &[Configuration],
+    metric: Metric,
+    budget: Budget,
+) -> Option<Bought<'_>> {
+    let error = |configuration: &Configuration| configuration.picture.of(metric);
+    let time = |configuration: &Configuration| time(configuration).median;
+    let (spent, limit): (&dyn Fn(&Configuration) -> f64, f64) = match budget {
         Budget::Error(limit) => (&error, limit),
         Budget::Milliseconds(limit) => (&time, limit),
     };
-    let mut bought: Vec<&Way> = ways.iter().filter(|way| spent(way) <= limit).collect();
+    let mut bought: Vec<&Configuration> =
+        configurations.iter().filter(|configuration| spent(configuration) <= limit).collect();
     if bought.is_empty() {
-        let nearest = ways.iter().min_by(|one, other| spent(one).total_cmp(&spent(other)))?;
+        let nearest =
+            configurations.iter().min_by(|one, other| spent(one).total_cmp(&spent(other)))?;
         return Some(Bought::Nothing { nearest, by: spent(nearest) - limit });
     }
     bought.sort_by(|one, other| match budget {
@@ -75,12 +81,12 @@ pub fn choose(ways: &[Way], metric: Metric, budget: Budget) -> Option<Bought<'_>
         }
     });
     bought.truncate(1 + CLOSE);
-    Some(Bought::Ways(bought))
+    Some(Bought::Configurations(bought))
 }
 
 /// The budget as something that holds.
 #[must_use]
-pub fn kept(winner: &Way, metric: Metric, budget: Budget) -> Check {
+pub fn kept(winner: &Configuration, metric: Metric, budget: Budget) -> Check {
     let relation = Relation::AtMost;
     match budget {
         Budget::Error(most) => {
@@ -105,43 +111,54 @@ pub(super) mod tests {
     use super::*;
     use crate::frontier::document::PictureError;
 
-    pub(in crate::frontier) fn way(name: &str, time: f64, rmse: f64, flip: f64) -> Way {
-        Way {
+    pub(in crate::frontier) fn configuration(
+        name: &str,
+        time: f64,
+        rmse: f64,
+        flip: f64,
+    ) -> Configuration {
+        Configuration {
             name: name.to_owned(),
             complete: true,
             time: Time { median: time, least: time, most: time },
             picture: PictureError { rmse_over_mean: rmse, flip, ..PictureError::default() },
-            ..Way::default()
+            ..Configuration::default()
         }
     }
 
     fn names(bought: Option<Bought<'_>>) -> Vec<String> {
         match bought {
-            Some(Bought::Ways(ways)) => ways.iter().map(|way| way.name.clone()).collect(),
+            Some(Bought::Configurations(configurations)) => {
+                configurations.iter().map(|configuration| configuration.name.clone()).collect()
+            }
             other => panic!("{other:?}"),
         }
     }
 
     #[test]
     fn a_budget_buys_the_cheapest_or_the_most_accurate() {
-        let ways = [
-            way("rough", 1.0, 0.5, 0.01),
-            way("good", 3.0, 0.2, 0.10),
-            way("same", 3.0, 0.1, 0.30),
-            way("best", 9.0, 0.05, 0.20),
-            way("broken", 0.1, f64::NAN, f64::NAN),
+        let configurations = [
+            configuration("rough", 1.0, 0.5, 0.01),
+            configuration("good", 3.0, 0.2, 0.10),
+            configuration("same", 3.0, 0.1, 0.30),
+            configuration("best", 9.0, 0.05, 0.20),
+            configuration("broken", 0.1, f64::NAN, f64::NAN),
         ];
-        let rmse = |budget| names(choose(&ways, Metric::Rmse, budget));
+        let rmse = |budget| names(choose(&configurations, Metric::Rmse, budget));
         assert_eq!(rmse(Budget::Error(0.3)), ["same", "good", "best"]);
         assert_eq!(rmse(Budget::Error(0.2)), ["same", "good", "best"], "the limit itself will do");
         assert_eq!(rmse(Budget::Milliseconds(4.0)), ["same", "good", "rough", "broken"]);
-        assert_eq!(names(choose(&ways, Metric::Flip, Budget::Milliseconds(4.0)))[0], "rough");
+        assert_eq!(
+            names(choose(&configurations, Metric::Flip, Budget::Milliseconds(4.0)))[0],
+            "rough"
+        );
     }
 
     #[test]
     fn a_budget_that_buys_nothing_names_what_comes_nearest() {
-        let ways = [way("rough", 1.0, 0.5, 0.5), way("good", 3.0, 0.25, 0.25)];
-        let by = |budget| match choose(&ways, Metric::Rmse, budget) {
+        let configurations =
+            [configuration("rough", 1.0, 0.5, 0.5), configuration("good", 3.0, 0.25, 0.25)];
+        let by = |budget| match choose(&configurations, Metric::Rmse, budget) {
             Some(Bought::Nothing { nearest, by }) => (nearest.name.clone(), by),
             other => panic!("{other:?}"),
         };
@@ -152,9 +169,9 @@ pub(super) mod tests {
 
     #[test]
     fn whole_frames_count_where_there_are_some() {
-        let mut slower = way("slower", 1.0, 0.2, 0.2);
+        let mut slower = configuration("slower", 1.0, 0.2, 0.2);
         slower.whole = Some(Time { median: 5.0, ..Time::default() });
-        let ways = [slower, way("faster", 2.0, 0.2, 0.2)];
-        assert_eq!(names(choose(&ways, Metric::Rmse, Budget::Error(1.0)))[0], "faster");
+        let configurations = [slower, configuration("faster", 2.0, 0.2, 0.2)];
+        assert_eq!(names(choose(&configurations, Metric::Rmse, Budget::Error(1.0)))[0], "faster");
     }
 }

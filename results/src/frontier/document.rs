@@ -26,7 +26,8 @@ pub struct Worst {
     pub found: [f64; 3],
     /// What should have been there.
     pub expected: [f64; 3],
-    /// The texels of position, normal and base colour that were shaded, as the bits of their 32-bit floats in hexadecimal.
+    /// The texels of position, normal and base colour that were shaded, as the bits of their 32-bit floats in
+    /// hexadecimal.
     pub surface: [[String; 4]; 3],
 }
 
@@ -55,10 +56,10 @@ pub struct Dominated {
     pub clear: bool,
 }
 
-/// One way to indirect light: a value on each axis, measured.
+/// A configuration of indirect light, measured: a value on each axis and of each parameter.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Way {
-    /// What it is called; no other way of the scene is called so.
+pub struct Configuration {
+    /// What it is called; no other configuration of the scene is called so.
     pub name: String,
     /// The value on each axis.
     pub axes: BTreeMap<String, String>,
@@ -74,8 +75,8 @@ pub struct Way {
     pub passes: Vec<Pass>,
     /// Their sum.
     pub time: Time,
-    /// All passes again as one frame, in turns with those that it is compared with: on the frontier alone, and of frames
-    /// of at most a second.
+    /// All passes again as one frame, in turns with those that it is compared with: on the frontier alone, and of
+    /// frames of at most a second.
     pub whole: Option<Time>,
     /// Bytes of each texture and buffer that it keeps, by name.
     pub bytes: BTreeMap<String, u64>,
@@ -101,7 +102,7 @@ pub struct Way {
     pub dominated: BTreeMap<Metric, Dominated>,
 }
 
-impl Way {
+impl Configuration {
     /// Whether no other configuration dominates it by a metric.
     #[must_use]
     pub fn on_frontier(&self, metric: Metric) -> bool {
@@ -115,7 +116,8 @@ impl Way {
     }
 }
 
-/// The reference of a scene, paths of one bounce from the camera with exact visibility, and how far it may be off itself.
+/// The reference of a scene, paths of one bounce from the camera with exact visibility, and how far it may be off
+/// itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Reference {
     /// Paths of each pixel.
@@ -137,7 +139,8 @@ pub struct SweepPoint {
     pub time: Option<Time>,
     /// How far the picture is from the reference; none of what is modelled.
     pub picture: Option<PictureError>,
-    /// RMS difference from the limit of the same way, over its mean: the error that the number is to blame for.
+    /// RMS difference from the limit of the same configuration, over its mean: the error that the number is to blame
+    /// for.
     pub own_rms_over_mean: Option<f64>,
     /// How much more it changes from frame to frame under a moving light than it has to, over the mean: of sizes of
     /// kernels alone.
@@ -195,8 +198,8 @@ pub struct Side {
     pub passes: Vec<Pass>,
 }
 
-/// What kernels cost by the texels that they put together, on a sample of pixels without visibility, against the sum over
-/// all texels of the map: the scene's default numbers, drawn by power.
+/// What kernels cost by the texels that they put together, on a sample of pixels without visibility, against the sum
+/// over all texels of the map: the scene's default numbers, drawn by power.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Straddling {
     /// K.
@@ -242,8 +245,8 @@ pub struct Kept {
     pub dominated: Vec<String>,
 }
 
-/// How the configurations came about: one axis at a time about the default, then what is on its own frontier by relative
-/// MSE crossed.
+/// How the configurations came about: one axis at a time about the default, then what is on its own frontier by
+/// relative MSE crossed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Screening {
     /// Configurations that differ from the default in one axis or parameter.
@@ -282,7 +285,7 @@ pub struct SceneReport {
     /// What pictures are compared with.
     pub reference: Reference,
     /// Every configuration, those on the frontier by the default metric first, then by time.
-    pub ways: Vec<Way>,
+    pub configurations: Vec<Configuration>,
     /// Error and time against numbers.
     pub sweeps: Vec<Sweep>,
     /// The error of lights beside that of their kernels' texels.
@@ -300,6 +303,6 @@ pub struct SceneReport {
 pub struct Pictures {
     /// The whole reference: direct light, emission and the reference's indirect light.
     pub reference: Radiance,
-    /// The same of ways by their name: those of the frontier, and the default.
-    pub ways: BTreeMap<String, Radiance>,
+    /// The same of configurations by their name: those of the frontier, and the default.
+    pub configurations: BTreeMap<String, Radiance>,
 }

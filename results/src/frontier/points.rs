@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::frontier::choose::time;
-use crate::frontier::document::{Metric, SceneReport, Way};
+use crate::frontier::document::{Configuration, Metric, SceneReport};
 use crate::frontier::promise::named;
 use crate::frontier::rank::{Place, rank};
 use crate::time::Time;
@@ -16,7 +16,7 @@ pub struct Point<'a> {
     /// By what it was chosen.
     pub description: &'static str,
     /// Each scene with its configuration.
-    pub scenes: Vec<(&'a SceneReport, &'a Way)>,
+    pub scenes: Vec<(&'a SceneReport, &'a Configuration)>,
 }
 
 /// A configuration over all scenes: geometric means of its times and errors over the default's.
@@ -27,30 +27,33 @@ struct Mean<'a> {
 }
 
 /// `fast`, `balanced` and `accurate`, by relative MSE and the time of indirect light, of the configurations that were
-/// measured of every scene: geometric means over scenes, each over the scene's default. None without scenes, or without a
-/// configuration that is as good as the papers'.
+/// measured of every scene: geometric means over scenes, each over the scene's default. None without scenes, or without
+/// a configuration that is as good as the papers'.
 #[must_use]
 pub fn points(scenes: &[SceneReport]) -> Option<[Point<'_>; 3]> {
-    let find =
-        |scene: &'_ SceneReport, name: &str| scene.ways.iter().position(|way| way.name == name);
+    let find = |scene: &'_ SceneReport, name: &str| {
+        scene.configurations.iter().position(|configuration| configuration.name == name)
+    };
     let first = scenes.first()?;
-    let default: Vec<&Way> = scenes
+    let default: Vec<&Configuration> = scenes
         .iter()
-        .map(|scene| scene.ways.iter().find(|way| way.default))
+        .map(|scene| scene.configurations.iter().find(|configuration| configuration.default))
         .collect::<Option<_>>()?;
     let mean = |name: &str| -> Option<[f64; 2]> {
         let mut sums = [0.0; 2];
         for (scene, default) in scenes.iter().zip(&default) {
-            let way = &scene.ways[find(scene, name)?];
-            let error = |way: &Way| way.picture.of(Metric::RelativeMse).max(f64::MIN_POSITIVE);
-            sums[0] += (time(way).median / time(default).median).ln();
-            sums[1] += (error(way) / error(default)).ln();
+            let configuration = &scene.configurations[find(scene, name)?];
+            let error = |configuration: &Configuration| {
+                configuration.picture.of(Metric::RelativeMse).max(f64::MIN_POSITIVE)
+            };
+            sums[0] += (time(configuration).median / time(default).median).ln();
+            sums[1] += (error(configuration) / error(default)).ln();
         }
         let means = sums.map(|sum| (sum / scenes.len() as f64).exp());
         means.iter().all(|mean| mean.is_finite()).then_some(means)
     };
-    let whole = first.ways.iter().filter(|way| way.complete);
-    let names: BTreeSet<&str> = whole.map(|way| way.name.as_str()).collect();
+    let whole = first.configurations.iter().filter(|configuration| configuration.complete);
+    let names: BTreeSet<&str> = whole.map(|configuration| configuration.name.as_str()).collect();
     let means: Vec<Mean<'_>> = names
         .into_iter()
         .filter_map(|name| mean(name).map(|[time, error]| Mean { name, time, error }))
@@ -71,9 +74,15 @@ pub fn points(scenes: &[SceneReport]) -> Option<[Point<'_>; 3]> {
     for (scene, default) in scenes.iter().zip(&default) {
         let names = scene.screening.as_ref().map(|screening| &screening.named);
         let name = names.and_then(|names| names.get(named::PRINTED));
-        let way = name.and_then(|name| scene.ways.iter().find(|way| way.name == *name));
-        let error = |way: &Way| way.picture.of(Metric::RelativeMse).max(f64::MIN_POSITIVE);
-        printed = printed.zip(way).map(|(sum, way)| sum + (error(way) / error(default)).ln());
+        let configuration = name.and_then(|name| {
+            scene.configurations.iter().find(|configuration| configuration.name == *name)
+        });
+        let error = |configuration: &Configuration| {
+            configuration.picture.of(Metric::RelativeMse).max(f64::MIN_POSITIVE)
+        };
+        printed = printed
+            .zip(configuration)
+            .map(|(sum, configuration)| sum + (error(configuration) / error(default)).ln());
     }
     let limit = printed.map_or(f64::INFINITY, |sum| (sum / scenes.len() as f64).exp());
     let fast = frontier
@@ -91,7 +100,8 @@ pub fn points(scenes: &[SceneReport]) -> Option<[Point<'_>; 3]> {
     let balanced = between.min_by(|one, other| far(one).total_cmp(&far(other)))?;
     let point = |name, description, mean: &Mean<'_>| {
         let of = |scene: &'_ SceneReport| find(scene, mean.name);
-        let all = scenes.iter().filter_map(|scene| Some((scene, &scene.ways[of(scene)?])));
+        let all =
+            scenes.iter().filter_map(|scene| Some((scene, &scene.configurations[of(scene)?])));
         Point { name, description, scenes: all.collect() }
     };
     Some([
@@ -114,16 +124,20 @@ pub fn points(scenes: &[SceneReport]) -> Option<[Point<'_>; 3]> {
 /// configuration.
 #[must_use]
 pub fn values(point: &Point<'_>) -> BTreeMap<String, String> {
-    let has = |way: &Way| way.axes.get("specular").is_some_and(|value| value != "none");
-    let glossy = point.scenes.iter().find(|(_, way)| has(way));
-    let Some((_, way)) = glossy.or_else(|| point.scenes.first()) else { return BTreeMap::new() };
+    let has = |configuration: &Configuration| {
+        configuration.axes.get("specular").is_some_and(|value| value != "none")
+    };
+    let glossy = point.scenes.iter().find(|(_, configuration)| has(configuration));
+    let Some((_, configuration)) = glossy.or_else(|| point.scenes.first()) else {
+        return BTreeMap::new();
+    };
     let of_specular = ["lobes", "specular", "ndf", "specular_power"];
-    let axes = way
+    let axes = configuration
         .axes
         .iter()
         .filter(|(axis, _)| glossy.is_some() || !of_specular.contains(&axis.as_str()));
     // The solver follows from previous kernels.
     let axes = axes.filter(|(axis, value)| *axis != "solver" || *value != "none");
-    let numbers = way.parameters.iter().filter(|(name, _)| *name != "map");
+    let numbers = configuration.parameters.iter().filter(|(name, _)| *name != "map");
     axes.chain(numbers).map(|(name, value)| (name.clone(), value.clone())).collect()
 }

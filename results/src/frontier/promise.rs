@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{Metric, PictureError, SceneReport, Way};
+use super::document::{Configuration, Metric, PictureError, SceneReport};
 use super::equal::{Candidate, time_to_equal};
 use crate::check::{Check, Relation};
 
@@ -137,16 +137,19 @@ pub struct Promised {
 /// were not screened, of which nothing is promised.
 #[must_use]
 pub fn hold(scene: &SceneReport) -> Vec<Promised> {
-    scene
-        .screening
-        .as_ref()
-        .map_or_else(Vec::new, |screening| held(&scene.scene, &screening.named, &scene.ways))
+    scene.screening.as_ref().map_or_else(Vec::new, |screening| {
+        held(&scene.scene, &screening.named, &scene.configurations)
+    })
 }
 
-fn held(scene: &str, names: &BTreeMap<String, String>, ways: &[Way]) -> Vec<Promised> {
+fn held(
+    scene: &str,
+    names: &BTreeMap<String, String>,
+    configurations: &[Configuration],
+) -> Vec<Promised> {
     let find = |what: &str| {
         let name = names.get(what)?;
-        ways.iter().find(|way| way.name == *name)
+        configurations.iter().find(|configuration| configuration.name == *name)
     };
     let mut all = Vec::new();
     let mut at_most = |name: String, value: Option<f64>, unit, bound, note: String| {
@@ -171,17 +174,18 @@ fn held(scene: &str, names: &BTreeMap<String, String>, ways: &[Way]) -> Vec<Prom
         "less error is not bought with more flicker".to_owned(),
     );
     for one in ERRORS.iter().filter(|one| one.scene == stem(scene)) {
-        let (way, what) = match one.against {
-            Against::Facets => {
-                (bare.and_then(|way| way.unshadowed), "against facets, without visibility")
-            }
-            Against::Paths => (default.map(|way| way.picture), "against paths"),
+        let (configuration, what) = match one.against {
+            Against::Facets => (
+                bare.and_then(|configuration| configuration.unshadowed),
+                "against facets, without visibility",
+            ),
+            Against::Paths => (default.map(|configuration| configuration.picture), "against paths"),
         };
         let name = format!("{scene}: {} of the default, {what}", one.metric.title());
-        let value = way.map(|error| error.of(one.metric));
+        let value = configuration.map(|error| error.of(one.metric));
         at_most(name, value, "", one.at_most, one.reason.to_owned());
     }
-    let facets = |what: &str| find(what).and_then(|way| way.unshadowed);
+    let facets = |what: &str| find(what).and_then(|configuration| configuration.unshadowed);
     if let Some((_, bound)) = MORE_LIGHTS.iter().find(|one| one.0 == stem(scene)) {
         let few = facets(named::BARE_64).zip(facets(named::OLD));
         for metric in [Metric::RelativeMse, Metric::Median] {
@@ -216,7 +220,7 @@ fn held(scene: &str, names: &BTreeMap<String, String>, ways: &[Way]) -> Vec<Prom
             "in turns, with the same maps; runs differ by as much as the bound allows".to_owned(),
         );
     }
-    all.push(faster(scene, find(named::PRINTED), ways));
+    all.push(faster(scene, find(named::PRINTED), configurations));
     all
 }
 
@@ -228,20 +232,31 @@ fn over(ours: &PictureError, theirs: &PictureError, metric: Metric) -> f64 {
 }
 
 /// The time of the shading pass, in milliseconds.
-fn shading(way: &Way) -> Option<f64> {
-    let pass = way.passes.iter().find(|pass| pass.name == "shade")?;
+fn shading(configuration: &Configuration) -> Option<f64> {
+    let pass = configuration.passes.iter().find(|pass| pass.name == "shade")?;
     Some(pass.time.median)
 }
 
 /// A configuration by its shading time and its relative MSE.
-fn candidate(way: &Way) -> Option<Candidate<&String>> {
-    Some(Candidate::new(&way.name, shading(way)?, &way.picture, Metric::RelativeMse))
+fn candidate(configuration: &Configuration) -> Option<Candidate<&String>> {
+    Some(Candidate::new(
+        &configuration.name,
+        shading(configuration)?,
+        &configuration.picture,
+        Metric::RelativeMse,
+    ))
 }
 
 /// How many times less shading takes to the error of the papers' configuration.
-fn faster(scene: &str, printed: Option<&Way>, ways: &[Way]) -> Promised {
+fn faster(
+    scene: &str,
+    printed: Option<&Configuration>,
+    configurations: &[Configuration],
+) -> Promised {
     // What is slow as a whole is not made of cheap shading.
-    let frontier = ways.iter().filter(|way| way.on_frontier(Metric::RelativeMse));
+    let frontier = configurations
+        .iter()
+        .filter(|configuration| configuration.on_frontier(Metric::RelativeMse));
     let all: Vec<Candidate<&String>> = frontier.filter_map(candidate).collect();
     let printed = printed.and_then(candidate);
     let equal = printed.as_ref().and_then(|printed| time_to_equal(&all, printed));
@@ -312,12 +327,12 @@ pub fn checks(scene: &SceneReport) -> Vec<Check> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frontier::choose::tests::way;
+    use crate::frontier::choose::tests::configuration;
     use crate::frontier::document::Pass;
     use crate::time::Time;
 
-    fn measured(name: &str, error: f64, milliseconds: f64) -> Way {
-        let mut one = way(name, milliseconds, error, error);
+    fn measured(name: &str, error: f64, milliseconds: f64) -> Configuration {
+        let mut one = configuration(name, milliseconds, error, error);
         one.picture.relative_mse = error;
         one.picture.median = error;
         one.unshadowed = Some(one.picture);
@@ -328,7 +343,7 @@ mod tests {
         one
     }
 
-    fn example() -> (BTreeMap<String, String>, Vec<Way>) {
+    fn example() -> (BTreeMap<String, String>, Vec<Configuration>) {
         let all = [
             (named::DEFAULT, measured("default", 0.004, 8.0)),
             (named::OLD, measured("old", 0.2, 9.0)),
@@ -339,15 +354,18 @@ mod tests {
             (named::COSINE, measured("cosine", 0.01, 8.5)),
             (named::PRINTED, measured("printed", 0.3, 12.0)),
         ];
-        let names = all.iter().map(|(what, way)| ((*what).to_owned(), way.name.clone())).collect();
+        let names = all
+            .iter()
+            .map(|(what, configuration)| ((*what).to_owned(), configuration.name.clone()))
+            .collect();
         (names, all.into_iter().map(|one| one.1).collect())
     }
 
-    fn failing(names: &BTreeMap<String, String>, ways: &[Way]) -> Vec<String> {
+    fn failing(names: &BTreeMap<String, String>, configurations: &[Configuration]) -> Vec<String> {
         let holds = |one: &Promised| {
             if one.at_least { one.value >= one.bound } else { one.value <= one.bound }
         };
-        held("cornell", names, ways)
+        held("cornell", names, configurations)
             .into_iter()
             .filter(|one| !holds(one))
             .map(|one| one.name)
@@ -356,40 +374,52 @@ mod tests {
 
     #[test]
     fn what_is_kept_holds_and_each_promise_can_fail() {
-        let (names, ways) = example();
-        assert_eq!(failing(&names, &ways), [] as [&str; 0]);
-        let broken = |what: &str, change: fn(&mut Way)| {
-            let mut ways = ways.clone();
-            change(ways.iter_mut().find(|way| way.name == names[what]).unwrap());
-            failing(&names, &ways).join("\n")
+        let (names, configurations) = example();
+        assert_eq!(failing(&names, &configurations), [] as [&str; 0]);
+        let broken = |what: &str, change: fn(&mut Configuration)| {
+            let mut configurations = configurations.clone();
+            change(
+                configurations
+                    .iter_mut()
+                    .find(|configuration| configuration.name == names[what])
+                    .unwrap(),
+            );
+            failing(&names, &configurations).join("\n")
         };
-        let found = broken(named::DEFAULT, |way| way.picture.flip = 0.5);
+        let found = broken(named::DEFAULT, |configuration| configuration.picture.flip = 0.5);
         assert!(found.contains("over the old default's"), "{found}");
-        let found = broken(named::DEFAULT, |way| way.picture.bias = -0.04);
+        let found = broken(named::DEFAULT, |configuration| configuration.picture.bias = -0.04);
         assert!(found.contains("against paths"), "{found}");
-        let found = broken(named::DEFAULT, |way| way.flicker = Some(0.3));
+        let found = broken(named::DEFAULT, |configuration| configuration.flicker = Some(0.3));
         assert!(found.contains("flicker"), "{found}");
-        let found = broken(named::BARE, |way| way.unshadowed = None);
+        let found = broken(named::BARE, |configuration| configuration.unshadowed = None);
         assert!(found.contains("against facets"), "{found}");
-        let facets = |way: &mut Way, error| {
-            way.unshadowed = Some(PictureError { relative_mse: error, ..way.picture });
+        let facets = |configuration: &mut Configuration, error| {
+            configuration.unshadowed =
+                Some(PictureError { relative_mse: error, ..configuration.picture });
         };
-        let found = broken(named::BARE_64, |way| {
-            way.unshadowed = Some(PictureError { relative_mse: 0.4, ..way.picture });
+        let found = broken(named::BARE_64, |configuration| {
+            configuration.unshadowed =
+                Some(PictureError { relative_mse: 0.4, ..configuration.picture });
         });
         assert!(found.contains("of 64 lights"), "{found}");
-        let mut many = ways.clone();
+        let mut many = configurations.clone();
         facets(&mut many[4], 0.005);
         assert!(failing(&names, &many).join("").contains("16384"));
-        let found = broken(named::LOBE, |way| way.passes[0].time.median = 7.0);
+        let found = broken(named::LOBE, |configuration| configuration.passes[0].time.median = 7.0);
         assert!(found.contains("with the emitter lobe"), "{found}");
-        let found = broken(named::COSINE, |way| way.passes[0].time.median = 10.0);
+        let found =
+            broken(named::COSINE, |configuration| configuration.passes[0].time.median = 10.0);
         assert!(found.contains("of the emitter cosine over"), "{found}");
-        let found = broken(named::PRINTED, |way| way.passes[0].time.median = 3.0);
+        let found =
+            broken(named::PRINTED, |configuration| configuration.passes[0].time.median = 3.0);
         assert!(found.contains("papers' configuration"), "{found}");
         // What was not measured is not kept, and other scenes have fewer bounds.
-        assert!(!failing(&BTreeMap::new(), &ways).is_empty());
-        assert!(held("caustic", &names, &ways).len() < held("atrium:75k", &names, &ways).len());
+        assert!(!failing(&BTreeMap::new(), &configurations).is_empty());
+        assert!(
+            held("caustic", &names, &configurations).len()
+                < held("atrium:75k", &names, &configurations).len()
+        );
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Which configurations no other dominates in error and in time, by each metric.
 
-use crate::frontier::document::{Dominated, Metric, Way};
+use crate::frontier::document::{Configuration, Dominated, Metric};
 use crate::time::Time;
 
 /// A configuration as ranking sees it.
@@ -68,36 +68,37 @@ pub fn rank(places: &[Place]) -> Vec<Option<usize>> {
     (0..places.len()).map(|at| dominated[at].map(|by| dominated[by].unwrap_or(by))).collect()
 }
 
-/// Marks the frontier by every metric in `ways` and names what dominates the others, then sorts them: the frontier by
-/// the default metric first, then by time.
-pub fn mark(ways: &mut [Way]) {
-    let names: Vec<String> = ways.iter().map(|way| way.name.clone()).collect();
+/// Marks the frontier by every metric in `configurations` and names what dominates the others, then sorts them: the
+/// frontier by the default metric first, then by time.
+pub fn mark(configurations: &mut [Configuration]) {
+    let names: Vec<String> =
+        configurations.iter().map(|configuration| configuration.name.clone()).collect();
     for metric in Metric::ALL {
-        let place = |way: &Way| Place {
-            time: way.time,
-            error: way.picture.of(metric),
-            uncertainty: way.picture.measured(metric).uncertainty,
+        let place = |configuration: &Configuration| Place {
+            time: configuration.time,
+            error: configuration.picture.of(metric),
+            uncertainty: configuration.picture.measured(metric).uncertainty,
         };
-        let places: Vec<Place> = ways.iter().map(place).collect();
+        let places: Vec<Place> = configurations.iter().map(place).collect();
         for (at, by) in rank(&places).into_iter().enumerate() {
-            let way = &mut ways[at];
+            let configuration = &mut configurations[at];
             let Some(by) = by else {
-                way.dominated.remove(&metric);
-                way.frontiers.insert(metric);
+                configuration.dominated.remove(&metric);
+                configuration.frontiers.insert(metric);
                 continue;
             };
-            way.frontiers.remove(&metric);
+            configuration.frontiers.remove(&metric);
             let dominated = Dominated {
                 by: names[by].clone(),
                 time_ratio: places[at].time.median / places[by].time.median,
                 error_ratio: places[at].error / places[by].error,
                 clear: places[by].time.most < places[at].time.least,
             };
-            way.dominated.insert(metric, dominated);
+            configuration.dominated.insert(metric, dominated);
         }
     }
-    let behind = |way: &Way| !way.on_frontier(Metric::default());
-    ways.sort_by(|one, other| {
+    let behind = |configuration: &Configuration| !configuration.on_frontier(Metric::default());
+    configurations.sort_by(|one, other| {
         behind(one).cmp(&behind(other)).then(one.time.median.total_cmp(&other.time.median))
     });
 }
@@ -151,17 +152,18 @@ mod tests {
 
     #[test]
     fn metrics_may_disagree() {
-        use crate::frontier::choose::tests::way;
+        use crate::frontier::choose::tests::configuration;
         use crate::frontier::document::Uncertainty;
-        let mut ways = vec![way("one", 1.0, 0.5, 0.1), way("two", 2.0, 0.2, 0.3)];
-        mark(&mut ways);
-        let two = ways.iter().find(|way| way.name == "two").unwrap();
+        let mut configurations =
+            vec![configuration("one", 1.0, 0.5, 0.1), configuration("two", 2.0, 0.2, 0.3)];
+        mark(&mut configurations);
+        let two = configurations.iter().find(|configuration| configuration.name == "two").unwrap();
         assert!(two.on_frontier(Metric::Rmse) && !two.on_frontier(Metric::Flip));
         assert_eq!(two.dominated[&Metric::Flip].by, "one");
         assert_eq!(two.frontiers.len() + two.dominated.len(), Metric::ALL.len());
         // An uncertainty above both makes them alike.
-        for way in &mut ways {
-            way.picture.uncertainty = Uncertainty {
+        for configuration in &mut configurations {
+            configuration.picture.uncertainty = Uncertainty {
                 relative_mse: 1.0,
                 rmse_over_mean: 1.0,
                 median: 1.0,
@@ -170,8 +172,8 @@ mod tests {
                 flip: 1.0,
             };
         }
-        mark(&mut ways);
-        let two = ways.iter().find(|way| way.name == "two").unwrap();
+        mark(&mut configurations);
+        let two = configurations.iter().find(|configuration| configuration.name == "two").unwrap();
         assert!(two.frontiers.is_empty() && two.dominated.len() == Metric::ALL.len());
     }
 

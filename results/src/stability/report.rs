@@ -61,7 +61,7 @@ pub struct ExtremeReport {
     /// What is extreme, in a sentence.
     pub description: &'static str,
     /// How far the mean of the picture may be from what is expected, as a share of it; nothing where only finiteness
-    /// is asked.
+    /// is required.
     pub bound: Option<f64>,
     /// Why so far and no farther.
     pub reason: &'static str,

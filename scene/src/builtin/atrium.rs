@@ -10,7 +10,8 @@ use glam::{Vec2, Vec3};
 
 use super::paint;
 use super::shape::{Shape, Vertex};
-use crate::{Camera, Draft, Light, LightKind, Material, TextureUse, UvTransform, Wrap};
+use crate::draft::Draft;
+use crate::{Camera, Light, LightKind, Material, TextureUse, UvTransform, Wrap};
 
 /// The numbers of triangles that can be asked for.
 pub(super) const RANGE: RangeInclusive<usize> = 15_000..=2_000_000;

@@ -6,7 +6,8 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 use super::shape::Shape;
-use crate::{Camera, Draft, Light, LightKind, Material};
+use crate::draft::Draft;
+use crate::{Camera, Light, LightKind, Material};
 
 const RADIUS: f32 = 1.0;
 const THICKNESS: f32 = 0.03;

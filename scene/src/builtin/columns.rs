@@ -4,7 +4,8 @@
 use glam::{Vec2, Vec3};
 
 use super::shape::Shape;
-use crate::{Camera, Draft, Light, LightKind, Material};
+use crate::draft::Draft;
+use crate::{Camera, Light, LightKind, Material};
 
 /// Half the width, the height, and half the depth of the hall in metres.
 const HALF: Vec3 = Vec3::new(7.0, 4.5, 4.0);

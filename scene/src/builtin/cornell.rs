@@ -6,7 +6,8 @@
 use glam::Vec3;
 
 use super::shape::Shape;
-use crate::{Camera, Draft, Light, LightKind, Material};
+use crate::draft::Draft;
+use crate::{Camera, Light, LightKind, Material};
 
 /// A published millimetre, in metres.
 const MILLIMETRE: f32 = 0.01;

@@ -1,6 +1,7 @@
 //! Scenes made by code.
 
-use super::{Draft, SceneError};
+use super::SceneError;
+use crate::draft::Draft;
 
 mod atrium;
 mod caustic;

@@ -1,6 +1,7 @@
 //! Accessors: typed elements from the bytes of buffer views.
 
-use gltf::accessor::{DataType, sparse::IndexType};
+use gltf::accessor::DataType;
+use gltf::accessor::sparse::IndexType;
 
 use super::buffer::Views;
 

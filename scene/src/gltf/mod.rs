@@ -2,16 +2,17 @@
 
 use std::path::Path;
 
+use buffer::Views;
 use glam::{Mat3, Mat4, Vec3};
 use gltf::khr_lights_punctual::Kind;
 use gltf::mesh::{Mode, Semantic};
+use material::{Converted, Materials};
 
 use super::light::WIDEST;
 use super::mesh::RawMesh;
 use super::note::NoteKind;
-use super::{Camera, Draft, Light, LightKind, SceneError};
-use buffer::Views;
-use material::{Converted, Materials};
+use super::{Camera, Light, LightKind, SceneError};
+use crate::draft::Draft;
 
 mod accessor;
 mod buffer;

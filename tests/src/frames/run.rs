@@ -31,7 +31,7 @@ impl Case {
 
     /// The settings with the kind of the light.
     pub(super) fn settled(&self) -> Settings {
-        let light = frame::kind(&self.light(0));
+        let light = sglow_renderer::light::kind(&self.light(0));
         Settings { light, ..self.settings.clone() }
     }
 

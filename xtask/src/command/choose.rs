@@ -1,4 +1,4 @@
-//! `choose`: the way to a scene's indirect light that a budget buys, and the package of just that.
+//! `choose`: the configuration of a scene's indirect light that a budget buys, and the package of just that.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::{failure, json, terminal, write};
 use sglow_results::frontier::choose::{Budget, kept};
-use sglow_results::frontier::document::{Metric, Way};
+use sglow_results::frontier::document::{Configuration, Metric};
 use sglow_shader_gen::package::Target;
 
 use crate::command::gen_shaders;
@@ -88,10 +88,6 @@ fn milliseconds(text: &str) -> Result<f64, String> {
 }
 
 /// Chooses, and writes the package.
-///
-/// # Errors
-///
-/// When nothing meets the budget, a variant or the device does not allow it, or the package cannot be written.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let budget = match (arguments.max_error, arguments.max_ms) {
         (Some(error), _) => Budget::Error(error),
@@ -113,15 +109,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let cases = [case];
     let planned = screening::plan(&gpu, &offer, &cases, &only, &cache, &bars)?;
     let [case] = cases;
-    let ways = planned.into_iter().next().map(|one| one.ways).unwrap_or_default();
+    let configurations =
+        planned.into_iter().next().map(|one| one.configurations).unwrap_or_default();
     let subject = Subject::new(&gpu, &package, &case.scene, case.derivation.settings.clone());
-    let bought = buy(&subject, &ways, metric, budget, &cache, &bars);
+    let bought = buy(&subject, &configurations, metric, budget, &cache, &bars);
     bars.clear();
     let purchase = bought?;
-    let order: Vec<&Way> = purchase
+    let order: Vec<&Configuration> = purchase
         .order
         .iter()
-        .filter_map(|name| purchase.ways.iter().find(|way| way.name == *name))
+        .filter_map(|name| {
+            purchase.configurations.iter().find(|configuration| configuration.name == *name)
+        })
         .collect();
     let Some((winner, others)) = order.split_first() else {
         return Err(terminal::choose::nothing(&purchase, metric, budget));

@@ -61,11 +61,6 @@ pub(crate) struct Arguments {
 }
 
 /// Compares.
-///
-/// # Errors
-///
-/// When a picture cannot be read, lacks the layer or has another size, a number is not finite, or an error exceeds
-/// `--at-most`.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     if let Some(out) = &arguments.out {
         write::probe(out)?;

@@ -53,10 +53,6 @@ enum Tables {
 }
 
 /// Measures, prints and writes.
-///
-/// # Errors
-///
-/// When a scene does not render or cannot be traced, or a document lacks its marks.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let gpu = options::open(arguments.adapter.as_deref())?;
     let chosen = |tables| arguments.only.is_empty() || arguments.only.contains(&tables);

@@ -28,10 +28,6 @@ pub(crate) struct Arguments {
 }
 
 /// Looks and prints.
-///
-/// # Errors
-///
-/// When something is missing that the tests need.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let vulkan = Vulkan::find();
     let adapters = sglow_renderer::device::list();

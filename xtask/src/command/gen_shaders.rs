@@ -50,10 +50,6 @@ pub(crate) struct Arguments {
 }
 
 /// Generates, or checks.
-///
-/// # Errors
-///
-/// When the library, a variant or the choice is wrong, a file cannot be written, or a check finds differences.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let start = Instant::now();
     let over = &arguments.choice.over.library;

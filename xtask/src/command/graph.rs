@@ -57,11 +57,6 @@ pub(crate) struct Arguments {
 }
 
 /// Shows, or writes.
-///
-/// # Errors
-///
-/// When the scene, the library or the package cannot be read, the configuration is not possible, or the file cannot be
-/// written.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let kind = arguments.out.as_deref().map(Kind::of).transpose()?;
     let library = arguments.over.library()?;

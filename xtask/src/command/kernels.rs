@@ -59,10 +59,6 @@ pub(crate) struct Arguments {
 }
 
 /// Draws kernels.
-///
-/// # Errors
-///
-/// When the density, a setting or the device does not allow it.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let density = Density::load(&arguments.density, arguments.texels as usize)?;
     let (side, _) = padded(density.size, &density.texels);

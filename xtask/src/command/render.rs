@@ -85,10 +85,6 @@ pub(crate) struct Arguments {
 }
 
 /// Renders.
-///
-/// # Errors
-///
-/// When the scene, the variant or the device does not allow it.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let extension = arguments.out.extension().and_then(|extension| extension.to_str());
     let exr = match extension {

@@ -6,7 +6,8 @@ use std::time::Instant;
 use clap::Args;
 use sglow_consumers::machine::{library_folder, repository};
 use sglow_measure::cache::Cache;
-use sglow_measure::frontier::case::{Case, measure};
+use sglow_measure::frontier::case::Case;
+use sglow_measure::frontier::found::measure;
 use sglow_measure::frontier::offer::{self, Offer};
 use sglow_measure::frontier::{RUNS, screening};
 use sglow_report::docs::deviations;
@@ -89,10 +90,6 @@ pub(crate) struct Choice {
 
 impl Choice {
     /// What was measured before.
-    ///
-    /// # Errors
-    ///
-    /// When nothing can be kept there.
     pub(crate) fn cache(&self) -> Result<Cache> {
         let folder = self.cache.clone().unwrap_or_else(saved_folder);
         write::probe(&folder).map_err(|wrong| {
@@ -112,20 +109,12 @@ const DOES_NOT_SHOW: &[&str] = &[
 ];
 
 /// Loads a scene and derives what it needs.
-///
-/// # Errors
-///
-/// When the scene cannot be read.
 pub(crate) fn case(name: &str, size: [u32; 2], numbers: &Numbers) -> Result<Case> {
     let scene = options::load(name, numbers.light)?;
     Ok(Case::new(scene, numbers.over.library()?, &numbers.request(size))?)
 }
 
 /// Measures.
-///
-/// # Errors
-///
-/// When a scene, a variant or the device does not allow it, or a promise is not kept.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     if arguments.schema {
         say::line(document::schema()?);

@@ -60,10 +60,6 @@ pub(crate) struct Arguments {
 }
 
 /// Reproduces.
-///
-/// # Errors
-///
-/// When a scene or the device does not allow it, or a promise is not kept.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let numbers = &arguments.numbers;
     let library = numbers.over.library()?;

@@ -63,10 +63,6 @@ const INPUTS: f64 = 1e7;
 const MINUTES: f64 = 10.0;
 
 /// Measures and prints.
-///
-/// # Errors
-///
-/// When a function, a variant or the device does not allow it, or a bound does not hold.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let start = Instant::now();
     let chosen = sglow_measure::functions::chosen(&arguments.only)?;

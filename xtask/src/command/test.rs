@@ -26,10 +26,6 @@ pub(crate) struct Arguments {
 }
 
 /// Makes sure that a Vulkan driver exists and runs the tests.
-///
-/// # Errors
-///
-/// When there is no driver and none can be installed, or a test fails.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     // Elsewhere the driver belongs to the system, and the tests say whether there is one.
     if cfg!(target_os = "linux") {

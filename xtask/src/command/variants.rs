@@ -37,10 +37,6 @@ pub(crate) struct Arguments {
 }
 
 /// Lists.
-///
-/// # Errors
-///
-/// When the library or the choice is wrong, or the committed selection is empty.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let choice = &arguments.choice;
     let library = choice.over.library()?;

@@ -69,11 +69,6 @@ fn consumers() -> impl TypedValueParser<Value = Consumer> {
 }
 
 /// Lets every consumer read.
-///
-/// # Errors
-///
-/// When the package cannot be read, a consumer refuses a variant or accepts a broken one, or a consumer is missing and
-/// that is not allowed.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let json = arguments.json.clone().unwrap_or_else(|| repository().join("out/verify.json"));
     let bars = Bars::default();
@@ -86,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         allow_missing: arguments.allow_missing,
         progress: &bars,
     };
-    if !arguments.page.is_empty() && !request.asks(Consumer::Chromium) {
+    if !arguments.page.is_empty() && !request.includes(Consumer::Chromium) {
         return Err(Failure::new("`--page` is for the consumer chromium, which is not requested")
             .help("add it: --consumer chromium"));
     }

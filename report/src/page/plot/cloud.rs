@@ -22,7 +22,7 @@ pub(crate) struct Dot {
     pub(crate) key: String,
 }
 
-/// What a point is: told by shape and size first, by colour second.
+/// What a point is: shown by shape and size first, by colour second.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A disc with its number and its name.
@@ -37,7 +37,7 @@ pub(crate) enum Kind {
     /// A diamond with a name.
     Named(String),
     /// A small ring.
-    Beaten,
+    Dominated,
     /// A small cross.
     Lacking,
 }
@@ -146,7 +146,7 @@ fn point(dot: &Dot, [x, y]: [f64; 2]) -> Markup {
     let class = match dot.kind {
         Kind::Frontier { .. } => "dot best",
         Kind::Named(_) => "dot named",
-        Kind::Beaten => "dot beaten",
+        Kind::Dominated => "dot dominated",
         Kind::Lacking => "dot lacking",
     };
     let tab = if named(dot) { "0" } else { "-1" };
@@ -160,7 +160,7 @@ fn point(dot: &Dot, [x, y]: [f64; 2]) -> Markup {
                     text.number x=(px(x)) y=(px(y)) dy="0.36em" text-anchor="middle" { (number) }
                 }
                 Kind::Named(_) => polygon points=(corners(x, y, 8.0)) {},
-                Kind::Beaten => circle cx=(px(x)) cy=(px(y)) r="3.5" {},
+                Kind::Dominated => circle cx=(px(x)) cy=(px(y)) r="3.5" {},
                 Kind::Lacking => path d={
                     "M" (px(x - 3.0)) " " (px(y - 3.0)) "l6 6m0-6l-6 6"
                 } {},
@@ -208,7 +208,7 @@ fn free(
 ) -> Option<(Hull, f64, &'static str)> {
     let width = width_of(name, 12.0);
     let away = RADIUS + 4.0;
-    // What is beaten lies above and to the right of the frontier, so names go below it first.
+    // What is dominated lies above and to the right of the frontier, so names go below it first.
     [13.0, 26.0, 39.0, 0.0, -13.0, -26.0]
         .into_iter()
         .flat_map(|offset| {
@@ -239,13 +239,16 @@ mod tests {
     }
 
     fn frontier(number: usize) -> Kind {
-        Kind::Frontier { number, name: format!("way {number}"), ringed: number == 2 }
+        Kind::Frontier { number, name: format!("configuration {number}"), ringed: number == 2 }
     }
 
     #[test]
     fn points_say_what_they_are_and_escape_it() {
-        let dots =
-            [dot(1.0, 0.1, frontier(1)), dot(2.0, 0.05, frontier(2)), dot(3.0, 0.2, Kind::Beaten)];
+        let dots = [
+            dot(1.0, 0.1, frontier(1)),
+            dot(2.0, 0.05, frontier(2)),
+            dot(3.0, 0.2, Kind::Dominated),
+        ];
         let floor = Floor { at: 0.04, says: "no claim below".to_owned() };
         let drawn = cloud("t", "x", "y", &dots, Some(&floor)).unwrap().points().into_string();
         assert_eq!(drawn.matches("<title>&lt;says&gt; &amp;</title>").count(), 3);
@@ -255,14 +258,14 @@ mod tests {
             "hundreds of stops would be too many"
         );
         assert_eq!(drawn.matches("class=\"ring\"").count(), 1);
-        assert!(drawn.contains("no claim below") && drawn.contains("way 2"), "{drawn}");
+        assert!(drawn.contains("no claim below") && drawn.contains("configuration 2"), "{drawn}");
     }
 
     #[test]
     fn what_is_not_finite_has_a_band_and_no_coordinate_is_odd() {
         let dots = [
             dot(1.0, 0.1, frontier(1)),
-            dot(2.0, f64::NAN, Kind::Beaten),
+            dot(2.0, f64::NAN, Kind::Dominated),
             dot(2.0, f64::INFINITY, Kind::Lacking),
             dot(3.0, 0.0, Kind::Named("default".to_owned())),
         ];
@@ -272,7 +275,10 @@ mod tests {
             assert!(!drawn.contains(word), "{word}: {drawn}");
         }
         assert!(cloud("t", "x", "y", &[], None).is_none());
-        assert!(cloud("t", "x", "y", &[dot(1.0, 0.0, Kind::Beaten)], None).is_none(), "no height");
+        assert!(
+            cloud("t", "x", "y", &[dot(1.0, 0.0, Kind::Dominated)], None).is_none(),
+            "no height"
+        );
     }
 
     #[test]

@@ -1,43 +1,47 @@
 //! The answer: which configuration a scene should take, and why.
 
 use maud::{Markup, html};
-use sglow_results::frontier::document::{Metric, Way};
+use sglow_results::frontier::document::{Configuration, Metric};
 
 use crate::page::number::{bytes, figure, percent, times};
 use crate::page::report::named::Named;
 use crate::page::table::{number, table, text};
 
-/// The ways to choose between.
+/// The configurations to choose between.
 pub(crate) struct Advice<'a> {
     /// The cheapest of those whose error is good enough.
-    pub(crate) good: &'a Way,
+    pub(crate) good: &'a Configuration,
     /// The one with the least error.
-    pub(crate) best: &'a Way,
-    /// The least error that cannot be told from a good one: the greater of the share and its uncertainty.
+    pub(crate) best: &'a Configuration,
+    /// The least error that counts as good: the greater of the share and its uncertainty.
     pub(crate) limit: f64,
     /// Whether that limit is the uncertainty of the least error.
     pub(crate) by_floor: bool,
 }
 
 /// Whether a configuration is a choice: it has all that the scene needs, and its error and time are numbers.
-fn choosable(named: &Named<'_>, way: &Way) -> bool {
-    way.complete && named.value(way).is_finite() && way.time.median.is_finite()
+fn choosable(named: &Named<'_>, configuration: &Configuration) -> bool {
+    configuration.complete
+        && named.value(configuration).is_finite()
+        && configuration.time.median.is_finite()
 }
 
-/// What to take; none if no way is a choice.
+/// What to take; none if no configuration is a choice.
 pub(crate) fn advise<'a>(named: &Named<'a>, within: f64) -> Option<Advice<'a>> {
-    let choices = || named.ways().iter().filter(|way| choosable(named, way));
-    let error = |way: &Way| named.value(way);
-    let time = |way: &Way| way.time.median;
+    let choices =
+        || named.configurations().iter().filter(|configuration| choosable(named, configuration));
+    let error = |configuration: &Configuration| named.value(configuration);
+    let time = |configuration: &Configuration| configuration.time.median;
     let best = choices().min_by(|one, other| {
         error(one).total_cmp(&error(other)).then(time(one).total_cmp(&time(other)))
     })?;
     let near = error(best) * (1.0 + within);
     let floor = named.floor();
     let limit = if floor > near { floor } else { near };
-    let good = choices().filter(|way| error(way) <= limit).min_by(|one, other| {
-        time(one).total_cmp(&time(other)).then(error(one).total_cmp(&error(other)))
-    })?;
+    let good =
+        choices().filter(|configuration| error(configuration) <= limit).min_by(|one, other| {
+            time(one).total_cmp(&time(other)).then(error(one).total_cmp(&error(other)))
+        })?;
     Some(Advice { good, best, limit, by_floor: floor > near })
 }
 
@@ -95,7 +99,7 @@ fn near(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> String {
     }
 }
 
-fn against_default<'a>(named: &Named<'a>, good: &'a Way) -> Markup {
+fn against_default<'a>(named: &Named<'a>, good: &'a Configuration) -> Markup {
     let Some(default) = named.default() else {
         return html! { "The scene has no default among these." };
     };
@@ -109,7 +113,7 @@ fn against_default<'a>(named: &Named<'a>, good: &'a Way) -> Markup {
         @if errors.is_finite() { " with " (times(errors)) " the error" } @else { " with " (named.cell(default)) " error" }
         @match named.dominated(default) {
             Some(dominated) => {
-                ", and is dominated by " @match named.way(&dominated.by) { Some(by) => (named.badge(by)), None => code { (dominated.by) } }
+                ", and is dominated by " @match named.configuration(&dominated.by) { Some(by) => (named.badge(by)), None => code { (dominated.by) } }
                 @if !dominated.clear { ", though within the spread of the times" }
                 "."
             }
@@ -119,15 +123,16 @@ fn against_default<'a>(named: &Named<'a>, good: &'a Way) -> Markup {
 }
 
 fn choices(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
-    let mut roles: Vec<(String, &Way)> =
+    let mut roles: Vec<(String, &Configuration)> =
         vec![(format!("cheapest {}", short(advice, within)), advice.good)];
     if advice.best.name == advice.good.name {
         roles[0].0 = format!("most accurate, and {}", roles[0].0);
     } else {
         roles.push(("most accurate".to_owned(), advice.best));
     }
-    let fastest =
-        named.ways().iter().filter(|way| choosable(named, way) && way.on_frontier(named.metric));
+    let fastest = named.configurations().iter().filter(|configuration| {
+        choosable(named, configuration) && configuration.on_frontier(named.metric)
+    });
     if let Some(fastest) =
         fastest.min_by(|one, other| one.time.median.total_cmp(&other.time.median))
         && roles.iter().all(|role| role.1.name != fastest.name)
@@ -142,15 +147,15 @@ fn choices(named: &Named<'_>, advice: &Advice<'_>, within: f64) -> Markup {
     }
     let rows: Vec<Markup> = roles
         .iter()
-        .map(|(role, way)| {
+        .map(|(role, configuration)| {
             html! {
                 tr {
                     th.wide scope="row" { (role) }
-                    td.wide { (named.badge(way)) " " (named.words(way)) }
-                    td.n data-label="error" { (named.cell(way)) }
-                    td.n data-label="ms" { (figure(way.time.median)) }
-                    td.n data-label="memory" { (bytes(Named::bytes(way))) }
-                    td.n data-label="FLIP" { (figure(way.picture.flip)) }
+                    td.wide { (named.badge(configuration)) " " (named.words(configuration)) }
+                    td.n data-label="error" { (named.cell(configuration)) }
+                    td.n data-label="ms" { (figure(configuration.time.median)) }
+                    td.n data-label="memory" { (bytes(Named::bytes(configuration))) }
+                    td.n data-label="FLIP" { (figure(configuration.picture.flip)) }
                 }
             }
         })

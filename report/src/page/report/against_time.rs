@@ -1,7 +1,7 @@
 //! Error against time of every configuration, and what dominates those that are dominated.
 
 use maud::{Markup, html};
-use sglow_results::frontier::document::{Dominated, Way};
+use sglow_results::frontier::document::{Configuration, Dominated};
 
 use crate::page::number::{bytes, count, figure, times};
 use crate::page::plot::cloud::{Dot, Floor, Kind, cloud};
@@ -12,8 +12,17 @@ use crate::page::table::{number, table, text};
 const MANY: usize = 9;
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {
-    let crowded = named.ways().iter().filter(|way| way.on_frontier(named.metric)).count() > MANY;
-    let dots: Vec<Dot> = named.ways().iter().map(|way| dot(named, way, crowded)).collect();
+    let crowded = named
+        .configurations()
+        .iter()
+        .filter(|configuration| configuration.on_frontier(named.metric))
+        .count()
+        > MANY;
+    let dots: Vec<Dot> = named
+        .configurations()
+        .iter()
+        .map(|configuration| dot(named, configuration, crowded))
+        .collect();
     let floor = Floor {
         at: named.floor(),
         says: format!(
@@ -53,34 +62,36 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
     }
 }
 
-fn dot<'a>(named: &Named<'a>, way: &'a Way, crowded: bool) -> Dot {
-    let taken = named.takes(way);
-    let number = named.number(way).filter(|_| way.on_frontier(named.metric));
+fn dot<'a>(named: &Named<'a>, configuration: &'a Configuration, crowded: bool) -> Dot {
+    let taken = named.takes(configuration);
+    let number = named.number(configuration).filter(|_| configuration.on_frontier(named.metric));
     let kind = match number {
-        Some(number) if crowded && !way.default && !taken && !named.ends(way) => {
+        Some(number)
+            if crowded && !configuration.default && !taken && !named.ends(configuration) =>
+        {
             Kind::Frontier { number, name: String::new(), ringed: false }
         }
         Some(number) => {
-            Kind::Frontier { number, name: shortened(&named.words(way)), ringed: taken }
+            Kind::Frontier { number, name: shortened(&named.words(configuration)), ringed: taken }
         }
-        None if way.default => Kind::Named("default".to_owned()),
-        None if way.complete => Kind::Beaten,
+        None if configuration.default => Kind::Named("default".to_owned()),
+        None if configuration.complete => Kind::Dominated,
         None => Kind::Lacking,
     };
     Dot {
-        x: way.time.median,
-        spread: [way.time.least, way.time.most],
-        y: named.value(way),
+        x: configuration.time.median,
+        spread: [configuration.time.least, configuration.time.most],
+        y: named.value(configuration),
         kind,
-        says: says(named, way),
-        key: key(named, way),
+        says: says(named, configuration),
+        key: key(named, configuration),
     }
 }
 
 /// Axes that are not the same for all, by their index.
-fn key(named: &Named<'_>, way: &Way) -> String {
+fn key(named: &Named<'_>, configuration: &Configuration) -> String {
     let index = |(axis, values): &(&str, Vec<&str>)| {
-        let value = way.axes.get(*axis);
+        let value = configuration.axes.get(*axis);
         let found = value.and_then(|value| values.iter().position(|one| one == value));
         found.map_or_else(String::new, |index| index.to_string())
     };
@@ -95,33 +106,33 @@ fn shortened(words: &str) -> String {
     words.chars().take(most - 1).chain(['…']).collect()
 }
 
-/// All that there is to say of a way in a few lines.
-fn says<'a>(named: &Named<'a>, way: &'a Way) -> String {
-    let time = way.time;
+/// All that there is to say of a configuration in a few lines.
+fn says<'a>(named: &Named<'a>, configuration: &'a Configuration) -> String {
+    let time = configuration.time;
     let axes: Vec<String> = named
         .axes
         .iter()
-        .filter_map(|(axis, _)| Some(format!("{axis} {}", way.axes.get(*axis)?)))
+        .filter_map(|(axis, _)| Some(format!("{axis} {}", configuration.axes.get(*axis)?)))
         .collect();
     let mut lines = vec![
-        named.line(way),
+        named.line(configuration),
         axes.join(", "),
         format!(
             "error {}, {} ms ({} to {}), {}",
-            named.cell(way),
+            named.cell(configuration),
             figure(time.median),
             figure(time.least),
             figure(time.most),
-            bytes(Named::bytes(way)),
+            bytes(Named::bytes(configuration)),
         ),
     ];
-    if way.default {
+    if configuration.default {
         lines.push("what the scene gets if nobody chooses".to_owned());
     }
-    if !way.complete {
+    if !configuration.complete {
         lines.push("leaves out light that the scene has".to_owned());
     }
-    if let Some(dominated) = named.dominated(way) {
+    if let Some(dominated) = named.dominated(configuration) {
         lines.push(format!(
             "dominated by {}: {}",
             caller(named, dominated),
@@ -133,7 +144,7 @@ fn says<'a>(named: &Named<'a>, way: &'a Way) -> String {
 }
 
 fn caller(named: &Named<'_>, dominated: &Dominated) -> String {
-    named.way(&dominated.by).map_or_else(|| dominated.by.clone(), |by| named.line(by))
+    named.configuration(&dominated.by).map_or_else(|| dominated.by.clone(), |by| named.line(by))
 }
 
 fn by_how_much(dominated: &Dominated) -> String {
@@ -167,30 +178,30 @@ fn filter(named: &Named<'_>) -> Markup {
 
 fn frontier(named: &Named<'_>) -> Markup {
     let mut shown = named.frontier();
-    shown.extend(named.default().filter(|way| !way.on_frontier(named.metric)));
+    shown.extend(named.default().filter(|configuration| !configuration.on_frontier(named.metric)));
     let rows: Vec<Markup> = shown
         .into_iter()
-        .map(|way| {
-            let ratio = |of: &dyn Fn(&Way) -> f64| {
-                named.default().map_or_else(|| "–".to_owned(), |default| times(of(way) / of(default)))
+        .map(|configuration| {
+            let ratio = |of: &dyn Fn(&Configuration) -> f64| {
+                named.default().map_or_else(|| "–".to_owned(), |default| times(of(configuration) / of(default)))
             };
             html! {
                 tr {
-                    th scope="row" { (named.badge(way)) }
+                    th scope="row" { (named.badge(configuration)) }
                     td.wide {
-                        (named.words(way))
-                        @if named.takes(way) { " " span.tag { "take this" } }
-                        @if !way.complete { " " span.tag { "leaves light out" } }
-                        @if let Some(dominated) = named.dominated(way) { " " span.quiet { "dominated by " (caller(named, dominated)) } }
+                        (named.words(configuration))
+                        @if named.takes(configuration) { " " span.tag { "take this" } }
+                        @if !configuration.complete { " " span.tag { "leaves light out" } }
+                        @if let Some(dominated) = named.dominated(configuration) { " " span.quiet { "dominated by " (caller(named, dominated)) } }
                     }
-                    td.n { (named.cell(way)) }
-                    td.n { (figure(way.time.median)) }
-                    td.n { (figure(way.time.least)) " to " (figure(way.time.most)) }
-                    td.n { (way.whole.map_or_else(|| "–".to_owned(), |whole| figure(whole.median))) }
-                    td.n { (ratio(&|way| named.value(way))) }
-                    td.n { (ratio(&|way| way.time.median)) }
-                    td.n { (bytes(Named::bytes(way))) }
-                    td.n { (way.flicker.map_or_else(|| "–".to_owned(), |flicker| named.error(flicker))) }
+                    td.n { (named.cell(configuration)) }
+                    td.n { (figure(configuration.time.median)) }
+                    td.n { (figure(configuration.time.least)) " to " (figure(configuration.time.most)) }
+                    td.n { (configuration.whole.map_or_else(|| "–".to_owned(), |whole| figure(whole.median))) }
+                    td.n { (ratio(&|configuration| named.value(configuration))) }
+                    td.n { (ratio(&|configuration| configuration.time.median)) }
+                    td.n { (bytes(Named::bytes(configuration))) }
+                    td.n { (configuration.flicker.map_or_else(|| "–".to_owned(), |flicker| named.error(flicker))) }
                 }
             }
         })
@@ -214,16 +225,16 @@ fn frontier(named: &Named<'_>) -> Markup {
 
 /// Those that are dominated, by what dominates them.
 fn dominated(named: &Named<'_>) -> Markup {
-    let mut groups: Vec<(&str, Vec<(&Way, &Dominated)>)> = Vec::new();
-    for way in named.ways() {
-        let Some(dominated) = named.dominated(way) else { continue };
+    let mut groups: Vec<(&str, Vec<(&Configuration, &Dominated)>)> = Vec::new();
+    for configuration in named.configurations() {
+        let Some(dominated) = named.dominated(configuration) else { continue };
         match groups.iter_mut().find(|group| group.0 == dominated.by) {
-            Some(group) => group.1.push((way, dominated)),
-            None => groups.push((&dominated.by, vec![(way, dominated)])),
+            Some(group) => group.1.push((configuration, dominated)),
+            None => groups.push((&dominated.by, vec![(configuration, dominated)])),
         }
     }
     groups.sort_by_key(|group| {
-        named.way(group.0).and_then(|by| named.number(by)).unwrap_or(usize::MAX)
+        named.configuration(group.0).and_then(|by| named.number(by)).unwrap_or(usize::MAX)
     });
     let total: usize = groups.iter().map(|group| group.1.len()).sum();
     let columns = [
@@ -236,13 +247,13 @@ fn dominated(named: &Named<'_>) -> Markup {
     html! {
         @if total > 0 {
             p { (count(total)) " configurations are dominated, by:" }
-            @for (by, ways) in &groups {
-                details.beaten-by {
+            @for (by, configurations) in &groups {
+                details.dominated-by {
                     summary {
-                        @match named.way(by) { Some(by) => (named.call(by)), None => code { (by) } }
-                        ": dominates " (count(ways.len()))
+                        @match named.configuration(by) { Some(by) => (named.call(by)), None => code { (by) } }
+                        ": dominates " (count(configurations.len()))
                     }
-                    @let rows: Vec<Markup> = ways.iter().map(|(way, dominated)| dominated_row(named, by, way, dominated)).collect();
+                    @let rows: Vec<Markup> = configurations.iter().map(|(configuration, dominated)| dominated_row(named, by, configuration, dominated)).collect();
                     (table(&format!("Configurations that {by} dominates"), "sortable", &columns, &rows))
                 }
             }
@@ -250,17 +261,23 @@ fn dominated(named: &Named<'_>) -> Markup {
     }
 }
 
-fn dominated_row<'a>(named: &Named<'a>, by: &str, way: &'a Way, dominated: &Dominated) -> Markup {
-    let differences = named.way(by).map_or_else(Vec::new, |by| named.differences(way, by));
+fn dominated_row<'a>(
+    named: &Named<'a>,
+    by: &str,
+    configuration: &'a Configuration,
+    dominated: &Dominated,
+) -> Markup {
+    let differences =
+        named.configuration(by).map_or_else(Vec::new, |by| named.differences(configuration, by));
     let words: Vec<String> =
         differences.iter().map(|(axis, value)| format!("{axis} {value}")).collect();
     html! {
-        tr data-key=(key(named, way)) {
-            td.code { (way.name) @if way.default { " " span.tag { "default" } } }
+        tr data-key=(key(named, configuration)) {
+            td.code { (configuration.name) @if configuration.default { " " span.tag { "default" } } }
             td.wide { (words.join(", ")) }
             td.n data-value=(dominated.time_ratio) { (times(dominated.time_ratio)) }
             td.n data-value=(dominated.error_ratio) { (times(dominated.error_ratio)) }
-            td { @if !dominated.clear { span.quiet { "within the spread" } } @if !way.complete { " " span.quiet { "leaves light out" } } }
+            td { @if !dominated.clear { span.quiet { "within the spread" } } @if !configuration.complete { " " span.quiet { "leaves light out" } } }
         }
     }
 }

@@ -1,31 +1,34 @@
-//! What each way costs, as bars: time of each pass, bytes of each texture and buffer, flicker.
+//! What each configuration costs, as bars: time of each pass, bytes of each texture and buffer, flicker.
 
 use maud::{Markup, html};
-use sglow_results::frontier::document::Way;
+use sglow_results::frontier::document::Configuration;
 
 use crate::page::number::{bytes, figure};
 use crate::page::plot::bars::{Bar, bars, legend, letter};
 use crate::page::report::named::Named;
 
-/// What a way is made of: names and amounts.
+/// What a configuration is made of: names and amounts.
 type Parts<'a> = Vec<(&'a str, f64)>;
 
 pub(crate) fn times(named: &Named<'_>) -> Markup {
     let shown = named.shown();
     let of: Vec<Parts<'_>> = shown
         .iter()
-        .map(|way| way.passes.iter().map(|pass| (pass.name.as_str(), pass.time.median)).collect())
+        .map(|configuration| {
+            configuration.passes.iter().map(|pass| (pass.name.as_str(), pass.time.median)).collect()
+        })
         .collect();
-    let spread = |way: &Way, name: &str| {
-        let pass = way.passes.iter().find(|pass| pass.name == name);
+    let spread = |configuration: &Configuration, name: &str| {
+        let pass = configuration.passes.iter().find(|pass| pass.name == name);
         pass.map(|pass| format!("{} to {}", figure(pass.time.least), figure(pass.time.most)))
     };
-    let marks = shown.iter().map(|way| way.whole.map(|whole| whole.median)).collect();
+    let marks =
+        shown.iter().map(|configuration| configuration.whole.map(|whole| whole.median)).collect();
     html! {
         (chart(named, &format!("{}: time of each pass", named.scene.measured.scene), "ms, median", &of, marks, &|value| figure(value)))
         p.quiet { "The mark across a bar is the whole frame measured as one, in turns with the others." }
-        (numbers(named, "Times of passes in milliseconds: median, and from least to most", &of, &|way, name, value| {
-            html! { (figure(value)) @if let Some(spread) = spread(way, name) { br; span.quiet { (spread) } } }
+        (numbers(named, "Times of passes in milliseconds: median, and from least to most", &of, &|configuration, name, value| {
+            html! { (figure(value)) @if let Some(spread) = spread(configuration, name) { br; span.quiet { (spread) } } }
         }))
     }
 }
@@ -34,7 +37,9 @@ pub(crate) fn memory(named: &Named<'_>) -> Markup {
     let of: Vec<Parts<'_>> = named
         .shown()
         .iter()
-        .map(|way| way.bytes.iter().map(|(name, bytes)| (name.as_str(), *bytes as f64)).collect())
+        .map(|configuration| {
+            configuration.bytes.iter().map(|(name, bytes)| (name.as_str(), *bytes as f64)).collect()
+        })
         .collect();
     let marks = of.iter().map(|_| None).collect();
     html! {
@@ -43,17 +48,19 @@ pub(crate) fn memory(named: &Named<'_>) -> Markup {
     }
 }
 
-/// How restless each way is, as far as it was measured.
+/// How restless each configuration is, as far as it was measured.
 pub(crate) fn flicker(named: &Named<'_>) -> Markup {
     let of: Vec<Parts<'_>> = named
         .shown()
         .iter()
-        .map(|way| way.flicker.iter().map(|flicker| ("flicker", *flicker)).collect())
+        .map(|configuration| {
+            configuration.flicker.iter().map(|flicker| ("flicker", *flicker)).collect()
+        })
         .collect();
     let marks = of.iter().map(|_| None).collect();
     html! {
         p.quiet {
-            "How much more a way changes from frame to frame under a moving light than it has to, over the mean. It was measured of the frontier alone."
+            "How much more a configuration changes from frame to frame under a moving light than it has to, over the mean. It was measured of the frontier alone."
         }
         @if of.iter().all(Vec::is_empty) {
             p.quiet { "Nothing was measured." }
@@ -88,8 +95,8 @@ fn chart(
         .iter()
         .zip(of)
         .zip(marks)
-        .map(|((way, parts), mark)| Bar {
-            label: named.line(way),
+        .map(|((configuration, parts), mark)| Bar {
+            label: named.line(configuration),
             parts: parts
                 .iter()
                 .filter_map(|(name, amount)| {
@@ -111,7 +118,7 @@ fn numbers(
     named: &Named<'_>,
     title: &str,
     of: &[Parts<'_>],
-    cell: &dyn Fn(&Way, &str, f64) -> Markup,
+    cell: &dyn Fn(&Configuration, &str, f64) -> Markup,
 ) -> Markup {
     let kinds = kinds(of);
     let shown = named.shown();
@@ -122,10 +129,10 @@ fn numbers(
             html! {
                 tr {
                     th scope="row" { (letter(index)) " " (kind) }
-                    @for (way, parts) in shown.iter().zip(of) {
+                    @for (configuration, parts) in shown.iter().zip(of) {
                         td.n {
                             @match parts.iter().find(|part| part.0 == kind) {
-                                Some(part) => (cell(way, kind, part.1)),
+                                Some(part) => (cell(configuration, kind, part.1)),
                                 None => "–",
                             }
                         }
@@ -137,7 +144,7 @@ fn numbers(
     let head = html! {
         tr {
             th scope="col" {}
-            @for way in &shown { th.n scope="col" { (named.badge(way)) @if way.default { " default" } } }
+            @for configuration in &shown { th.n scope="col" { (named.badge(configuration)) @if configuration.default { " default" } } }
         }
     };
     html! {

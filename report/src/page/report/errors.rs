@@ -2,7 +2,7 @@
 //! where metrics disagree.
 
 use maud::{Markup, html};
-use sglow_results::frontier::document::{Metric, PictureError, Way, Worst};
+use sglow_results::frontier::document::{Configuration, Metric, PictureError, Worst};
 
 use crate::page::number::{count, exact, maybe};
 use crate::page::report::named::Named;
@@ -11,16 +11,16 @@ use crate::picture_error;
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {
     let shown = named.shown();
-    let rows: Vec<Markup> = shown.iter().map(|way| row(named, way)).collect();
+    let rows: Vec<Markup> = shown.iter().map(|configuration| row(named, configuration)).collect();
     let mut columns =
         vec![text("configuration"), number("rounding, over the mean"), number("model")];
     columns.extend(picture_error::HEADINGS.map(number));
     columns.push(number("flicker"));
     let unshadowed: Vec<Markup> = shown
         .iter()
-        .filter_map(|way| {
-            let error = way.unshadowed.as_ref()?;
-            Some(html! { tr { th scope="row" { (named.line(way)) } (cells(error)) } })
+        .filter_map(|configuration| {
+            let error = configuration.unshadowed.as_ref()?;
+            Some(html! { tr { th scope="row" { (named.line(configuration)) } (cells(error)) } })
         })
         .collect();
     html! {
@@ -48,15 +48,15 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
     }
 }
 
-fn row<'a>(named: &Named<'a>, way: &'a Way) -> Markup {
+fn row<'a>(named: &Named<'a>, configuration: &'a Configuration) -> Markup {
     let of = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |value| named.error(value));
     html! {
         tr {
-            th scope="row" { (named.line(way)) }
-            td.n { (maybe(way.rounding.as_ref().map(|rounding| rounding.rms_over_mean))) }
-            td.n { (of(way.model_rms_over_mean)) }
-            (cells(&way.picture))
-            td.n { (of(way.flicker)) }
+            th scope="row" { (named.line(configuration)) }
+            td.n { (maybe(configuration.rounding.as_ref().map(|rounding| rounding.rms_over_mean))) }
+            td.n { (of(configuration.model_rms_over_mean)) }
+            (cells(&configuration.picture))
+            td.n { (of(configuration.flicker)) }
         }
     }
 }
@@ -73,22 +73,24 @@ fn cells(error: &PictureError) -> Markup {
 /// By which metrics each configuration is on the frontier, where that is not the same for all.
 pub(crate) fn disagreements(named: &Named<'_>) -> Markup {
     let shown = named.shown();
-    let disputed: Vec<&&Way> = shown
+    let disputed: Vec<&&Configuration> = shown
         .iter()
-        .filter(|way| !way.frontiers.is_empty() && way.frontiers.len() < Metric::ALL.len())
+        .filter(|configuration| {
+            !configuration.frontiers.is_empty() && configuration.frontiers.len() < Metric::ALL.len()
+        })
         .collect();
     let rows: Vec<Markup> = disputed
         .iter()
-        .map(|way| {
+        .map(|configuration| {
             html! {
                 tr {
-                    td.wide { (named.call(way)) }
+                    td.wide { (named.call(configuration)) }
                     @for metric in Metric::ALL {
                         td {
-                            @match way.dominated.get(&metric) {
+                            @match configuration.dominated.get(&metric) {
                                 None => "on it",
                                 Some(dominated) => span.quiet {
-                                    "dominated by " @match named.way(&dominated.by) { Some(by) => (named.badge(by)), None => (dominated.by) }
+                                    "dominated by " @match named.configuration(&dominated.by) { Some(by) => (named.badge(by)), None => (dominated.by) }
                                 },
                             }
                         }
@@ -113,14 +115,18 @@ pub(crate) fn disagreements(named: &Named<'_>) -> Markup {
     }
 }
 
-fn worst(named: &Named<'_>, shown: &[&Way]) -> Markup {
+fn worst(named: &Named<'_>, shown: &[&Configuration]) -> Markup {
     let rows: Vec<Markup> = shown
         .iter()
-        .flat_map(|way| {
-            let rounding = way.rounding.as_ref().map(|rounding| ("rounding", &rounding.worst));
-            rounding.into_iter().chain([("picture", &way.worst)]).map(move |one| (way, one))
+        .flat_map(|configuration| {
+            let rounding =
+                configuration.rounding.as_ref().map(|rounding| ("rounding", &rounding.worst));
+            rounding
+                .into_iter()
+                .chain([("picture", &configuration.worst)])
+                .map(move |one| (configuration, one))
         })
-        .map(|(way, (kind, worst))| worst_row(named, way, kind, worst))
+        .map(|(configuration, (kind, worst))| worst_row(named, configuration, kind, worst))
         .collect();
     let columns = [
         text("configuration"),
@@ -135,11 +141,16 @@ fn worst(named: &Named<'_>, shown: &[&Way]) -> Markup {
     table(&format!("Worst pixels of {}", named.scene.measured.scene), "", &columns, &rows)
 }
 
-fn worst_row<'a>(named: &Named<'a>, way: &'a Way, kind: &str, worst: &Worst) -> Markup {
+fn worst_row<'a>(
+    named: &Named<'a>,
+    configuration: &'a Configuration,
+    kind: &str,
+    worst: &Worst,
+) -> Markup {
     let numbers = |values: [f64; 3]| values.map(exact).join(" ");
     html! {
         tr {
-            th scope="row" { (named.badge(way)) @if way.default { " default" } }
+            th scope="row" { (named.badge(configuration)) @if configuration.default { " default" } }
             td { (kind) }
             td.code { (worst.pixel[0]) ", " (worst.pixel[1]) }
             td.code { (numbers(worst.found)) }

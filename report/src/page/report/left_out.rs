@@ -6,8 +6,8 @@ use maud::{Markup, html};
 use sglow_results::frontier::document::{Pruned, Side};
 
 use crate::page::number::{bytes, count, figure, percent, times};
-use crate::page::report::LeftOut;
 use crate::page::report::named::Named;
+use crate::page::report::scene::LeftOut;
 use crate::page::table::{Column, number, table, text};
 
 pub(crate) fn section(named: &Named<'_>) -> Markup {

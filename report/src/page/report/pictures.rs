@@ -1,10 +1,10 @@
-//! Each way of the frontier beside the reference, and where a person sees the difference.
+//! Each configuration of the frontier beside the reference, and where a person sees the difference.
 
 use std::collections::BTreeMap;
 
 use image::RgbImage;
 use maud::{Markup, html};
-use sglow_results::frontier::document::{Radiance, Way};
+use sglow_results::frontier::document::{Configuration, Radiance};
 
 use crate::failure::Result;
 use crate::page::number::figure;
@@ -29,8 +29,8 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
         }
         (legend(top))
         div.strip {
-            @for way in named.shown() {
-                (strip(named, way, &reference, exposure, top))
+            @for configuration in named.shown() {
+                (strip(named, configuration, &reference, exposure, top))
             }
         }
     }
@@ -66,34 +66,34 @@ fn legend(top: f32) -> Markup {
 
 fn strip<'a>(
     named: &Named<'a>,
-    way: &'a Way,
+    configuration: &'a Configuration,
     reference: &Result<String>,
     exposure: Exposure,
     top: f32,
 ) -> Markup {
     let pictures = named.scene.pictures;
     let ours = pictures
-        .ways
-        .get(&way.name)
+        .configurations
+        .get(&configuration.name)
         .map(|pixels| image(named, pixels).and_then(|ours| png::data(&radiance(&ours, exposure))));
     let [width, height] = named.scene.measured.size;
-    let flip = named.scene.flip.get(&way.name).map(|values| {
+    let flip = named.scene.flip.get(&configuration.name).map(|values| {
         false_colour::map(width, height, values, top).and_then(|map: RgbImage| png::data(&map))
     });
-    let name = named.line(way);
+    let name = named.line(configuration);
     html! {
         figure.compare {
             figcaption {
-                (named.call(way)) br;
+                (named.call(configuration)) br;
                 span.quiet {
-                    @for (name, error) in picture_error::HEADINGS.iter().zip(picture_error::cells(&way.picture)) { (name) " " (error.replace(' ', "\u{a0}")) ", " }
-                    (figure(way.time.median)) " ms"
+                    @for (name, error) in picture_error::HEADINGS.iter().zip(picture_error::cells(&configuration.picture)) { (name) " " (error.replace(' ', "\u{a0}")) ", " }
+                    (figure(configuration.time.median)) " ms"
                 }
             }
             div.both {
                 div {
                     div.pair style="--at:50%" {
-                        (picture("this way", &name, width, height, ours.as_ref().map(Result::as_ref)))
+                        (picture("this configuration", &name, width, height, ours.as_ref().map(Result::as_ref)))
                         (picture("reference", "reference", width, height, Some(reference.as_ref())))
                     }
                     input.slide hidden type="range" min="0" max="100" step="0.5" value="50" aria-label={ "Share of the picture that shows " (name) "; the rest shows the reference" };

@@ -35,7 +35,7 @@ for (const explorer of document.querySelectorAll(".explorer")) {
   const place = (dot) => dot.querySelector(".disc, circle, polygon, path").getBoundingClientRect();
 
   readout.hidden = false;
-  readout.textContent = "Point at a way to read about it here.";
+  readout.textContent = "Point at a configuration to read about it here.";
   const tell = (dot) => { readout.textContent = dot.getAttribute("aria-label"); };
 
   const fits = (key) => {
@@ -52,7 +52,7 @@ for (const explorer of document.querySelectorAll(".explorer")) {
       left += fit;
     }
     for (const row of rows) row.classList.toggle("dim", !fits(row.dataset.key));
-    filter.querySelector("output").textContent = all ? "" : left + " of " + dots.length + " ways";
+    filter.querySelector("output").textContent = all ? "" : left + " of " + dots.length + " configurations";
   };
   filter.hidden = chosen.length === 0;
   for (const select of chosen) select.addEventListener("change", narrow);

@@ -76,7 +76,7 @@ fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
                 &of(sweep, &own, false),
                 None,
             ),
-            "From the limit of the same way: what this number is to blame for.",
+            "From the limit of the same configuration: what this number is to blame for.",
         ),
         (
             lines(&format!("{heading}: time"), axis, "ms", &of(sweep, &time, true), None),

@@ -56,23 +56,38 @@ fn what_others_wrote_is_text_and_no_coordinate_is_odd() {
 }
 
 #[test]
-fn every_way_of_the_frontier_has_its_picture_and_each_beaten_one_what_beats_it() {
+fn every_configuration_of_the_frontier_has_its_picture_and_each_dominated_one_what_dominates_it() {
     let scenes = scenes();
     for scene in &scenes {
         let page = page_of(std::slice::from_ref(scene), 0.05);
-        let frontier = scene.measured.ways.iter().filter(|way| !way.frontiers.is_empty()).count();
+        let frontier = scene
+            .measured
+            .configurations
+            .iter()
+            .filter(|configuration| !configuration.frontiers.is_empty())
+            .count();
         assert!(frontier > 0, "{}: there is something to choose", scene.measured.scene);
         let strips = page.matches("<figure class=\"compare\">").count();
-        let shown = scene.measured.ways.iter().filter(|way| way.is_shown()).count();
+        let shown = scene
+            .measured
+            .configurations
+            .iter()
+            .filter(|configuration| configuration.is_shown())
+            .count();
         assert_eq!(strips, shown, "{}", scene.measured.scene);
         assert_eq!(page.matches("no picture").count(), 0);
-        let dominated: usize = scene.measured.ways.iter().map(|way| way.dominated.len()).sum();
+        let dominated: usize = scene
+            .measured
+            .configurations
+            .iter()
+            .map(|configuration| configuration.dominated.len())
+            .sum();
         let rows = page.matches("<tr data-key=").count();
         assert_eq!(rows, dominated);
-        for way in &scene.measured.ways {
-            let name = html! { (way.name) }.into_string();
+        for configuration in &scene.measured.configurations {
+            let name = html! { (configuration.name) }.into_string();
             assert_eq!(
-                !way.dominated.is_empty(),
+                !configuration.dominated.is_empty(),
                 page.contains(&format!("<td class=\"code\">{name}")),
                 "{name}"
             );
@@ -84,9 +99,9 @@ fn every_way_of_the_frontier_has_its_picture_and_each_beaten_one_what_beats_it()
 fn a_missing_picture_is_told() {
     let mut scenes = scenes();
     scenes.truncate(1);
-    let names: Vec<String> = scenes[0].pictures.ways.keys().cloned().collect();
-    scenes[0].pictures.ways.remove(&names[0]);
-    if let Some(short) = scenes[0].pictures.ways.get_mut(&names[1]) {
+    let names: Vec<String> = scenes[0].pictures.configurations.keys().cloned().collect();
+    scenes[0].pictures.configurations.remove(&names[0]);
+    if let Some(short) = scenes[0].pictures.configurations.get_mut(&names[1]) {
         short.pop();
     }
     let page = page_of(&scenes, 0.05);
@@ -113,29 +128,30 @@ fn the_answer_is_the_cheapest_that_is_good_enough() {
     let (wide, _, by_floor) = name(&scenes, 1.0);
     assert!(!by_floor && wide.time.median < exact.time.median);
     assert!(wide.picture.relative_mse <= 2.0 * best.picture.relative_mse);
-    let cheaper = |way: &&sglow_results::frontier::document::Way| {
-        way.complete && way.picture.relative_mse <= 2.0 * best.picture.relative_mse
+    let cheaper = |configuration: &&sglow_results::frontier::document::Configuration| {
+        configuration.complete
+            && configuration.picture.relative_mse <= 2.0 * best.picture.relative_mse
     };
     let least = scenes[0]
         .measured
-        .ways
+        .configurations
         .iter()
         .filter(cheaper)
-        .map(|way| way.time.median)
+        .map(|configuration| configuration.time.median)
         .fold(f64::INFINITY, f64::min);
     assert_eq!(wide.time.median, least);
-    // Errors below the uncertainty of the least are not told apart.
+    // Errors below the uncertainty of the minimum count as the same.
     let least = scenes[0]
         .measured
-        .ways
+        .configurations
         .iter_mut()
         .min_by(|one, other| one.picture.relative_mse.total_cmp(&other.picture.relative_mse));
     least.unwrap().picture.uncertainty.relative_mse = 10.0;
     let (under, _, by_floor) = name(&scenes, 0.0);
     assert!(by_floor && under.time.median < wide.time.median);
     // What leaves light out is no choice, however cheap.
-    for way in &mut scenes[0].measured.ways {
-        way.complete = false;
+    for configuration in &mut scenes[0].measured.configurations {
+        configuration.complete = false;
     }
     assert!(page_of(&scenes, 0.05).contains("there is nothing to recommend"));
 }
@@ -143,17 +159,23 @@ fn the_answer_is_the_cheapest_that_is_good_enough() {
 #[test]
 fn words_name_axes_and_parameters_that_differ() {
     let mut scenes = scenes();
-    let default = scenes[0].measured.ways.iter().find(|way| way.default).unwrap().clone();
+    let default = scenes[0]
+        .measured
+        .configurations
+        .iter()
+        .find(|configuration| configuration.default)
+        .unwrap()
+        .clone();
     let mut other = default.clone();
     other.default = false;
     other.name = "emitter=lobe,lights=64".to_owned();
     other.axes.insert("emitter".to_owned(), "lobe".to_owned());
     other.parameters.insert("lights".to_owned(), "64".to_owned());
-    scenes[0].measured.ways = vec![default, other];
+    scenes[0].measured.configurations = vec![default, other];
     let scene = scenes[0].scene();
     let named = Named::new(0, &scene, Metric::default());
-    assert_eq!(named.words(&scene.measured.ways[1]), "emitter lobe, lights 64");
-    assert_eq!(named.words(&scene.measured.ways[0]), "default");
+    assert_eq!(named.words(&scene.measured.configurations[1]), "emitter lobe, lights 64");
+    assert_eq!(named.words(&scene.measured.configurations[0]), "default");
 }
 
 #[test]
@@ -209,7 +231,7 @@ fn nothing_measured_is_no_success() {
     assert!(nothing.contains("Nothing was checked") && nothing.contains("No scene was measured"));
     let mut scenes = scenes();
     scenes.truncate(1);
-    scenes[0].measured.ways.clear();
+    scenes[0].measured.configurations.clear();
     let empty = page_of(&scenes, 0.05);
     assert!(empty.contains("nothing to plot") && empty.contains("nothing to recommend"));
 }
@@ -230,9 +252,14 @@ fn the_reader_picks_the_metric_and_sees_where_metrics_disagree() {
     // Where there is one metric's frontier for all, the page says that.
     let mut scenes = scenes();
     scenes.truncate(1);
-    for way in scenes[0].measured.ways.iter_mut().filter(|way| !way.frontiers.is_empty()) {
-        way.frontiers.extend(Metric::ALL);
-        way.dominated.clear();
+    for configuration in scenes[0]
+        .measured
+        .configurations
+        .iter_mut()
+        .filter(|configuration| !configuration.frontiers.is_empty())
+    {
+        configuration.frontiers.extend(Metric::ALL);
+        configuration.dominated.clear();
     }
     assert!(page_of(&scenes, 0.05).contains("They do not: each configuration on one frontier"));
 }

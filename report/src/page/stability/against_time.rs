@@ -7,7 +7,7 @@ use sglow_results::stability::report::{FunctionReport, RELATIVE_TO};
 
 use crate::page::number::figure;
 use crate::page::plot::{Drawing, Rank, Spot, scatter};
-use crate::page::stability::largest;
+use crate::page::stability::numbers::largest;
 use crate::page::table::{number, table, text};
 
 /// Regimes that virtual lights are in.
@@ -24,7 +24,7 @@ pub struct CosineForms {
     pub(super) spots: Vec<Spot>,
     /// Each dominated form, and the form that dominates it.
     pub(super) dominated: Vec<(String, String)>,
-    /// Forms whose time cannot be told from that of reading, with their error.
+    /// Forms whose time does not differ from that of reading, with their error.
     untimed: Vec<(String, f64)>,
     pub(super) x_label: String,
 }
@@ -67,7 +67,7 @@ pub fn cosine_forms(functions: &[FunctionReport]) -> CosineForms {
             if function.literal {
                 rank = Rank::Literal;
             } else if let Some((better, _)) = better {
-                rank = Rank::Beaten;
+                rank = Rank::Dominated;
                 aside = format!("dominated by {}", short(better.name));
                 dominated.push((function.name.to_owned(), better.name.to_owned()));
             }
@@ -122,7 +122,7 @@ pub fn without_time(forms: &CosineForms) -> Option<String> {
     let names: Vec<&str> = forms.untimed.iter().map(|(name, _)| name.as_str()).collect();
     (!names.is_empty()).then(|| {
         format!(
-            "The time of these is not told from that of reading arguments: {}.",
+            "The time of these does not differ from that of reading arguments: {}.",
             names.join(", ")
         )
     })
@@ -160,7 +160,7 @@ pub(super) fn section(forms: &CosineForms) -> Markup {
                     td.n { (figure(*error)) }
                     td.n { "–" }
                     td.n { "–" }
-                    td { "not told from reading: not drawn" }
+                    td { "as long as reading: not drawn" }
                 }
             }
         }))

@@ -5,7 +5,7 @@ use sglow_results::stability::quantity::Verdict;
 use sglow_results::stability::report::{ExtremeReport, FunctionReport};
 
 use crate::page::number::{figure, maybe};
-use crate::page::stability::{holds, measured};
+use crate::page::stability::numbers::{holds, measured};
 use crate::page::table::{mark, number, table, text};
 
 pub(super) fn bounds(functions: &[FunctionReport], extremes: &[ExtremeReport]) -> Markup {

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use sglow_results::stability::report::{ExtremeReport, ExtremeVariant};
 
 use crate::page::number::{count, figure, maybe};
-use crate::page::stability::holds;
+use crate::page::stability::numbers::holds;
 use crate::page::table::{mark, number, table, text};
 
 pub(super) fn section(extremes: &[ExtremeReport]) -> Markup {

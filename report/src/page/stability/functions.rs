@@ -5,7 +5,7 @@ use sglow_results::stability::quantity::Quantity;
 use sglow_results::stability::report::{FunctionReport, RELATIVE_TO};
 
 use crate::page::number::{count, exact, figure, maybe};
-use crate::page::stability::{exceeds, most, sum, whole, worst_arithmetic};
+use crate::page::stability::numbers::{exceeds, most, sum, whole, worst_arithmetic};
 use crate::page::table::{mark, number, table, text};
 
 pub(super) fn section(functions: &[FunctionReport]) -> Markup {

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use sglow_results::stability::halves::HalvesReport;
 
 use crate::page::number::{count, figure};
-use crate::page::stability::measured;
+use crate::page::stability::numbers::measured;
 use crate::page::table::{mark, number, table, text};
 
 /// What 16 bits save and cost, scene by scene.

@@ -8,7 +8,7 @@ use sglow_results::stability::report::FunctionReport;
 use crate::page::number::maybe;
 use crate::page::plot::{Curve, curves};
 use crate::page::stability::against_time::{COSINE, short};
-use crate::page::stability::{sum, whole};
+use crate::page::stability::numbers::{sum, whole};
 use crate::page::table::{number, table, text};
 
 /// What a literal form's name ends in.

@@ -6,7 +6,7 @@ use sglow_results::stability::quantity::Quantity;
 use sglow_results::stability::report::FunctionReport;
 
 use crate::page::number::maybe;
-use crate::page::stability::{exceeds, most};
+use crate::page::stability::numbers::{exceeds, most};
 use crate::page::table::{number, table, text};
 
 /// Arithmetics in the order of the table.

@@ -78,7 +78,7 @@ fn nothing_measured_is_no_success() {
 fn a_dominated_form_says_by_what_and_a_literal_one_does_not_count() {
     let forms = cosine_forms(&made_up::functions());
     let of = |name: &str| forms.spots.iter().find(|spot| spot.label == name).unwrap();
-    assert_eq!(of("sg_cosine_gaussian").rank, Rank::Beaten);
+    assert_eq!(of("sg_cosine_gaussian").rank, Rank::Dominated);
     assert_eq!(of("sg_cosine_gaussian").aside, "dominated by logistic");
     assert_eq!(of("sg_cosine_constant").rank, Rank::Best);
     assert_eq!(of("sg_cosine_fitted").rank, Rank::Best);
@@ -110,7 +110,9 @@ fn a_form_without_a_time_is_neither_drawn_nor_dominates_another() {
     assert!(forms.spots.iter().all(|spot| spot.label != "sg_cosine_fitted_fine"));
     assert!(forms.dominated.iter().all(|(_, by)| by != "sg_cosine_fitted_fine"));
     let page = page_of(&functions, &[]);
-    assert!(page.contains("is not told from that of reading arguments: sg_cosine_fitted_fine."));
+    assert!(
+        page.contains("does not differ from that of reading arguments: sg_cosine_fitted_fine.")
+    );
     functions.iter_mut().for_each(|function| function.net = Default::default());
     let page = page_of(&functions, &[]);
     assert!(page.contains("not drawn") && !page.contains("on the frontier"));

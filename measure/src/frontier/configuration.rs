@@ -1,5 +1,5 @@
-//! The ways to indirect light that there are: a value on each axis, all legal combinations of what makes virtual lights
-//! with what reflects them.
+//! The configurations of indirect light that there are: a value on each axis, all legal combinations of what makes
+//! virtual lights with what reflects them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -45,7 +45,8 @@ pub fn value(settings: &Settings, axis: &str) -> Option<String> {
 /// Values that one axis or parameter each may have; one that is not named may have any.
 pub type Allowed = BTreeMap<String, BTreeSet<String>>;
 
-/// Reads `axis=value`; an axis may be given more than once. `base` knows what a library that was laid over this one adds.
+/// Reads `axis=value`; an axis may be given more than once. `base` knows what a library that was laid over this one
+/// adds.
 ///
 /// # Errors
 ///
@@ -79,7 +80,7 @@ pub fn fits(settings: &Settings, allowed: &Allowed) -> bool {
         .all(|(axis, allowed)| value(settings, axis).is_none_or(|value| allowed.contains(&value)))
 }
 
-/// What a way is called: the values that `base` has not, as `--set` takes them.
+/// What a configuration is called: the values that `base` has not, as `--set` takes them.
 #[must_use]
 pub fn name(settings: &Settings, base: &Settings) -> String {
     let (ours, theirs) = (axes(settings), axes(base));
@@ -102,7 +103,7 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
     if parts.is_empty() { "default".to_owned() } else { parts.join(",") }
 }
 
-/// The variants that tell a way from others: what draws or sums its lights, and what reflects and hides them.
+/// The variants in which configurations differ: what draws or sums its lights, and what reflects and hides them.
 #[must_use]
 pub fn variants(settings: &Settings) -> Vec<String> {
     let Settings { density, lobes, precision, draw, space, .. } = *settings;
@@ -127,7 +128,8 @@ pub fn variants(settings: &Settings) -> Vec<String> {
     ids
 }
 
-/// Every way that is legal, with everything else as in `base`: those that make the same lights follow each other.
+/// Every configuration that is legal, with everything else as in `base`: those that make the same lights follow each
+/// other.
 #[must_use]
 pub fn every(base: &Settings) -> Vec<Settings> {
     let mut all = Vec::new();
@@ -138,9 +140,9 @@ pub fn every(base: &Settings) -> Vec<Settings> {
                 for emitter in Emitter::ALL {
                     for diffuse in Diffuse::ALL {
                         let own = Settings { emitter, diffuse, ..lights.clone() };
-                        let way = Settings { specular, ndf, visibility, ..own };
-                        if way.shade().excluded().is_none() {
-                            all.push(way);
+                        let configuration = Settings { specular, ndf, visibility, ..own };
+                        if configuration.shade().excluded().is_none() {
+                            all.push(configuration);
                         }
                     }
                 }
@@ -150,8 +152,8 @@ pub fn every(base: &Settings) -> Vec<Settings> {
     all
 }
 
-/// The distribution of facets that goes with a lobe. It is what the material is, not a way to light it: the reference has
-/// the same.
+/// The distribution of facets that goes with a lobe. It is what the material is, no choice of lighting: the reference
+/// has the same.
 pub(super) fn distribution(specular: Specular, base: &Settings) -> Ndf {
     match (specular, base.ndf) {
         (Specular::None, _) => Ndf::None,
@@ -211,30 +213,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_way_is_legal_and_is_there_once() {
+    fn every_configuration_is_legal_and_is_there_once() {
         let base = Settings::default();
         let all = every(&base);
-        let names: BTreeSet<String> = all.iter().map(|way| name(way, &base)).collect();
+        let names: BTreeSet<String> =
+            all.iter().map(|configuration| name(configuration, &base)).collect();
         assert_eq!(names.len(), all.len());
         assert!(names.contains("default") && names.contains("diffuse=constant,kernel=previous"));
-        for way in &all {
-            assert!(way.shade().excluded().is_none() && way.sample().excluded().is_none());
+        for configuration in &all {
+            assert!(
+                configuration.shade().excluded().is_none()
+                    && configuration.sample().excluded().is_none()
+            );
         }
-        // What is not a way is noticed.
+        // What is not a configuration is noticed.
         assert!(Settings { specular: Specular::None, ..base }.shade().excluded().is_some());
     }
 
     #[test]
     fn a_name_leads_back_to_its_way() {
         let base = Settings::default();
-        for way in every(&base) {
+        for configuration in every(&base) {
             let mut again = base.clone();
-            for setting in name(&way, &base).split(',').filter(|name| *name != "default") {
+            for setting in name(&configuration, &base).split(',').filter(|name| *name != "default")
+            {
                 let (axis, value) = setting.split_once('=').unwrap();
                 again.set(axis, value).unwrap();
             }
             again.ndf = distribution(again.specular, &base);
-            assert_eq!(axes(&again), axes(&way));
+            assert_eq!(axes(&again), axes(&configuration));
         }
         let few = Settings { lights: 64, size_factor: 0.25, ..base.clone() };
         assert_eq!(name(&few, &base), "lights=64,size_factor=0.25");
