@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use sglow_graph::{Configuration, Description, Errors, description};
+use sglow_graph::description::{self, Setting};
+use sglow_graph::{Configuration, Description, Errors};
 use sglow_shaders::frame::parameter;
 use sglow_shaders::{Emitter, Number, Sharpness};
 use thiserror::Error;
@@ -17,7 +18,7 @@ pub enum SettingsError {
     #[error("{name} is {value}, and must be {range}")]
     Range {
         /// The setting.
-        name: &'static str,
+        name: String,
         /// Its value.
         value: String,
         /// What would be right.
@@ -48,9 +49,10 @@ sglow_shaders::settings! {
         /// What was taken to be so of the scene when these were derived from it. A scene of which something else is so by
         /// now, and that needs more, is refused. Nothing where a person chose.
         pub assumed: Vec<Assumption> = Vec::new(),
-        /// Axes and parameters of a library that was laid over this one, by name. An axis that has a field, and values that
-        /// the field cannot hold, is there as well: empty while the field has its value.
-        pub others: BTreeMap<String, String> = BTreeMap::new(),
+        /// Axes and parameters of a library that was laid over this one, by name: the name of a value on an axis, the number of
+        /// a parameter. An axis that has a field, and values that the field cannot hold, is there as well: empty while the
+        /// field has its value.
+        pub others: BTreeMap<String, Setting> = BTreeMap::new(),
     }
 }
 
@@ -68,11 +70,12 @@ impl Settings {
     ) -> Result<Self, Errors> {
         let Configuration { axes, parameters, .. } =
             description.configure(facts, preset, &BTreeMap::new())?;
-        let numbers = parameters.into_iter().map(|(name, number)| (name, number.to_string()));
+        let axes = axes.into_iter().map(|(name, value)| (name, Setting::Name(value)));
+        let numbers = parameters.into_iter().map(|(name, number)| (name, Setting::Number(number)));
         let mut settings = Self::default();
-        for (name, value) in axes.into_iter().chain(numbers) {
-            if settings.set(&name, &value).is_err() {
-                settings.others.insert(name, value);
+        for (name, setting) in axes.chain(numbers) {
+            if settings.set(&name, &setting.to_string()).is_err() {
+                settings.others.insert(name, setting);
             }
         }
         Ok(settings)
@@ -84,47 +87,53 @@ impl Settings {
     ///
     /// An unknown name or value, with those that are known; a number that is none.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), SettingsError> {
-        if let Some(set) = self.set_axis(name, value) {
-            let Some(other) = self.others.get_mut(name) else {
-                return set.map_err(|error| SettingsError::UnknownValue(error.to_string()));
-            };
-            // Whether there is such a value, the description of the frame says.
-            if set.is_ok() {
-                other.clear()
-            } else {
-                value.clone_into(other)
-            }
-            return Ok(());
-        }
-        let known = Self::PARAMETERS.iter().find(|known| **known == name);
-        if let Some(name) = known {
-            let is_finite = value.parse().is_ok_and(f64::is_finite);
-            if is_finite && self.set_number(name, value) == Some(true) {
-                return Ok(());
-            }
+        let range = |name: &str| {
             let range = "a finite number, whole where the parameter is".to_owned();
-            return Err(SettingsError::Range { name, value: value.to_owned(), range });
+            SettingsError::Range { name: name.to_owned(), value: value.to_owned(), range }
+        };
+        let field = self.set_axis(name, value);
+        match (field, self.others.get_mut(name)) {
+            (Some(set), None) => {
+                set.map_err(|error| SettingsError::UnknownValue(error.to_string()))
+            }
+            // Whether there is such a value, the description of the frame says.
+            (field, Some(Setting::Name(other))) => {
+                let other_value = if field == Some(Ok(())) { "" } else { value };
+                other_value.clone_into(other);
+                Ok(())
+            }
+            (_, Some(Setting::Number(other))) => match Setting::read(value) {
+                Setting::Number(number) => {
+                    *other = number;
+                    Ok(())
+                }
+                Setting::Name(_) => Err(range(name)),
+            },
+            (None, None) => {
+                let is_finite = value.parse().is_ok_and(f64::is_finite);
+                match self.number(name) {
+                    Some(_) if is_finite && self.set_number(name, value) == Some(true) => Ok(()),
+                    Some(_) => Err(range(name)),
+                    None => {
+                        let known = Self::AXES.iter().chain(Self::PARAMETERS);
+                        let known = known.map(|name| (*name).to_owned());
+                        let known = known.chain(self.others.keys().cloned()).collect();
+                        Err(SettingsError::UnknownAxis { axis: name.to_owned(), known })
+                    }
+                }
+            }
         }
-        if let Some(other) = self.others.get_mut(name) {
-            value.clone_into(other);
-            return Ok(());
-        }
-        let known = Self::AXES.iter().chain(Self::PARAMETERS).map(|name| (*name).to_owned());
-        Err(SettingsError::UnknownAxis {
-            axis: name.to_owned(),
-            known: known.chain(self.others.keys().cloned()).collect(),
-        })
     }
 
     /// The value of an axis or a parameter, as [`Self::set`] takes it; nothing if there is none of this name.
     pub fn get(&self, name: &str) -> Option<String> {
-        let other = self.others.get(name).filter(|other| !other.is_empty()).cloned();
+        let other = self.others.get(name).map(Setting::to_string).filter(|text| !text.is_empty());
         other
             .or_else(|| self.axis(name).map(str::to_owned))
             .or_else(|| self.number(name).map(|number| number.to_string()))
     }
 
-    /// The settings in the words of a frame's description. What others are numbers are parameters.
+    /// The settings in the words of a frame's description.
     pub fn configuration(&self) -> Configuration {
         let value = |axis: &&str| Some(((*axis).to_owned(), self.axis(axis)?.to_owned()));
         let number = |name: &&str| {
@@ -143,12 +152,11 @@ impl Settings {
             let side = description::Number::Whole(side.into());
             configuration.parameters.insert(name.to_owned(), side);
         }
-        for (name, value) in self.others.iter().filter(|(_, value)| !value.is_empty()) {
-            let whole = value.parse().map(description::Number::Whole).ok();
-            let number = whole.or_else(|| value.parse().map(description::Number::Real).ok());
-            match number {
-                Some(number) => drop(configuration.parameters.insert(name.clone(), number)),
-                None => drop(configuration.axes.insert(name.clone(), value.clone())),
+        for (name, setting) in self.others.clone() {
+            match setting {
+                Setting::Number(number) => drop(configuration.parameters.insert(name, number)),
+                Setting::Name(value) if value.is_empty() => {}
+                Setting::Name(value) => drop(configuration.axes.insert(name, value)),
             }
         }
         configuration

@@ -113,9 +113,9 @@ fn needs_leave(derivation: &Derivation, way: &Settings) -> bool {
     way::axes(way).iter().all(|(axis, value)| {
         let allowed = derivation.allowed.get(*axis);
         allowed.is_none_or(|allowed| allowed.values.iter().any(|allowed| allowed == value))
-    }) && way.others.iter().filter(|(_, value)| !value.is_empty()).all(|(axis, value)| {
-        let allowed = derivation.allowed.get(axis);
-        allowed.is_none_or(|allowed| allowed.values.contains(value))
+    }) && way.others.iter().all(|(axis, value)| {
+        let (allowed, value) = (derivation.allowed.get(axis), value.to_string());
+        value.is_empty() || allowed.is_none_or(|allowed| allowed.values.contains(&value))
     })
 }
 
