@@ -8,6 +8,7 @@ use sglow_shaders::{Light, SglowView};
 use thiserror::Error;
 
 use crate::device::{DeviceError, Gpu};
+use crate::host;
 use crate::light;
 use crate::needs::{self, MissingNeed};
 use crate::plan;
@@ -15,7 +16,6 @@ use crate::raster::Raster;
 use crate::readback;
 use crate::timing::{Clock, Timer};
 use sglow_runtime::execute::{self, DrawList, Lists};
-use sglow_runtime::host;
 use sglow_runtime::indirect::{Indirect, IndirectError, Inputs, SurfaceViews};
 use sglow_runtime::light::{LightView, perspective};
 use sglow_runtime::occluders::Occluders;

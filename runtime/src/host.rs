@@ -1,16 +1,13 @@
 //! The numbers that a host computes, and the names by which a frame takes them.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use sglow_graph::Configuration;
 use sglow_graph::description::Number;
+use sglow_shaders::SglowLight;
 use sglow_shaders::frame::{input, parameter};
-use sglow_shaders::{SglowLight, SglowView};
 
 use crate::execute::{Input, Inputs};
 use crate::light::LightView;
-
-/// Subtracted from a position's depth before it is compared with a shadow map, in units of depth.
-pub const DEPTH_BIAS: f32 = 1e-5;
 
 /// The smallest positional variance of a virtual light: that of a square as large as a texel of the map, `texel` wide, at the
 /// distance of the scene's radius. In squared world units.
@@ -55,13 +52,6 @@ pub fn bias(scale: f32, tile: u32) -> f32 {
     scale * std::f32::consts::SQRT_2 * half / (1.0 - 6f32.sqrt() * half)
 }
 
-/// How far a position is moved along its normal before it is compared with a shadow map of a size, in world units: twice the
-/// footprint of a texel at the distance of the scene's radius. `minimum_variance` is that of a map of `map` texels.
-pub fn normal_offset(minimum_variance: f32, map: u32, shadow_map: u32) -> f32 {
-    let footprint = (6.0 * minimum_variance).sqrt() * map as f32 / shadow_map as f32;
-    2.0 * footprint
-}
-
 /// Gives the light and what follows from it.
 pub fn light(inputs: &mut Inputs<'_>, view: &LightView) {
     let matrices: Vec<_> =
@@ -79,23 +69,9 @@ pub fn light(inputs: &mut Inputs<'_>, view: &LightView) {
         .set(input::POWER_SCALE, 1.0 / view.power_unit);
 }
 
-/// Gives the camera.
-pub fn camera(inputs: &mut Inputs<'_>, view: &SglowView) {
-    let eye = Vec4::from(view.eye);
-    eye_at(inputs, eye.truncate());
-    inputs
-        .set(input::CAMERA_VIEW_EYE, eye.to_array())
-        .set(input::CAMERA_CLIP_FROM_VIEW, view.clip_from_view);
-}
-
-/// Gives the camera's position alone: what passes need that draw nothing.
+/// Gives the camera's position.
 pub fn eye_at(inputs: &mut Inputs<'_>, eye: Vec3) {
     inputs.set(input::EYE, eye.to_array()).set(input::CAMERA_LIGHT, uniform(&of_camera(eye)));
-}
-
-/// Gives what keeps surfaces from shadowing themselves in a shadow map.
-pub fn shadow(inputs: &mut Inputs<'_>, depth_bias: f32, normal_offset: f32) {
-    inputs.set(input::DEPTH_BIAS, depth_bias).set(input::NORMAL_OFFSET, normal_offset);
 }
 
 /// Gives what the maps of virtual lights are made by.
@@ -113,7 +89,7 @@ pub fn occluder_counts(configuration: &mut Configuration, counts: [u64; 2]) {
 }
 
 /// The camera as a light that sends importance: its position alone counts.
-pub fn of_camera(eye: Vec3) -> SglowLight {
+fn of_camera(eye: Vec3) -> SglowLight {
     SglowLight { position: eye.into(), ..bytemuck::Zeroable::zeroed() }
 }
 

@@ -9,12 +9,11 @@ use sglow_shaders::Light;
 use sglow_shaders::frame::{input, part, resource};
 use thiserror::Error;
 
-use crate::execute::{self, Executor, Fault, Faults, Lists};
+use crate::execute::{self, Executor, Faults, Lists};
 use crate::host;
 use crate::light::LightView;
 use crate::occluders::Occluders;
 use crate::package::Package;
-use crate::pipeline::PipelineError;
 use crate::settings::Settings;
 use crate::timing::PassTimer;
 
@@ -24,15 +23,12 @@ pub enum IndirectError {
     /// Invalid settings.
     #[error(transparent)]
     Settings(sglow_graph::Errors),
-    /// A variant does not become a pipeline.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
     /// The package describes no frame, or one of which nothing comes.
     #[error("{0}; generate the package again: cargo xtask gen-shaders --out DIR")]
     Description(String),
     /// The frame cannot be executed.
     #[error(transparent)]
-    Frame(Faults),
+    Frame(#[from] Faults),
     /// What occludes virtual lights does not fit the settings.
     #[error(
         "{found}; make them by Occluders::new of the settings and give them by Indirect::occlude"
@@ -43,7 +39,7 @@ pub enum IndirectError {
     },
     /// The light does not fit the settings.
     #[error(
-        "the light is a {is} light for a map of {map} texels; the settings have light={wanted},map={texels}"
+        "the light is a {is} light for a map of {map} texels; the settings have light={requested},map={texels}"
     )]
     Light {
         /// Its kind.
@@ -51,23 +47,10 @@ pub enum IndirectError {
         /// The map that its view was made for.
         map: u32,
         /// The kind in the settings.
-        wanted: Light,
+        requested: Light,
         /// The map of the settings.
         texels: u32,
     },
-}
-
-impl From<Faults> for IndirectError {
-    /// A single variant that the device refuses stands for itself.
-    fn from(Faults(mut faults): Faults) -> Self {
-        match (faults.pop(), faults.is_empty()) {
-            (Some(Fault::Pipeline(error)), true) => Self::Pipeline(error),
-            (last, _) => {
-                faults.extend(last);
-                Self::Frame(Faults(faults))
-            }
-        }
-    }
 }
 
 /// The three surface textures of a reflective shadow map or a G-buffer; `docs/conventions.md` says what they hold.
@@ -220,10 +203,10 @@ impl Indirect {
         timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), IndirectError> {
         self.occluders.check(&self.settings)?;
-        let (light, &Settings { light: wanted, map, .. }) = (inputs.light, &self.settings);
-        if light.kind != wanted || light.map != map {
-            let (is, map, texels) = (light.kind, light.map, map);
-            return Err(IndirectError::Light { is, map, wanted, texels });
+        let &LightView { kind: is, map, .. } = inputs.light;
+        let Settings { light: requested, map: texels, .. } = self.settings;
+        if (is, map) != (requested, texels) {
+            return Err(IndirectError::Light { is, map, requested, texels });
         }
         Ok(self.executor().encode(encoder, &self.given(inputs), timer)?)
     }
@@ -235,12 +218,12 @@ impl Indirect {
     /// What is left out or does not fit.
     pub fn encode_where(
         &self,
-        wanted: impl Fn(execute::Stage<'_>) -> bool,
+        selected: impl Fn(execute::Stage<'_>) -> bool,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &execute::Inputs<'_>,
         timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), IndirectError> {
-        Ok(self.executor().encode_where(wanted, encoder, inputs, timer)?)
+        Ok(self.executor().encode_where(selected, encoder, inputs, timer)?)
     }
 
     /// Everything that a host gives for a frame, but for lists of draws.

@@ -54,6 +54,9 @@ const FACES: [(Vec3, Vec3); 6] = [
     (Vec3::NEG_Z, Vec3::Y),
 ];
 
+/// Of a light without one: the tangent of half an angle of 90 degrees, and an intensity that does not fall.
+const NO_CONE: [f32; 3] = [1.0, 0.0, 1.0];
+
 /// What a light shines on: a sphere around it, and the map that it is seen in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
@@ -68,13 +71,6 @@ pub struct Surroundings {
     pub map: u32,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum LightKind {
-    Spot { inner: f32, outer: f32 },
-    Directional,
-    Point,
-}
-
 impl LightView {
     /// A spot light at `position`. `inner` and `outer` are angles from `direction` in radians, between which the intensity
     /// falls to 0 (KHR_lights_punctual), at most 1.569, for the map is one perspective image; `intensity` is in W/sr per channel, or candela.
@@ -86,24 +82,28 @@ impl LightView {
         intensity: [f32; 3],
     ) -> Self {
         let outer = outer.clamp(1e-3, 1.569);
-        let kind = LightKind::Spot { inner: inner.min(outer), outer };
-        Self::new(kind, (position - around.origin).as_vec3(), direction, intensity, around)
+        // KHR_lights_punctual, inner and outer cone angles
+        let scale = 1.0 / (inner.min(outer).cos() - outer.cos()).max(1e-3);
+        let cone = [outer.tan(), scale, -outer.cos() * scale];
+        let position = (position - around.origin).as_vec3();
+        Self::new(Light::Spot, cone, position, direction, intensity, around)
     }
 
     /// A light from infinitely far away that shines along `direction`; `irradiance` is that on a facing surface, in W/m^2
     /// per channel, or lux.
     pub fn directional(around: &Surroundings, direction: Vec3, irradiance: [f32; 3]) -> Self {
-        Self::new(LightKind::Directional, Vec3::ZERO, direction, irradiance, around)
+        Self::new(Light::Directional, NO_CONE, Vec3::ZERO, direction, irradiance, around)
     }
 
     /// A light at `position` that shines alike in all directions; `intensity` is in W/sr per channel, or candela.
     pub fn point(around: &Surroundings, position: DVec3, intensity: [f32; 3]) -> Self {
         let position = (position - around.origin).as_vec3();
-        Self::new(LightKind::Point, position, Vec3::NEG_Z, intensity, around)
+        Self::new(Light::Point, NO_CONE, position, Vec3::NEG_Z, intensity, around)
     }
 
     fn new(
-        kind: LightKind,
+        kind: Light,
+        [tan_half_angle, cone_scale, cone_offset]: [f32; 3],
         position: Vec3,
         direction: Vec3,
         intensity: [f32; 3],
@@ -113,118 +113,70 @@ impl LightView {
         let (size, radius) = (around.map, around.radius.max(1e-6));
         // What is a unit vector to rounding stays as it is.
         let unit = (direction.length_squared() - 1.0).abs() < 1e-5;
-        let forward = match kind {
-            LightKind::Point => Vec3::NEG_Z,
-            LightKind::Spot { .. } | LightKind::Directional if unit => direction,
-            LightKind::Spot { .. } | LightKind::Directional => direction.normalize_or(Vec3::NEG_Z),
-        };
+        let forward = if unit { direction } else { direction.normalize_or(Vec3::NEG_Z) };
         let right =
             forward.cross(if forward.y.abs() < 0.99 { Vec3::Y } else { Vec3::Z }).normalize();
         let up = right.cross(forward);
+        let is_directional = kind == Light::Directional;
         // A directional light's image is centred on the scene; its position is where that image's plane lies.
-        let position = match kind {
-            LightKind::Directional => origin - forward * (1.01 * radius),
-            LightKind::Spot { .. } | LightKind::Point => position,
-        };
+        let position = if is_directional { origin - forward * (1.01 * radius) } else { position };
         let away = position.distance(origin);
         let far = (away + radius) * 1.001;
         let near = (away - radius).max(far * 1e-4);
-        let (tan_half_angle, cone_scale, cone_offset) = match kind {
-            LightKind::Spot { inner, outer } => {
-                // KHR_lights_punctual, inner and outer cone angles
-                let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-3);
-                (outer.tan(), scale, -outer.cos() * scale)
-            }
-            LightKind::Directional | LightKind::Point => (1.0, 0.0, 1.0),
-        };
         let half_extent = radius * 1.001;
+        let eye = if is_directional { (-forward).extend(0.0) } else { position.extend(1.0) };
+        let face = |projection: Mat4, (forward, up), tile| Face {
+            clip_from_light: projection * look_to_mat4(Vec3::ZERO, forward, up),
+            position,
+            eye,
+            tile,
+        };
+        let frustum = perspective(tan_half_angle, 1.0, near, far);
         let whole = [0.0, 0.0, 1.0, 1.0];
         let faces = match kind {
-            LightKind::Directional => {
-                let projection =
-                    orthographic(-half_extent, half_extent, -half_extent, half_extent, near, far);
-                let view = look_to_mat4(Vec3::ZERO, forward, up);
-                vec![Face {
-                    clip_from_light: projection * view,
-                    position,
-                    eye: (-forward).extend(0.0),
-                    tile: whole,
-                }]
+            Light::Directional => {
+                let extent = half_extent;
+                let projection = orthographic(-extent, extent, -extent, extent, near, far);
+                vec![face(projection, (forward, up), whole)]
             }
-            LightKind::Spot { .. } => {
-                let projection = perspective(tan_half_angle, 1.0, near, far);
-                let view = look_to_mat4(Vec3::ZERO, forward, up);
-                vec![Face {
-                    clip_from_light: projection * view,
-                    position,
-                    eye: position.extend(1.0),
-                    tile: whole,
-                }]
+            Light::Point => {
+                let tile = |face| [(face % 4) as f32 * 0.25, (face / 4) as f32 * 0.5, 0.25, 0.5];
+                let faces = FACES.into_iter().enumerate();
+                faces.map(|(index, axes)| face(frustum, axes, tile(index))).collect()
             }
-            LightKind::Point => FACES
-                .iter()
-                .enumerate()
-                .map(|(face, &(forward, up))| Face {
-                    clip_from_light: perspective(1.0, 1.0, near, far)
-                        * look_to_mat4(Vec3::ZERO, forward, up),
-                    position,
-                    eye: position.extend(1.0),
-                    tile: [(face % 4) as f32 * 0.25, (face / 4) as f32 * 0.5, 0.25, 0.5],
-                })
-                .collect(),
+            Light::Spot | Light::Camera => vec![face(frustum, (forward, up), whole)],
         };
-        let texel = match kind {
-            LightKind::Directional => 2.0 * half_extent,
-            LightKind::Spot { .. } | LightKind::Point => 2.0 * tan_half_angle * radius,
-        } / size as f32;
-        let uniform = SglowLight {
-            position: position.into(),
-            tan_half_angle,
-            right: right.into(),
-            half_extent,
-            up: up.into(),
-            cone_scale,
-            forward: forward.into(),
-            cone_offset,
-            intensity,
-            ..bytemuck::Zeroable::zeroed()
+        // Its width at the distance of the scene's radius, and its area or solid angle, with that of the empty tiles.
+        let (width, image) = match kind {
+            Light::Directional => (2.0 * half_extent, 4.0 * f64::from(half_extent).powi(2)),
+            Light::Point => (2.0 * tan_half_angle * radius, 4.0 * 8.0),
+            Light::Spot | Light::Camera => {
+                (2.0 * tan_half_angle * radius, 4.0 * f64::from(tan_half_angle).powi(2))
+            }
         };
         // The largest of a texel's solid angles, in the middle of the image or of a face; or its area.
-        let image = match kind {
-            LightKind::Spot { .. } => 4.0 * f64::from(tan_half_angle).powi(2),
-            LightKind::Directional => 4.0 * f64::from(half_extent).powi(2),
-            LightKind::Point => 4.0 * 8.0,
-        };
         let brightest = intensity.into_iter().map(f64::from).fold(0.0, f64::max) * image
             / f64::from(size).powi(2);
-        let of = match kind {
-            LightKind::Spot { .. } => Light::Spot,
-            LightKind::Directional => Light::Directional,
-            LightKind::Point => Light::Point,
-        };
         Self {
-            kind: of,
+            kind,
             map: size,
-            uniform,
+            uniform: SglowLight {
+                position: position.into(),
+                tan_half_angle,
+                right: right.into(),
+                half_extent,
+                up: up.into(),
+                cone_scale,
+                forward: forward.into(),
+                cone_offset,
+                intensity,
+                ..bytemuck::Zeroable::zeroed()
+            },
             faces,
             origin,
-            minimum_variance: host::minimum_variance(texel),
+            minimum_variance: host::minimum_variance(width / size as f32),
             power_unit: host::power_unit(brightest),
             least_near: host::least_near(around.radius),
-        }
-    }
-}
-
-impl LightView {
-    /// The camera as a light that sends importance: what stands in a light's place for its G-buffer. Positions are
-    /// relative to the same origin, and variances kept above the same floor.
-    pub fn of_camera(&self, eye: Vec3) -> Self {
-        Self {
-            kind: Light::Camera,
-            uniform: host::of_camera(eye),
-            faces: Vec::new(),
-            power_unit: 1.0,
-            ..self.clone()
         }
     }
 

@@ -62,35 +62,69 @@ const COMPARISONS: [Compare; 8] = [
     Compare::Always,
 ];
 
+fn unknown(what: &str, name: &str) -> String {
+    format!("unknown {what} `{name}`")
+}
+
 /// What is called so in WebGPU: Rust's name in small letters, but for hyphens.
-fn find<T: Debug + Copy>(all: &[T], name: &str) -> Option<T> {
-    let name = name.replace('-', "");
-    all.iter().find(|known| format!("{known:?}").to_lowercase() == name).copied()
+fn find<T: Debug + Copy>(what: &str, all: &[T], name: &str) -> Result<T, String> {
+    let plain = name.replace('-', "");
+    let found = all.iter().find(|known| format!("{known:?}").to_lowercase() == plain);
+    found.copied().ok_or_else(|| unknown(what, name))
 }
 
-pub(super) fn texture(name: &str) -> Option<Texture> {
-    find(&TEXTURES, name)
+pub(crate) fn texture(name: &str) -> Result<Texture, String> {
+    find("texture format", &TEXTURES, name)
 }
 
-pub(super) fn vertex(name: &str) -> Option<Vertex> {
-    find(&VERTICES, name)
+pub(crate) fn vertex(name: &str) -> Result<Vertex, String> {
+    find("vertex format", &VERTICES, name)
 }
 
-pub(super) fn comparison(name: &str) -> Option<Compare> {
-    find(&COMPARISONS, name)
+pub(crate) fn comparison(name: &str) -> Result<Compare, String> {
+    find("comparison", &COMPARISONS, name)
 }
 
-pub(super) fn dimension(name: &str) -> Option<wgpu::TextureViewDimension> {
+pub(crate) fn sampler(name: &str) -> Result<wgpu::SamplerBindingType, String> {
+    use wgpu::SamplerBindingType as Sampler;
+    find("sampler type", &[Sampler::Filtering, Sampler::Comparison], name)
+}
+
+/// A stage; none of WebGPU's is none here.
+pub(crate) fn stage(name: &str) -> wgpu::ShaderStages {
+    wgpu::ShaderStages::from_name(&name.to_uppercase()).unwrap_or(wgpu::ShaderStages::NONE)
+}
+
+pub(crate) fn dimension(name: &str) -> Result<wgpu::TextureViewDimension, String> {
     use wgpu::TextureViewDimension as View;
-    Some(match name {
+    Ok(match name {
         "1d" => View::D1,
         "2d" => View::D2,
         "2d-array" => View::D2Array,
         "cube" => View::Cube,
         "cube-array" => View::CubeArray,
         "3d" => View::D3,
-        _ => return None,
+        _ => return Err(unknown("dimension", name)),
     })
+}
+
+pub(crate) fn access(name: &str) -> Result<wgpu::StorageTextureAccess, String> {
+    use wgpu::StorageTextureAccess as Access;
+    Ok(match name {
+        "read" => Access::ReadOnly,
+        "write" => Access::WriteOnly,
+        "read_write" => Access::ReadWrite,
+        _ => return Err(unknown("access", name)),
+    })
+}
+
+pub(crate) fn sample_type(name: &str) -> Result<wgpu::TextureSampleType, String> {
+    use wgpu::TextureSampleType as Sample;
+    match name {
+        "float" => Ok(Sample::Float { filterable: true }),
+        "unfilterable-float" => Ok(Sample::Float { filterable: false }),
+        _ => find("sample type", &[Sample::Depth, Sample::Sint, Sample::Uint], name),
+    }
 }
 
 #[cfg(test)]
@@ -99,10 +133,11 @@ mod tests {
 
     #[test]
     fn names_are_those_of_webgpu() {
-        assert_eq!(texture("rgba8unorm-srgb"), Some(Texture::Rgba8UnormSrgb));
-        assert_eq!(texture("depth32float"), Some(Texture::Depth32Float));
-        assert_eq!(vertex("float32x3"), Some(Vertex::Float32x3));
-        assert_eq!(comparison("greater-equal"), Some(Compare::GreaterEqual));
+        assert_eq!(texture("rgba8unorm-srgb"), Ok(Texture::Rgba8UnormSrgb));
+        assert_eq!(texture("depth32float"), Ok(Texture::Depth32Float));
+        assert_eq!(vertex("float32x3"), Ok(Vertex::Float32x3));
+        assert_eq!(comparison("greater-equal"), Ok(Compare::GreaterEqual));
+        assert_eq!(stage("compute"), wgpu::ShaderStages::COMPUTE);
         // Every format whose size a frame knows can be made.
         for known in TEXTURES {
             let name = format!("{known:?}").to_lowercase().replace("srgb", "-srgb");
@@ -110,6 +145,7 @@ mod tests {
             let expected = known.block_copy_size(None).map(u64::from);
             assert!(bytes.is_none() || bytes == expected, "{name}: {bytes:?}");
         }
-        assert_eq!((texture("rgba"), vertex("float"), comparison("")), (None, None, None));
+        assert_eq!(texture("rgba"), Err("unknown texture format `rgba`".to_owned()));
+        assert!(vertex("float").is_err() && comparison("").is_err());
     }
 }

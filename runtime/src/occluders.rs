@@ -82,29 +82,18 @@ impl Occluders {
 
     /// Whether they serve these settings: other numbers of points lie elsewhere in their buffer.
     pub(crate) fn check(&self, settings: &Settings) -> Result<(), IndirectError> {
-        let Settings { visibility, shadow_points, .. } = *settings;
-        let points = |of: Visibility, count: u32| {
-            if of == Visibility::Imperfect {
-                format!(",shadow_points={count}")
-            } else {
-                String::new()
-            }
+        let called = |(visibility, points): (Visibility, u32)| match visibility {
+            Visibility::Imperfect => format!("visibility={visibility},shadow_points={points}"),
+            _ => format!("visibility={visibility}"),
         };
-        let wanted = format!("visibility={visibility}{}", points(visibility, shadow_points));
-        let found = match self.made_for {
-            _ if visibility == Visibility::None => return Ok(()),
-            None => format!("{wanted} needs the triangles of the scene"),
-            Some((of, count))
-                if of == visibility && points(of, count) == points(of, shadow_points) =>
-            {
-                return Ok(());
+        let requested = called((settings.visibility, settings.shadow_points));
+        let found = match self.made_for.map(called) {
+            _ if settings.visibility == Visibility::None => return Ok(()),
+            Some(made_for) if made_for == requested => return Ok(()),
+            Some(made_for) => {
+                format!("the occluders are of {made_for}; the settings have {requested}")
             }
-            Some((of, count)) => {
-                format!(
-                    "the occluders are of visibility={of}{}; the settings have {wanted}",
-                    points(of, count)
-                )
-            }
+            None => format!("{requested} needs the triangles of the scene"),
         };
         Err(IndirectError::Occluders { found })
     }

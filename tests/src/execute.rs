@@ -2,6 +2,7 @@
 //!
 //! That they show what frames showed before is held in `frames.rs`.
 
+mod external;
 mod foreign;
 
 use glam::{DVec3, Vec3};
@@ -308,12 +309,14 @@ fn what_a_host_leaves_out_is_named_all_at_once() {
     let nothing = executor.encode(&mut encoder, &Inputs::new(), None).unwrap_err().to_string();
     for name in ["light", "origin", "eye", "minimum_variance", "diffuse_mean_length"] {
         assert!(
-            nothing.contains(&format!("input `{name}` is left out; it is of type ")),
+            nothing.contains(&format!("input `{name}` is left out; it has to be of type ")),
             "{nothing}"
         );
     }
     for (name, _) in maps(renderer) {
-        assert!(nothing.contains(&format!("resource `{name}` is left out; it is a texture of ")));
+        assert!(
+            nothing.contains(&format!("resource `{name}` is left out; it has to be a texture of "))
+        );
     }
     let vsgls = renderer.indirect().vsgls().unwrap();
     let (position, normal) = (renderer.inputs().gbuffer.position, &vsgls);
@@ -352,18 +355,24 @@ fn lists_of_draws_that_are_left_out_are_named() {
     let frame = frame(&package, &settings, &scene, None);
     let (gpu, package) = (gpu(), &package);
     let made = Executor::new(&gpu.device, &gpu.queue, package, &frame, &Lists::new());
-    assert_eq!(made.err().unwrap().to_string(), "the list of draws `surfaces` is left out");
+    assert_eq!(
+        made.err().unwrap().to_string(),
+        "list of draws `surfaces` is left out; it has to be among the lists of the host"
+    );
     let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
     let lists: [(_, &dyn DrawList); 2] = [("surfaces", &surfaces), ("emitters", &emitters)];
     let lists = Lists::from(lists);
     let mut executor = Executor::new(&gpu.device, &gpu.queue, package, &frame, &lists).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut inputs = inputs(&renderer);
-    host::camera(&mut inputs, renderer.view());
+    sglow_renderer::host::camera(&mut inputs, renderer.view());
     let bias = renderer.shadow_bias();
-    host::shadow(&mut inputs, bias.depth, bias.normal);
+    sglow_renderer::host::shadow(&mut inputs, bias.depth, bias.normal);
     let left_out = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();
-    assert_eq!(left_out, "the list of draws `surfaces` is left out");
+    assert_eq!(
+        left_out,
+        "list of draws `surfaces` is left out; it has to be among the lists of the host"
+    );
 }
 
 #[test]

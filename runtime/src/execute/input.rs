@@ -33,15 +33,16 @@ impl Input {
 
     /// What it is, in words.
     pub(super) fn kind(&self) -> String {
-        match self {
-            Self::F32(numbers) => format!("{} numbers of type f32", numbers.len()),
-            Self::U32(numbers) => format!("{} numbers of type u32", numbers.len()),
-            Self::I32(numbers) => format!("{} numbers of type i32", numbers.len()),
+        let (count, of) = match self {
+            Self::F32(numbers) => (numbers.len(), "f32"),
+            Self::U32(numbers) => (numbers.len(), "u32"),
+            Self::I32(numbers) => (numbers.len(), "i32"),
             Self::Members(members) => {
                 let names: Vec<_> = members.keys().map(String::as_str).collect();
-                format!("a structure of {}", names.join(", "))
+                return format!("a structure of {}", names.join(", "));
             }
-        }
+        };
+        format!("{count} numbers of type {of}")
     }
 }
 
@@ -54,12 +55,6 @@ impl From<f32> for Input {
 impl From<u32> for Input {
     fn from(number: u32) -> Self {
         Self::U32(vec![number])
-    }
-}
-
-impl From<i32> for Input {
-    fn from(number: i32) -> Self {
-        Self::I32(vec![number])
     }
 }
 
@@ -89,15 +84,13 @@ impl<const N: usize, const M: usize> From<Vec<[[f32; N]; M]>> for Input {
     }
 }
 
-/// A resource of the host's.
+/// What a resource is on the device.
 #[derive(Clone, Debug, PartialEq)]
-pub enum External {
-    /// A texture, of which views are made by need.
-    Texture(wgpu::Texture),
-    /// A view of a whole texture, as passes bind it.
-    View(wgpu::TextureView),
-    /// A buffer.
+pub(super) enum Object {
     Buffer(wgpu::Buffer),
+    Texture(wgpu::Texture),
+    View(wgpu::TextureView),
+    Sampler(wgpu::Sampler),
 }
 
 /// Draws of the host's own.
@@ -111,7 +104,7 @@ pub trait DrawList {
 }
 
 /// What draws of one kind have in common.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct DrawKind {
     /// The values by which their variants are chosen: those of the configuration's draws.
     pub axes: BTreeMap<String, String>,
@@ -125,7 +118,7 @@ pub struct DrawKind {
 #[derive(Clone, Default)]
 pub struct Inputs<'a> {
     pub(super) values: BTreeMap<&'a str, Input>,
-    pub(super) resources: BTreeMap<&'a str, External>,
+    pub(super) resources: BTreeMap<&'a str, Object>,
     pub(super) lists: BTreeMap<&'a str, &'a dyn DrawList>,
 }
 
@@ -141,21 +134,22 @@ impl<'a> Inputs<'a> {
         self
     }
 
-    /// Gives a texture.
+    /// Gives a texture, whose layers and levels are bound as the frame has them.
     pub fn texture(&mut self, name: &'a str, texture: &wgpu::Texture) -> &mut Self {
-        self.resources.insert(name, External::Texture(texture.clone()));
+        self.resources.insert(name, Object::Texture(texture.clone()));
         self
     }
 
-    /// Gives a view of a whole texture.
+    /// Gives a view that is bound as it is, of a texture of the resource's size. What is drawn to, and what has several layers
+    /// or levels, is given as a texture: how many of these a view shows is not known.
     pub fn view(&mut self, name: &'a str, view: &wgpu::TextureView) -> &mut Self {
-        self.resources.insert(name, External::View(view.clone()));
+        self.resources.insert(name, Object::View(view.clone()));
         self
     }
 
     /// Gives a buffer.
     pub fn buffer(&mut self, name: &'a str, buffer: &wgpu::Buffer) -> &mut Self {
-        self.resources.insert(name, External::Buffer(buffer.clone()));
+        self.resources.insert(name, Object::Buffer(buffer.clone()));
         self
     }
 

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use sglow_graph::frame::Variant;
 
 use super::error::Fault;
-use super::names;
-use crate::interface::{Access, Binding, Interface, Kind, SampleType, SamplerType, Stage};
+use crate::interface::Interface;
 use crate::package::Package;
 use crate::pipeline::{guarded, module};
 
@@ -19,7 +18,6 @@ pub(super) struct Pipelines {
     modules: BTreeMap<String, wgpu::ShaderModule>,
     compute: BTreeMap<String, (wgpu::ComputePipeline, Layouts)>,
     render: BTreeMap<String, (wgpu::RenderPipeline, Layouts)>,
-    made: u64,
 }
 
 /// What a render pipeline is made of beside its variant.
@@ -39,7 +37,7 @@ pub(super) struct Drawing<'a> {
 impl Pipelines {
     /// How many pipelines were made.
     pub(super) fn made(&self) -> u64 {
-        self.made
+        (self.compute.len() + self.render.len()) as u64
     }
 
     fn module(
@@ -89,7 +87,6 @@ impl Pipelines {
             });
             (pipeline, groups)
         })?;
-        self.made += 1;
         self.compute.insert(key, made.clone());
         Ok(made)
     }
@@ -151,7 +148,6 @@ impl Pipelines {
             });
             (pipeline, groups)
         })?;
-        self.made += 1;
         self.render.insert(key, made.clone());
         Ok(made)
     }
@@ -161,10 +157,10 @@ impl Pipelines {
 fn merged(interfaces: &[&Interface]) -> BTreeMap<u32, BTreeMap<u32, wgpu::BindGroupLayoutEntry>> {
     let mut groups: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
     for binding in interfaces.iter().flat_map(|interface| &interface.bindings) {
-        let Some(entry) = entry(binding) else { continue };
         let group = groups.entry(binding.group).or_default();
-        let known: &mut wgpu::BindGroupLayoutEntry = group.entry(binding.binding).or_insert(entry);
-        known.visibility |= entry.visibility;
+        let known: &mut wgpu::BindGroupLayoutEntry =
+            group.entry(binding.entry.binding).or_insert(binding.entry);
+        known.visibility |= binding.entry.visibility;
     }
     groups
 }
@@ -187,59 +183,5 @@ fn pipeline_layout(device: &wgpu::Device, id: &str, groups: &Layouts) -> wgpu::P
         label: Some(id),
         bind_group_layouts: &groups,
         immediate_size: 0,
-    })
-}
-
-/// The entry of a binding in a layout; nothing if its dimension or its format has no such name.
-fn entry(binding: &Binding) -> Option<wgpu::BindGroupLayoutEntry> {
-    let buffer = |ty, size: u64| wgpu::BindingType::Buffer {
-        ty,
-        has_dynamic_offset: false,
-        min_binding_size: size.try_into().ok(),
-    };
-    let ty = match &binding.kind {
-        Kind::Uniform { min_size, .. } => buffer(wgpu::BufferBindingType::Uniform, *min_size),
-        Kind::Storage { access, min_size } => {
-            let read_only = *access == Access::Read;
-            buffer(wgpu::BufferBindingType::Storage { read_only }, *min_size)
-        }
-        Kind::Texture { dimension, sample_type, multisampled } => wgpu::BindingType::Texture {
-            sample_type: match sample_type {
-                SampleType::Float => wgpu::TextureSampleType::Float { filterable: true },
-                SampleType::UnfilterableFloat => {
-                    wgpu::TextureSampleType::Float { filterable: false }
-                }
-                SampleType::Depth => wgpu::TextureSampleType::Depth,
-                SampleType::Sint => wgpu::TextureSampleType::Sint,
-                SampleType::Uint => wgpu::TextureSampleType::Uint,
-            },
-            view_dimension: names::dimension(dimension)?,
-            multisampled: *multisampled,
-        },
-        Kind::StorageTexture { dimension, format, access } => wgpu::BindingType::StorageTexture {
-            access: match access {
-                Access::Read => wgpu::StorageTextureAccess::ReadOnly,
-                Access::Write => wgpu::StorageTextureAccess::WriteOnly,
-                Access::ReadWrite => wgpu::StorageTextureAccess::ReadWrite,
-            },
-            format: names::texture(format)?,
-            view_dimension: names::dimension(dimension)?,
-        },
-        Kind::Sampler { sampler_type } => wgpu::BindingType::Sampler(match sampler_type {
-            SamplerType::Filtering => wgpu::SamplerBindingType::Filtering,
-            SamplerType::Comparison => wgpu::SamplerBindingType::Comparison,
-        }),
-    };
-    let visibility = binding.visibility.iter().map(|stage| match stage {
-        Stage::Vertex => wgpu::ShaderStages::VERTEX,
-        Stage::Fragment => wgpu::ShaderStages::FRAGMENT,
-        Stage::Compute => wgpu::ShaderStages::COMPUTE,
-        Stage::Other => wgpu::ShaderStages::NONE,
-    });
-    Some(wgpu::BindGroupLayoutEntry {
-        binding: binding.binding,
-        visibility: visibility.collect(),
-        ty,
-        count: None,
     })
 }
