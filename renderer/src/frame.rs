@@ -345,7 +345,7 @@ impl<'a> Renderer<'a> {
 
     fn submit(
         &self,
-        wanted: impl Fn(execute::Stage<'_>) -> bool,
+        selected: impl Fn(execute::Stage<'_>) -> bool,
         timer: Option<&mut Timer<'_>>,
     ) -> Result<(), FrameError> {
         let mut given = self.frame.given(&self.inputs());
@@ -355,7 +355,8 @@ impl<'a> Renderer<'a> {
         given.draws("surfaces", &surfaces).draws("emitters", &emitters);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let timer = timer.map(|timer| timer as _);
-        self.frame.encode_where(wanted, &mut encoder, &given, timer)?;
+        let encoded = self.frame.executor().encode_where(selected, &mut encoder, &given, timer);
+        encoded.map_err(IndirectError::Frame)?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(())
     }
@@ -384,7 +385,7 @@ impl<'a> Renderer<'a> {
     /// The bytes of each texture and buffer that it keeps between frames, but for the scene itself and parameters: what
     /// [`crate::plan::Plan`] foresees, by the same names.
     pub fn bytes(&self) -> Vec<(String, u64)> {
-        let all = [self.frame.bytes(), self.occluder_bytes.clone()].concat();
+        let all = [readback::bytes(&self.frame), self.occluder_bytes.clone()].concat();
         // A sampler has none.
         all.into_iter().filter(|(_, bytes)| *bytes > 0).collect()
     }

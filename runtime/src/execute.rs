@@ -89,21 +89,18 @@ impl Ready {
             uses: Uses::default(),
         };
         let steps = builder.steps();
-        let Builder { mut resources, mut uniforms, mut groups, mut faults, .. } = builder;
-        faults.extend(resources.too_large(device));
+        let Builder { mut resources, mut uniforms, mut groups, faults, .. } = builder;
         Faults::none_of(faults)?;
         let mut faults = Vec::new();
         let made = checked(device, || {
             resources.make(device, queue, &mut faults);
             uniforms.make(device, queue);
-            groups.make(device, &mut resources, &uniforms, &mut faults);
+            groups.make(device, &mut resources, &uniforms, true, &mut faults);
         });
         let what = "what the frame binds".to_owned();
         faults.extend(made.err().map(|message| Fault::Device { what, message }));
         Faults::none_of(faults)?;
-        let mut all = Uses::default();
-        steps.iter().for_each(|step| all.add(&step.uses));
-        Ok(Self { resources, uniforms, groups, steps, all })
+        Ok(Self { resources, uniforms, groups, all: Uses::of(&steps), steps })
     }
 }
 
@@ -163,8 +160,7 @@ impl Executor {
         self.run(None, encoder, inputs, timer)
     }
 
-    /// Encodes some stages alone. What is kept from frame to frame grows older by it if it
-    /// is used.
+    /// Encodes some stages alone. What is kept from frame to frame grows older by it if it is used.
     ///
     /// # Errors
     ///
@@ -192,20 +188,15 @@ impl Executor {
                 && step.new.is_none_or(|new| resources.is_new(new))
         };
         let steps: Vec<_> = steps.iter().filter(runs).collect();
-        let mut some = Uses::default();
-        let uses = if selected.is_some() {
-            steps.iter().for_each(|step| some.add(&step.uses));
-            &some
-        } else {
-            all
-        };
+        let some = selected.map(|_| Uses::of(steps.iter().copied()));
+        let uses = some.as_ref().unwrap_or(all);
         let mut faults = Vec::new();
-        resources.take(&uses.resources, inputs, &mut faults);
+        let changed = resources.take(&uses.resources, inputs, &mut faults);
         uniforms.take(&uses.uniforms, inputs, &resources.ages(), &mut faults);
         let lists = steps.iter().filter_map(|step| step.list());
         let missing = lists.filter(|name| !inputs.lists.contains_key(name));
         faults.extend(missing.map(Fault::list_left_out));
-        groups.make(&self.device, resources, uniforms, &mut faults);
+        groups.make(&self.device, resources, uniforms, changed, &mut faults);
         Faults::none_of(faults)?;
         uniforms.encode(&self.device, &self.queue, encoder);
         steps::encode(&steps, Scene { resources, groups, inputs }, encoder, timer);
@@ -223,9 +214,9 @@ impl Executor {
         self.ready.resources.texture(self.ready.resources.find(name)?)
     }
 
-    /// The bytes of each resource that was made here, by name.
-    pub fn bytes(&self) -> impl Iterator<Item = (&str, u64)> {
-        self.ready.resources.bytes()
+    /// The names of the buffers, textures and samplers that were made here.
+    pub fn own(&self) -> impl Iterator<Item = &str> {
+        self.ready.resources.own()
     }
 
     /// What was made so far.

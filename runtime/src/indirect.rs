@@ -5,7 +5,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::Vec3;
 use sglow_graph::Configuration;
-use sglow_shaders::Light;
 use sglow_shaders::frame::{input, part, resource};
 use thiserror::Error;
 
@@ -29,28 +28,6 @@ pub enum IndirectError {
     /// The frame cannot be executed.
     #[error(transparent)]
     Frame(#[from] Faults),
-    /// What occludes virtual lights does not fit the settings.
-    #[error(
-        "{found}; make them by Occluders::new of the settings and give them by Indirect::occlude"
-    )]
-    Occluders {
-        /// What is wrong with them.
-        found: String,
-    },
-    /// The light does not fit the settings.
-    #[error(
-        "the light is a {is} light for a map of {map} texels; the settings have light={requested},map={texels}"
-    )]
-    Light {
-        /// Its kind.
-        is: Light,
-        /// The map that its view was made for.
-        map: u32,
-        /// The kind in the settings.
-        requested: Light,
-        /// The map of the settings.
-        texels: u32,
-    },
 }
 
 /// The three surface textures of a reflective shadow map or a G-buffer; `docs/conventions.md` says what they hold.
@@ -167,8 +144,7 @@ impl Indirect {
         let mut configuration = self.configuration.clone();
         configuration.axes.extend(axes);
         configuration.parameters.extend(parameters);
-        let frame = frame(&self.package, configuration.clone(), &self.occluders)?;
-        self.executor().resize(&self.package, &frame, &Lists::new())?;
+        self.remake(&configuration, &self.occluders)?;
         (self.settings, self.configuration) = (settings.clone(), configuration);
         Ok(())
     }
@@ -180,14 +156,20 @@ impl Indirect {
     /// As [`Self::new`]; what there was before stays.
     pub fn occlude(&mut self, occluders: Occluders) -> Result<(), IndirectError> {
         occluders.check(&self.settings)?;
-        let frame = frame(&self.package, self.configuration.clone(), &occluders)?;
-        self.executor().resize(&self.package, &frame, &Lists::new())?;
+        self.remake(&self.configuration, &occluders)?;
         self.occluders = occluders;
         Ok(())
     }
 
-    /// What a thread that panicked has left is as good as any.
-    fn executor(&self) -> MutexGuard<'_, Executor> {
+    fn remake(&self, of: &Configuration, occluders: &Occluders) -> Result<(), IndirectError> {
+        let frame = frame(&self.package, of.clone(), occluders)?;
+        Ok(self.executor().resize(&self.package, &frame, &Lists::new())?)
+    }
+
+    /// What executes the frame, for stages alone, for what they read and leave. Hold it no longer than for one call: encoding
+    /// waits for it.
+    // What a thread that panicked has left is as good as any.
+    pub fn executor(&self) -> MutexGuard<'_, Executor> {
         self.executor.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -203,27 +185,14 @@ impl Indirect {
         timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), IndirectError> {
         self.occluders.check(&self.settings)?;
-        let &LightView { kind: is, map, .. } = inputs.light;
-        let Settings { light: requested, map: texels, .. } = self.settings;
-        if (is, map) != (requested, texels) {
-            return Err(IndirectError::Light { is, map, requested, texels });
+        let (LightView { kind, map, .. }, settings) = (inputs.light, &self.settings);
+        if (*kind, *map) != (settings.light, settings.map) {
+            let found = format!("a {kind} light for a map of {map} texels");
+            let Settings { light, map, .. } = settings;
+            let expected = format!("that of the settings: light={light},map={map}");
+            return Err(Faults::of("the light", found, expected).into());
         }
         Ok(self.executor().encode(encoder, &self.given(inputs), timer)?)
-    }
-
-    /// Encodes some stages alone, with everything that a host gives for them.
-    ///
-    /// # Errors
-    ///
-    /// What is left out or does not fit.
-    pub fn encode_where(
-        &self,
-        selected: impl Fn(execute::Stage<'_>) -> bool,
-        encoder: &mut wgpu::CommandEncoder,
-        inputs: &execute::Inputs<'_>,
-        timer: Option<&mut (dyn PassTimer + '_)>,
-    ) -> Result<(), IndirectError> {
-        Ok(self.executor().encode_where(selected, encoder, inputs, timer)?)
     }
 
     /// Everything that a host gives for a frame, but for lists of draws.
@@ -240,8 +209,10 @@ impl Indirect {
         let mut given = execute::Inputs::new();
         let Settings { bias_scale, tile, .. } = self.settings;
         host::light(&mut given, light);
-        host::light_maps(&mut given, light.least_near, host::bias(bias_scale, tile));
-        given.set(input::DIFFUSE_MEAN_LENGTH, self.settings.diffuse_mean_length());
+        given
+            .set(input::LEAST_NEAR, light.least_near)
+            .set(input::BIAS, host::bias(bias_scale, tile))
+            .set(input::DIFFUSE_MEAN_LENGTH, self.settings.diffuse_mean_length());
         self.occluders.supply(&mut given);
         given
     }
@@ -276,17 +247,6 @@ impl Indirect {
     pub fn buffer(&self, name: &str) -> Option<wgpu::Buffer> {
         self.executor().buffer(name).cloned()
     }
-
-    /// The bytes of each texture, with its mips, and of each buffer that it keeps between its passes; those of the
-    /// parameters are left out.
-    pub fn bytes(&self) -> Vec<(String, u64)> {
-        self.executor().bytes().map(|(name, bytes)| (name.to_owned(), bytes)).collect()
-    }
-
-    /// How many pipelines and bind groups were made.
-    pub fn made(&self) -> execute::Made {
-        self.executor().made()
-    }
 }
 
 fn frame(
@@ -294,10 +254,8 @@ fn frame(
     mut configuration: Configuration,
     occluders: &Occluders,
 ) -> Result<sglow_graph::Frame, IndirectError> {
-    let Some(description) = package.description() else {
-        let text = format!("the package {} describes no frame", package.origin());
-        return Err(IndirectError::Description(text));
-    };
+    let missing = || format!("the package {} describes no frame", package.origin());
+    let description = package.description().ok_or_else(|| IndirectError::Description(missing()))?;
     host::occluder_counts(&mut configuration, occluders.counts().map(u64::from));
     description.evaluate(&configuration).map_err(IndirectError::Settings)
 }

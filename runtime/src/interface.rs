@@ -137,8 +137,6 @@ pub struct Struct {
     pub name: String,
     /// Bytes, its padding included.
     pub size: u32,
-    /// Alignment in bytes.
-    pub align: u32,
     /// Its members.
     pub fields: Vec<Field>,
 }
@@ -171,62 +169,42 @@ impl Interface {
         self.structs.iter().find(|known| known.name == name)
     }
 
-    /// The numbers that a type consists of, from a byte on, with its size and its alignment. Nothing for what a uniform
-    /// does not have: halves, atomics, arrays without a length.
-    pub(crate) fn places(&self, of: &str, at: u32) -> Option<(Vec<Place>, u32, u32)> {
+    /// The numbers that a type of a uniform consists of, from a byte on, with its size. Nothing for what a uniform does not
+    /// have: halves, atomics, arrays without a length.
+    // [WGSL, Section 14.4]: three components are aligned like four, elements of a uniform's arrays to 16 bytes.
+    pub(crate) fn places(&self, of: &str, at: u32) -> Option<(Vec<Place>, u32)> {
         if let Some(scalar) = scalar(of) {
-            return Some((vec![(at, scalar)], 4, 4));
+            return Some((vec![(at, scalar)], 4));
         }
         if let Some(known) = self.find_struct(of) {
             let mut places = Vec::new();
             for field in &known.fields {
                 places.extend(self.places(&field.r#type, at + field.offset)?.0);
             }
-            return Some((places, known.size, known.align));
+            return Some((places, known.size));
         }
         let (name, inner) = of.strip_suffix('>')?.split_once('<')?;
-        if let Some(length) = name.strip_prefix("vec") {
-            return vector(length.parse().ok()?, scalar(inner)?, at);
-        }
-        let (element, count) = if let Some(sizes) = name.strip_prefix("mat") {
+        let (element, count, align) = if let Some(length) = name.strip_prefix("vec") {
+            (inner.to_owned(), length.parse().ok().filter(|length| *length <= 4)?, 4)
+        } else if let Some(sizes) = name.strip_prefix("mat") {
             let (columns, rows) = sizes.split_once('x')?;
-            (format!("vec{rows}<{inner}>"), columns.parse().ok()?)
-        } else if name == "array" {
-            let (element, length) = inner.rsplit_once(',')?;
-            (element.trim().to_owned(), length.trim().parse().ok()?)
+            (format!("vec{rows}<{inner}>"), columns.parse().ok()?, if rows == "2" { 8 } else { 16 })
         } else {
-            return None;
+            let (element, length) = inner.rsplit_once(',').filter(|_| name == "array")?;
+            (element.trim().to_owned(), length.trim().parse().ok()?, 16)
         };
-        let (mut places, mut stride, mut align) = (Vec::new(), 0, 4);
-        for index in 0..count {
-            let size;
-            let of_element;
-            (of_element, size, align) = self.places(&element, at + index * stride)?;
-            // The first element is at 0 whatever the stride is.
-            stride = size.next_multiple_of(align);
+        let (mut places, mut size) = (Vec::new(), 0);
+        for _ in 0..count {
+            let (of_element, bytes) = self.places(&element, at + size)?;
             places.extend(of_element);
+            size += bytes.next_multiple_of(align);
         }
-        Some((places, count * stride, align))
+        Some((places, size))
     }
 }
 
-/// [WGSL, Section 14.4.1]: three components are aligned like four.
-fn vector(length: u32, scalar: Scalar, at: u32) -> Option<(Vec<Place>, u32, u32)> {
-    let align = match length {
-        2 => 8,
-        3 | 4 => 16,
-        _ => return None,
-    };
-    Some(((0..length).map(|index| (at + 4 * index, scalar)).collect(), 4 * length, align))
-}
-
 fn scalar(name: &str) -> Option<Scalar> {
-    Some(match name {
-        "f32" => Scalar::F32,
-        "u32" => Scalar::U32,
-        "i32" => Scalar::I32,
-        _ => return None,
-    })
+    names::find("scalar", &[Scalar::F32, Scalar::U32, Scalar::I32], name).ok()
 }
 
 #[cfg(test)]
@@ -238,16 +216,16 @@ mod tests {
         let field =
             |name: &str, of: &str, offset| Field { name: name.into(), r#type: of.into(), offset };
         let fields = vec![field("a", "vec3<f32>", 0), field("b", "u32", 12)];
-        let structs = vec![Struct { name: "Pair".to_owned(), size: 16, align: 16, fields }];
+        let structs = vec![Struct { name: "Pair".to_owned(), size: 16, fields }];
         let interface = Interface { structs, ..Interface::default() };
         let offsets = |of: &str| {
-            let (places, size, align) = interface.places(of, 32).unwrap();
-            (places.into_iter().map(|place| place.0).collect::<Vec<_>>(), size, align)
+            let (places, size) = interface.places(of, 32).unwrap();
+            (places.into_iter().map(|place| place.0).collect::<Vec<_>>(), size)
         };
-        assert_eq!(offsets("f32"), (vec![32], 4, 4));
-        assert_eq!(offsets("vec3<u32>"), (vec![32, 36, 40], 12, 16));
-        assert_eq!(offsets("mat2x3<f32>"), (vec![32, 36, 40, 48, 52, 56], 32, 16));
-        assert_eq!(offsets("array<vec3<f32>, 2>"), (vec![32, 36, 40, 48, 52, 56], 32, 16));
+        assert_eq!(offsets("f32"), (vec![32], 4));
+        assert_eq!(offsets("vec3<u32>"), (vec![32, 36, 40], 12));
+        assert_eq!(offsets("mat2x3<f32>"), (vec![32, 36, 40, 48, 52, 56], 32));
+        assert_eq!(offsets("array<vec3<f32>, 2>"), (vec![32, 36, 40, 48, 52, 56], 32));
         assert_eq!(offsets("array<mat2x2<f32>, 2>").0, [32, 36, 40, 44, 48, 52, 56, 60]);
         assert_eq!(offsets("array<Pair, 2>").0, [32, 36, 40, 44, 48, 52, 56, 60]);
         assert_eq!(interface.places("Pair", 0).unwrap().0[3], (12, Scalar::U32));

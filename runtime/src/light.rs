@@ -12,10 +12,6 @@ use crate::host;
 pub struct Face {
     /// From positions relative to the light's to clip space.
     pub clip_from_light: Mat4,
-    /// The light's position; of a directional one a position in the image's plane.
-    pub position: Vec3,
-    /// The light's position with w = 1, or the direction towards it with w = 0.
-    pub eye: Vec4,
     /// The face's rectangle in the map: left, top, width, height, each as a share of the map.
     pub tile: [f32; 4],
 }
@@ -27,8 +23,10 @@ pub struct LightView {
     pub kind: Light,
     /// Width and height of its map in texels.
     pub map: u32,
-    /// The light's uniform.
+    /// The light's uniform; the position of a directional light lies in the image's plane.
     pub uniform: SglowLight,
+    /// The light's position with w = 1, or the direction towards it with w = 0.
+    pub eye: Vec4,
     /// One face, or the six of a point light in the order +x, -x, +y, -y, +z, -z.
     pub faces: Vec<Face>,
     /// What the moments' positions are relative to: the middle of the scene, itself relative to [`Surroundings::origin`].
@@ -127,31 +125,27 @@ impl LightView {
         let eye = if is_directional { (-forward).extend(0.0) } else { position.extend(1.0) };
         let face = |projection: Mat4, (forward, up), tile| Face {
             clip_from_light: projection * look_to_mat4(Vec3::ZERO, forward, up),
-            position,
-            eye,
             tile,
         };
         let frustum = perspective(tan_half_angle, 1.0, near, far);
         let whole = [0.0, 0.0, 1.0, 1.0];
-        let faces = match kind {
+        // With the width at the distance of the scene's radius, and the area or solid angle, with that of empty tiles.
+        let (faces, width, image) = match kind {
             Light::Directional => {
                 let extent = half_extent;
                 let projection = orthographic(-extent, extent, -extent, extent, near, far);
-                vec![face(projection, (forward, up), whole)]
+                let area = 4.0 * f64::from(half_extent).powi(2);
+                (vec![face(projection, (forward, up), whole)], 2.0 * half_extent, area)
             }
             Light::Point => {
                 let tile = |face| [(face % 4) as f32 * 0.25, (face / 4) as f32 * 0.5, 0.25, 0.5];
                 let faces = FACES.into_iter().enumerate();
-                faces.map(|(index, axes)| face(frustum, axes, tile(index))).collect()
+                let faces = faces.map(|(index, axes)| face(frustum, axes, tile(index)));
+                (faces.collect(), 2.0 * tan_half_angle * radius, 4.0 * 8.0)
             }
-            Light::Spot | Light::Camera => vec![face(frustum, (forward, up), whole)],
-        };
-        // Its width at the distance of the scene's radius, and its area or solid angle, with that of the empty tiles.
-        let (width, image) = match kind {
-            Light::Directional => (2.0 * half_extent, 4.0 * f64::from(half_extent).powi(2)),
-            Light::Point => (2.0 * tan_half_angle * radius, 4.0 * 8.0),
             Light::Spot | Light::Camera => {
-                (2.0 * tan_half_angle * radius, 4.0 * f64::from(tan_half_angle).powi(2))
+                let angle = 4.0 * f64::from(tan_half_angle).powi(2);
+                (vec![face(frustum, (forward, up), whole)], 2.0 * tan_half_angle * radius, angle)
             }
         };
         // The largest of a texel's solid angles, in the middle of the image or of a face; or its area.
@@ -172,17 +166,13 @@ impl LightView {
                 intensity,
                 ..bytemuck::Zeroable::zeroed()
             },
+            eye,
             faces,
             origin,
             minimum_variance: host::minimum_variance(width / size as f32),
             power_unit: host::power_unit(brightest),
             least_near: host::least_near(around.radius),
         }
-    }
-
-    /// The light's position with w = 1, or the direction towards it with w = 0.
-    pub fn eye(&self) -> Vec4 {
-        self.faces.first().map_or(Vec4::ZERO, |face| face.eye)
     }
 }
 

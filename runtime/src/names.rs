@@ -66,8 +66,8 @@ fn unknown(what: &str, name: &str) -> String {
     format!("unknown {what} `{name}`")
 }
 
-/// What is called so in WebGPU: Rust's name in small letters, but for hyphens.
-fn find<T: Debug + Copy>(what: &str, all: &[T], name: &str) -> Result<T, String> {
+/// What is called so in WebGPU and WGSL: Rust's name in small letters, but for hyphens.
+pub(crate) fn find<T: Debug + Copy>(what: &str, all: &[T], name: &str) -> Result<T, String> {
     let plain = name.replace('-', "");
     let found = all.iter().find(|known| format!("{known:?}").to_lowercase() == plain);
     found.copied().ok_or_else(|| unknown(what, name))

@@ -107,9 +107,7 @@ struct Manifest {
     made_for: MadeFor,
     left_out: Vec<LeftOut>,
     description: Option<Description>,
-    interfaces: BTreeMap<String, Interface>,
-    /// The files of each variant.
-    files: BTreeMap<String, Vec<File>>,
+    variants: BTreeMap<String, (Vec<File>, Interface)>,
 }
 
 impl Manifest {
@@ -144,8 +142,7 @@ impl Manifest {
             let interface = shared
                 .interface(keys)
                 .map_err(|key| format!("variant '{id}' refers to '{key}', which `shared` lacks"))?;
-            read.interfaces.insert(id.clone(), interface);
-            read.files.insert(id, files);
+            read.variants.insert(id, (files, interface));
         }
         Ok(read)
     }
@@ -197,13 +194,11 @@ impl LeftOut {
         };
         let found = values.iter().filter(|value| left(value));
         let found: Vec<_> = found.map(|(axis, value)| format!("{axis} {value}")).collect();
-        let Self { rule, reason, variants, .. } = self;
-        if !found.is_empty() {
-            Some(format!("the rule '{rule}' left {} out: {reason}", found.join(", ")))
-        } else {
-            let named = variants.iter().any(|variant| variant == id);
-            named.then(|| format!("the rule '{rule}' left it out: {reason}"))
-        }
+        let what = match &found[..] {
+            [] => self.variants.iter().any(|variant| variant == id).then(|| "it".to_owned())?,
+            found => found.join(", "),
+        };
+        Some(format!("the rule '{}' left {what} out: {}", self.rule, self.reason))
     }
 }
 
@@ -264,7 +259,7 @@ impl Package {
             .and_then(|text| Manifest::read(&text).map_err(no_manifest))
             .map_err(|error| vec![error])?;
         let (mut texts, mut errors) = (BTreeMap::new(), Vec::new());
-        for (id, files) in &manifest.files {
+        for (id, (files, _)) in &manifest.variants {
             let text = match files.iter().find(|file| file.target == "wgsl") {
                 Some(file) => file.read(folder),
                 None => Err(no_manifest(format!("variant '{id}' has no WGSL file"))),
@@ -319,13 +314,7 @@ impl Package {
     pub fn interface(&self, id: &str) -> Result<&Interface, PackageError> {
         let reason = || format!("does not say what variant '{id}' binds");
         let missing = || PackageError::Manifest { path: (&self.origin).into(), reason: reason() };
-        self.manifest.interfaces.get(id).ok_or_else(missing)
-    }
-
-    /// Leaves some variants alone in it.
-    pub fn only(mut self, ids: &BTreeSet<String>) -> Self {
-        self.texts.retain(|id, _| ids.contains(id));
-        self
+        self.manifest.variants.get(id).map(|(_, interface)| interface).ok_or_else(missing)
     }
 
     /// Replaces the text of one variant: how a test runs a shader that is broken on purpose.

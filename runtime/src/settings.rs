@@ -14,15 +14,13 @@ use crate::package::Assumption;
 /// An invalid setting.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SettingsError {
-    /// A number is out of its range.
-    #[error("{name} is {value}, and must be {range}")]
+    /// A parameter gets no number of its kind.
+    #[error("{name} is {value}, and must be a finite number, whole where the parameter is")]
     Range {
         /// The setting.
         name: String,
         /// Its value.
         value: String,
-        /// What would be right.
-        range: String,
     },
     /// There is no such axis.
     #[error("unknown axis '{axis}'; expected one of: {}", known.join(", "))]
@@ -87,40 +85,38 @@ impl Settings {
     ///
     /// An unknown name or value, with those that are known; a number that is none.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), SettingsError> {
-        let range = |name: &str| {
-            let range = "a finite number, whole where the parameter is".to_owned();
-            SettingsError::Range { name: name.to_owned(), value: value.to_owned(), range }
-        };
         let field = self.set_axis(name, value);
-        match (field, self.others.get_mut(name)) {
-            (Some(set), None) => {
-                set.map_err(|error| SettingsError::UnknownValue(error.to_string()))
-            }
+        let is_number = match (self.others.get_mut(name), field) {
             // Whether there is such a value, the description of the frame says.
-            (field, Some(Setting::Name(other))) => {
-                let other_value = if field == Some(Ok(())) { "" } else { value };
-                other_value.clone_into(other);
-                Ok(())
+            (Some(Setting::Name(other)), field) => {
+                let of_other = if field == Some(Ok(())) { "" } else { value };
+                of_other.clone_into(other);
+                return Ok(());
             }
-            (_, Some(Setting::Number(other))) => match Setting::read(value) {
+            (Some(Setting::Number(other)), _) => match Setting::read(value) {
                 Setting::Number(number) => {
                     *other = number;
-                    Ok(())
+                    Some(true)
                 }
-                Setting::Name(_) => Err(range(name)),
+                Setting::Name(_) => Some(false),
             },
+            (None, Some(set)) => {
+                return set.map_err(|error| SettingsError::UnknownValue(error.to_string()));
+            }
             (None, None) => {
                 let is_finite = value.parse().is_ok_and(f64::is_finite);
-                match self.number(name) {
-                    Some(_) if is_finite && self.set_number(name, value) == Some(true) => Ok(()),
-                    Some(_) => Err(range(name)),
-                    None => {
-                        let known = Self::AXES.iter().chain(Self::PARAMETERS);
-                        let known = known.map(|name| (*name).to_owned());
-                        let known = known.chain(self.others.keys().cloned()).collect();
-                        Err(SettingsError::UnknownAxis { axis: name.to_owned(), known })
-                    }
-                }
+                self.number(name).map(|_| is_finite && self.set_number(name, value) == Some(true))
+            }
+        };
+        let name = name.to_owned();
+        match is_number {
+            Some(true) => Ok(()),
+            Some(false) => Err(SettingsError::Range { name, value: value.to_owned() }),
+            None => {
+                let known =
+                    Self::AXES.iter().chain(Self::PARAMETERS).map(|name| (*name).to_owned());
+                let known = known.chain(self.others.keys().cloned()).collect();
+                Err(SettingsError::UnknownAxis { axis: name, known })
             }
         }
     }

@@ -15,7 +15,7 @@ use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Saved};
 use sglow_shader_gen::package::{Options, Purpose, generate};
 use sglow_shaders::{Precision, Specular, Visibility};
 
-use crate::common::{KINDS, broken, gpu, library, plan, whole_space};
+use crate::common::{KINDS, broken, gpu, library, package_of, plan, whole_space};
 
 #[derive(Clone, Copy, Debug)]
 struct Needs {
@@ -228,7 +228,7 @@ fn planned(scene: &Scene, settings: &Settings) -> Package {
     let light = sglow_renderer::frame::kind(&scene.lights[0]);
     let settings = Settings { light, ..settings.clone() };
     let plan = plan(&settings, scene);
-    whole_space().clone().only(&plan.variants)
+    package_of(&plan.variants)
 }
 
 #[test]

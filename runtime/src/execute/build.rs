@@ -177,8 +177,7 @@ impl<'a> Builder<'a> {
                 buffers: &buffers,
                 targets: &targets,
                 depth: depth.clone(),
-                primitive: kind.primitive,
-                host: &kind.groups,
+                kind,
                 shared: &shared,
             };
             let (pipeline, of_pipeline) =
@@ -194,10 +193,8 @@ impl<'a> Builder<'a> {
             match call.geometry {
                 Geometry::List => {}
                 Geometry::Direct(count, [first, number]) => {
-                    let end = first.saturating_add(number);
-                    if let Some(most) =
-                        [count, end].iter().find(|one| u32::try_from(**one).is_err())
-                    {
+                    let most = count.max(first.saturating_add(number));
+                    if u32::try_from(most).is_err() {
                         return Err(wrong(place, format!("{most} exceeds what a device counts")));
                     }
                 }
@@ -296,9 +293,9 @@ impl<'a> Builder<'a> {
         Ok(match (binding.entry.ty, self.resources.kind(view.resource)) {
             (Type::Buffer { .. }, Some(Kind::Buffer { .. })) if binding.r#struct.is_none() => {
                 self.buffer(view.resource, wgpu::BufferUsages::STORAGE);
-                Bound::Buffer(view.resource)
+                Bound::Resource(view.resource)
             }
-            (Type::Sampler(_), Some(Kind::Sampler { .. })) => Bound::Sampler(view.resource),
+            (Type::Sampler(_), Some(Kind::Sampler { .. })) => Bound::Resource(view.resource),
             (Type::Texture { view_dimension, .. }, Some(Kind::Texture { .. })) => {
                 let usage = wgpu::TextureUsages::TEXTURE_BINDING;
                 Bound::View(self.view(view, view_dimension, usage))

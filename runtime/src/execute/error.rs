@@ -29,16 +29,6 @@ pub enum Fault {
         /// What the device says.
         message: String,
     },
-    /// A resource is larger than this device allows.
-    #[error("resource `{name}` is {kind}; this device allows {limit}")]
-    Limit {
-        /// The resource.
-        name: String,
-        /// What it has to be.
-        kind: String,
-        /// What would be right.
-        limit: String,
-    },
     /// A step is not what it has to be, or does not fit what its variant binds.
     #[error("{place}: {problem}")]
     Step {
@@ -65,6 +55,11 @@ pub enum Fault {
 pub struct Faults(pub Vec<Fault>);
 
 impl Faults {
+    /// One thing that the host supplies and that has to be another.
+    pub(crate) fn of(name: &str, found: String, expected: String) -> Self {
+        Self(vec![Fault::Supplied { name: name.to_owned(), found, expected }])
+    }
+
     /// Each of them once: steps may share what is missing.
     pub(super) fn none_of(mut faults: Vec<Fault>) -> Result<(), Self> {
         let mut known = BTreeSet::new();

@@ -5,29 +5,12 @@ use super::resources::Resources;
 use super::uniforms::Uniforms;
 use crate::pipeline::checked;
 
-/// What an entry of a group is.
+/// What an entry of a group is: a uniform's slot, a buffer or a sampler, or a view of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bound {
     Uniform(usize),
-    Buffer(usize),
-    Sampler(usize),
+    Resource(usize),
     View(usize),
-}
-
-impl Bound {
-    /// What is bound; nothing while it is not there.
-    fn get<'a>(
-        self,
-        resources: &'a Resources,
-        uniforms: &'a Uniforms,
-    ) -> Option<wgpu::BindingResource<'a>> {
-        Some(match self {
-            Self::Uniform(slot) => uniforms.binding(slot)?,
-            Self::Buffer(resource) => resources.buffer(resource)?.as_entire_binding(),
-            Self::Sampler(resource) => wgpu::BindingResource::Sampler(resources.sampler(resource)?),
-            Self::View(view) => wgpu::BindingResource::TextureView(resources.texture_view(view)?),
-        })
-    }
 }
 
 /// An entry of a layout, and what is bound to it.
@@ -65,12 +48,12 @@ impl Groups {
         device: &wgpu::Device,
         resources: &mut Resources,
         uniforms: &Uniforms,
+        any_changed: bool,
         faults: &mut Vec<Fault>,
     ) {
-        let any = resources.have_changed();
         for group in &mut self.list {
             let changed = |(_, bound): &Entry| resources.has_changed(*bound);
-            if group.made.is_some() && !(any && group.entries.iter().any(changed)) {
+            if group.made.is_some() && !(any_changed && group.entries.iter().any(changed)) {
                 continue;
             }
             group.made = None;
@@ -114,7 +97,11 @@ fn bind_group(
     uniforms: &Uniforms,
 ) -> Option<Result<wgpu::BindGroup, String>> {
     let entry = |(entry, bound): &Entry| {
-        let resource = bound.get(resources, uniforms)?;
+        let resource = match *bound {
+            Bound::Uniform(slot) => uniforms.binding(slot)?,
+            Bound::Resource(resource) => resources.binding(resource)?,
+            Bound::View(view) => wgpu::BindingResource::TextureView(resources.texture_view(view)?),
+        };
         Some(wgpu::BindGroupEntry { binding: entry.binding, resource })
     };
     let entries: Vec<_> = entries.iter().map(entry).collect::<Option<_>>()?;

@@ -4,23 +4,16 @@ use std::collections::BTreeMap;
 
 use crate::interface::Scalar;
 
-/// Numbers of one input, one after the other: a number alone, a vector, the columns of a matrix, elements of an array. A
-/// structure goes by its members.
+/// Numbers of one input, one after the other: a number alone, a vector, the columns of a matrix, elements of an array.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "said above")]
 pub enum Input {
     F32(Vec<f32>),
     U32(Vec<u32>),
     I32(Vec<i32>),
-    Members(BTreeMap<String, Input>),
 }
 
 impl Input {
-    /// A structure of members.
-    pub fn members<'a>(members: impl IntoIterator<Item = (&'a str, Self)>) -> Self {
-        Self::Members(members.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
-    }
-
     /// The bytes of its numbers, if these are of a type.
     pub(super) fn bytes(&self, scalar: Scalar) -> Option<&[u8]> {
         match (self, scalar) {
@@ -37,10 +30,6 @@ impl Input {
             Self::F32(numbers) => (numbers.len(), "f32"),
             Self::U32(numbers) => (numbers.len(), "u32"),
             Self::I32(numbers) => (numbers.len(), "i32"),
-            Self::Members(members) => {
-                let names: Vec<_> = members.keys().map(String::as_str).collect();
-                return format!("a structure of {}", names.join(", "));
-            }
         };
         format!("{count} numbers of type {of}")
     }
@@ -64,23 +53,10 @@ impl<const N: usize> From<[f32; N]> for Input {
     }
 }
 
-impl<const N: usize> From<[u32; N]> for Input {
-    fn from(vector: [u32; N]) -> Self {
-        Self::U32(vector.into())
-    }
-}
-
 /// Columns of a matrix.
 impl<const N: usize, const M: usize> From<[[f32; N]; M]> for Input {
     fn from(columns: [[f32; N]; M]) -> Self {
         Self::F32(columns.concat())
-    }
-}
-
-/// Matrices by their columns.
-impl<const N: usize, const M: usize> From<Vec<[[f32; N]; M]>> for Input {
-    fn from(matrices: Vec<[[f32; N]; M]>) -> Self {
-        Self::F32(matrices.concat().concat())
     }
 }
 
@@ -117,7 +93,8 @@ pub struct DrawKind {
 /// What a host gives for one frame.
 #[derive(Clone, Default)]
 pub struct Inputs<'a> {
-    pub(super) values: BTreeMap<&'a str, Input>,
+    /// By their names; members of structures by theirs as well.
+    pub(super) values: BTreeMap<(&'a str, &'a str), Input>,
     pub(super) resources: BTreeMap<&'a str, Object>,
     pub(super) lists: BTreeMap<&'a str, &'a dyn DrawList>,
 }
@@ -130,7 +107,12 @@ impl<'a> Inputs<'a> {
 
     /// Gives an input.
     pub fn set(&mut self, name: &'a str, value: impl Into<Input>) -> &mut Self {
-        self.values.insert(name, value.into());
+        self.member(name, "", value)
+    }
+
+    /// Gives a member of an input that is a structure.
+    pub fn member(&mut self, name: &'a str, member: &'a str, value: impl Into<Input>) -> &mut Self {
+        self.values.insert((name, member), value.into());
         self
     }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use sglow_graph::frame::Variant;
 
 use super::error::Fault;
+use super::input::DrawKind;
 use crate::interface::Interface;
 use crate::package::Package;
 use crate::pipeline::{guarded, module};
@@ -15,7 +16,6 @@ pub(super) type Layouts = BTreeMap<u32, wgpu::BindGroupLayout>;
 /// What was compiled, for all frames of a host.
 #[derive(Debug, Default)]
 pub(super) struct Pipelines {
-    modules: BTreeMap<String, wgpu::ShaderModule>,
     compute: BTreeMap<String, (wgpu::ComputePipeline, Layouts)>,
     render: BTreeMap<String, (wgpu::RenderPipeline, Layouts)>,
 }
@@ -27,9 +27,7 @@ pub(super) struct Drawing<'a> {
     pub(super) buffers: &'a [(u64, Vec<wgpu::VertexAttribute>)],
     pub(super) targets: &'a [wgpu::TextureFormat],
     pub(super) depth: Option<wgpu::DepthStencilState>,
-    pub(super) primitive: wgpu::PrimitiveState,
-    /// Groups that the host binds.
-    pub(super) host: &'a [(u32, wgpu::BindGroupLayout)],
+    pub(super) kind: &'a DrawKind,
     /// The interfaces of all variants that share the groups of the frame.
     pub(super) shared: &'a [&'a Interface],
 }
@@ -38,21 +36,6 @@ impl Pipelines {
     /// How many pipelines were made.
     pub(super) fn made(&self) -> u64 {
         (self.compute.len() + self.render.len()) as u64
-    }
-
-    fn module(
-        &mut self,
-        device: &wgpu::Device,
-        package: &Package,
-        variant: &Variant,
-    ) -> Result<wgpu::ShaderModule, Fault> {
-        let id = variant.to_string();
-        if let Some(module) = self.modules.get(&id) {
-            return Ok(module.clone());
-        }
-        let module = module(device, package, &id)?;
-        self.modules.insert(id, module.clone());
-        Ok(module)
     }
 
     /// A compute pipeline, with the layouts of its groups.
@@ -70,7 +53,7 @@ impl Pipelines {
         if let Some(known) = self.compute.get(&key) {
             return Ok(known.clone());
         }
-        let module = self.module(device, package, variant)?;
+        let module = module(device, package, &id)?;
         let made = guarded(device, &id, || {
             let groups = layouts(device, &id, &[interface]);
             let layout = pipeline_layout(device, &id, &groups);
@@ -100,8 +83,8 @@ impl Pipelines {
         drawing: &Drawing<'_>,
     ) -> Result<(wgpu::RenderPipeline, Layouts), Fault> {
         let id = variant.to_string();
-        let Drawing { vertex, fragment, buffers, targets, depth, primitive, host, shared } =
-            drawing;
+        let Drawing { vertex, fragment, buffers, targets, depth, kind, shared } = drawing;
+        let DrawKind { primitive, groups: host, .. } = kind;
         let key = format!(
             "{id} {vertex} {fragment:?} {buffers:?} {targets:?} {depth:?} {primitive:?} {host:?} {:?}",
             merged(shared)
@@ -109,7 +92,7 @@ impl Pipelines {
         if let Some(known) = self.render.get(&key) {
             return Ok(known.clone());
         }
-        let module = self.module(device, package, variant)?;
+        let module = module(device, package, &id)?;
         let targets: Vec<_> = targets.iter().map(|&format| Some(format.into())).collect();
         let buffers: Vec<_> = buffers
             .iter()

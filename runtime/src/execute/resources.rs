@@ -86,16 +86,6 @@ impl Resources {
         })
     }
 
-    /// What is larger than a device allows, the host's own as well.
-    pub(super) fn too_large(&self, device: &wgpu::Device) -> Vec<Fault> {
-        let limits = device.limits();
-        let fault = |one: &Resource| {
-            let limit = one.exceeded(&limits)?;
-            Some(Fault::Limit { name: one.of.name.clone(), kind: described(&one.of), limit })
-        };
-        self.list.iter().filter_map(fault).collect()
-    }
-
     /// Makes what the host does not supply.
     pub(super) fn make(
         &mut self,
@@ -106,7 +96,7 @@ impl Resources {
         for one in self.list.iter_mut().filter(|one| !one.of.external) {
             match checked(device, || one.make(device)) {
                 Ok(object) => one.object = object,
-                Err(message) => faults.push(Fault::Device { what: one.of.name.clone(), message }),
+                Err(message) => faults.push(one.refused(message)),
             }
             one.begin(queue);
             one.changed = true;
@@ -123,13 +113,13 @@ impl Resources {
         }
     }
 
-    /// Takes what the host supplies of what is used.
+    /// Takes what the host supplies of what is used; whether any of it is another one than in the frame before.
     pub(super) fn take(
         &mut self,
         used: &BTreeSet<usize>,
         inputs: &Inputs<'_>,
         faults: &mut Vec<Fault>,
-    ) {
+    ) -> bool {
         for (index, one) in self.list.iter_mut().enumerate() {
             one.changed = false;
             if !(one.of.external && used.contains(&index)) {
@@ -148,10 +138,6 @@ impl Resources {
             }
         }
         self.make_views();
-    }
-
-    /// Whether the host has given anything else than in the frame before.
-    pub(super) fn have_changed(&self) -> bool {
         self.list.iter().any(|one| one.changed)
     }
 
@@ -160,12 +146,14 @@ impl Resources {
         self.of(bound).and_then(|resource| self.list.get(resource)).is_some_and(|one| one.changed)
     }
 
-    /// Forgets what of the host's a binding does not take, and says so.
-    pub(super) fn refuse(&mut self, bound: Bound, problem: String) -> Option<Fault> {
+    /// Says what a binding does not take, and forgets it if it is the host's.
+    pub(super) fn refuse(&mut self, bound: Bound, message: String) -> Option<Fault> {
         let of = self.of(bound)?;
-        let one = self.list.get_mut(of).filter(|one| one.of.external)?;
-        (one.object, one.changed) = (None, true);
-        let fault = one.fault(format!("refused by the device: {problem}"));
+        let one = self.list.get_mut(of)?;
+        if one.of.external {
+            (one.object, one.changed) = (None, true);
+        }
+        let fault = one.refused(message);
         self.make_views();
         Some(fault)
     }
@@ -174,8 +162,17 @@ impl Resources {
     pub(super) fn of(&self, bound: Bound) -> Option<usize> {
         match bound {
             Bound::Uniform(_) => None,
-            Bound::Buffer(resource) | Bound::Sampler(resource) => Some(resource),
+            Bound::Resource(resource) => Some(resource),
             Bound::View(view) => self.views.get(view).map(|bind| bind.view.resource),
+        }
+    }
+
+    /// What a binding takes of a buffer or a sampler.
+    pub(super) fn binding(&self, resource: usize) -> Option<wgpu::BindingResource<'_>> {
+        match self.list.get(resource)?.object.as_ref()? {
+            Object::Buffer(buffer) => Some(buffer.as_entire_binding()),
+            Object::Sampler(sampler) => Some(wgpu::BindingResource::Sampler(sampler)),
+            Object::Texture(_) | Object::View(_) => None,
         }
     }
 
@@ -198,21 +195,13 @@ impl Resources {
         }
     }
 
-    pub(super) fn sampler(&self, resource: usize) -> Option<&wgpu::Sampler> {
-        match self.list.get(resource)?.object.as_ref()? {
-            Object::Sampler(sampler) => Some(sampler),
-            _ => None,
-        }
-    }
-
     pub(super) fn find(&self, name: &str) -> Option<usize> {
         self.list.iter().position(|one| one.of.name == name)
     }
 
-    /// Bytes of what is made here, by name.
-    pub(super) fn bytes(&self) -> impl Iterator<Item = (&str, u64)> {
-        let own = self.list.iter().filter(|one| !one.of.external);
-        own.filter_map(|one| Some((one.of.name.as_str(), one.object.as_ref()?.bytes())))
+    /// The names of what is made here.
+    pub(super) fn own(&self) -> impl Iterator<Item = &str> {
+        self.list.iter().filter(|one| !one.of.external).map(|one| one.of.name.as_str())
     }
 
     /// How many frames ago each was new.
@@ -305,30 +294,6 @@ impl Resource {
         }
     }
 
-    /// The limit that it exceeds, in words.
-    fn exceeded(&self, limits: &wgpu::Limits) -> Option<String> {
-        match &self.of.kind {
-            Kind::Buffer { .. } => {
-                let most = if self.buffer.contains(wgpu::BufferUsages::STORAGE) {
-                    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
-                } else {
-                    limits.max_buffer_size
-                };
-                (self.of.bytes > most).then(|| format!("buffers of at most {most} bytes"))
-            }
-            Kind::Texture { size, layers, .. } => {
-                let side = u64::from(limits.max_texture_dimension_2d);
-                let most = u64::from(limits.max_texture_array_layers);
-                if size.iter().any(|one| *one > side) {
-                    Some(format!("textures of at most {side} texels each way"))
-                } else {
-                    (*layers > most).then(|| format!("textures of at most {most} layers"))
-                }
-            }
-            Kind::Sampler { .. } => None,
-        }
-    }
-
     /// Writes the words that it begins with.
     fn begin(&self, queue: &wgpu::Queue) {
         if let (Kind::Buffer { initial, .. }, Some(Object::Buffer(buffer))) =
@@ -342,6 +307,15 @@ impl Resource {
     fn fault(&self, found: String) -> Fault {
         let (name, expected) = (format!("resource `{}`", self.of.name), described(&self.of));
         Fault::Supplied { name, found, expected }
+    }
+
+    /// What the device says against it.
+    fn refused(&self, message: String) -> Fault {
+        if self.of.external {
+            return self.fault(format!("refused by the device: {message}"));
+        }
+        let what = format!("resource `{}`, {},", self.of.name, described(&self.of));
+        Fault::Device { what, message }
     }
 
     /// What was given, if it does not fit. What a view shows of its texture, the device compares with the bindings.
@@ -398,23 +372,6 @@ impl Resource {
         ];
         let all: Vec<_> = all.into_iter().flatten().collect();
         (!all.is_empty()).then(|| format!("a texture {}", all.join(", ")))
-    }
-}
-
-impl Object {
-    /// The bytes that it has on the device.
-    fn bytes(&self) -> u64 {
-        let texture = match self {
-            Self::Buffer(buffer) => return buffer.size(),
-            Self::Texture(texture) => texture,
-            Self::View(_) | Self::Sampler(_) => return 0,
-        };
-        let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(0));
-        let texels = (0..texture.mip_level_count()).map(|level| {
-            let side = |size: u32| u64::from((size >> level).max(1));
-            side(texture.width()) * side(texture.height())
-        });
-        texels.sum::<u64>() * u64::from(texture.depth_or_array_layers()) * texel
     }
 }
 

@@ -30,9 +30,14 @@ pub(super) struct Uses {
 }
 
 impl Uses {
-    pub(super) fn add(&mut self, other: &Self) {
-        self.resources.extend(&other.resources);
-        self.uniforms.extend(&other.uniforms);
+    /// What any of the steps uses.
+    pub(super) fn of<'a>(steps: impl IntoIterator<Item = &'a Step>) -> Self {
+        let mut all = Self::default();
+        for Step { uses, .. } in steps {
+            all.resources.extend(&uses.resources);
+            all.uniforms.extend(&uses.uniforms);
+        }
+        all
     }
 }
 
@@ -80,33 +85,27 @@ pub(super) fn encode(
     encoder: &mut wgpu::CommandEncoder,
     mut timer: Option<&mut (dyn PassTimer + '_)>,
 ) {
-    let mut steps = steps.iter().peekable();
-    while let Some(step) = steps.next() {
-        match &step.action {
+    let together = |one: &&Step, next: &&Step| {
+        matches!((&one.action, &next.action), (Action::Dispatch(_), Action::Dispatch(_)))
+            && one.label == next.label
+    };
+    for steps in steps.chunk_by(together) {
+        let label = &steps[0].label;
+        match &steps[0].action {
             Action::Clear(buffer, bytes) => {
                 if let Some(buffer) = scene.resources.buffer(*buffer) {
                     encoder.clear_buffer(buffer, 0, *bytes);
                 }
             }
-            Action::Draw(draw) => draw.encode(&step.label, scene, encoder, timer.as_deref_mut()),
-            Action::Dispatch(first) => {
-                let mut dispatches = vec![first];
-                while let Some(Step { action: Action::Dispatch(next), .. }) =
-                    steps.next_if(|next| {
-                        next.label == step.label && matches!(next.action, Action::Dispatch(_))
-                    })
-                {
-                    dispatches.push(next);
-                }
-                compute(&step.label, &dispatches, scene, encoder, timer.as_deref_mut());
-            }
+            Action::Draw(draw) => draw.encode(label, scene, encoder, timer.as_deref_mut()),
+            Action::Dispatch(_) => compute(label, steps, scene, encoder, timer.as_deref_mut()),
         }
     }
 }
 
 fn compute(
     label: &str,
-    dispatches: &[&Dispatch],
+    steps: &[&Step],
     scene: Scene<'_>,
     encoder: &mut wgpu::CommandEncoder,
     mut timer: Option<&mut (dyn PassTimer + '_)>,
@@ -116,7 +115,8 @@ fn compute(
             label: Some(label),
             timestamp_writes: stamps.map(|stamps| stamps.compute()),
         });
-        for dispatch in dispatches {
+        for step in steps {
+            let Action::Dispatch(dispatch) = &step.action else { continue };
             pass.set_pipeline(&dispatch.pipeline);
             for (number, group) in &dispatch.groups {
                 pass.set_bind_group(*number, scene.groups.get(*group), &[]);
@@ -135,7 +135,7 @@ fn compute(
         }
     });
     if let Some(timer) = timer {
-        timer.dispatched(dispatches.len());
+        timer.dispatched(steps.len());
     }
 }
 

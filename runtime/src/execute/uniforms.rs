@@ -14,8 +14,6 @@ use crate::interface::{Field, Interface, Place, Scalar};
 struct Copy {
     /// Index among the needed inputs.
     input: usize,
-    /// Of a structure, the member.
-    member: Option<String>,
     /// Of an array, which element.
     element: Option<usize>,
     /// Where each number goes: bytes from the start of the buffer.
@@ -27,6 +25,8 @@ struct Copy {
 #[derive(Debug)]
 struct Needed {
     name: String,
+    /// Of a structure, the member; else nothing.
+    member: String,
     /// Its type in WGSL, as its first use has it.
     kind: String,
     /// Of an array, how many elements are used.
@@ -66,7 +66,7 @@ impl Uniforms {
         interface: &Interface,
         of: &str,
     ) -> Result<usize, Vec<String>> {
-        let (Some(known), Some((places, size, _))) =
+        let (Some(known), Some((places, size))) =
             (interface.find_struct(of), interface.places(of, 0))
         else {
             return Err(vec![format!("{of} is no structure of numbers of 32 bits")]);
@@ -111,37 +111,33 @@ impl Uniforms {
         };
         let element =
             element.map(usize::try_from).transpose().map_err(|error| error.to_string())?;
-        let known = interface.find_struct(of);
-        let names = known.map(|known| known.fields.iter().map(|field| field.name.as_str()));
-        let kind = match names {
-            None => of.clone(),
-            Some(names) => format!("{of} of {}", names.collect::<Vec<_>>().join(", ")),
-        };
-        let input = self.need(name, kind, element.map_or(0, |element| element + 1));
-        let mut copy = |places: Vec<Place>, member: Option<String>| {
+        let mut copy = |member: &str, of: &str, at| {
+            let places = places(of, at);
             let scalar = places.first().map_or(Scalar::F32, |place| place.1);
             let to = places.into_iter().map(|place| place.0).collect();
-            slot.copies.push(Copy { input, member, element, to, scalar });
+            let input = self.need(name, member, of, element);
+            slot.copies.push(Copy { input, element, to, scalar });
         };
-        match known {
-            None => copy(places(of, at), None),
+        match interface.find_struct(of) {
+            None => copy("", of, at),
             Some(known) => {
                 for field in &known.fields {
-                    copy(places(&field.r#type, at + field.offset), Some(field.name.clone()));
+                    copy(&field.name, &field.r#type, at + field.offset);
                 }
             }
         }
         Ok(())
     }
 
-    fn need(&mut self, name: &str, kind: String, elements: usize) -> usize {
-        let found = self.needed.iter().position(|needed| needed.name == name);
-        let index = found.unwrap_or_else(|| {
-            self.needed.push(Needed { name: name.to_owned(), kind, elements: 0 });
+    fn need(&mut self, name: &str, member: &str, kind: &str, element: Option<usize>) -> usize {
+        let same = |needed: &Needed| needed.name == name && needed.member == member;
+        let index = self.needed.iter().position(same).unwrap_or_else(|| {
+            let [name, member, kind] = [name, member, kind].map(str::to_owned);
+            self.needed.push(Needed { name, member, kind, elements: 0 });
             self.needed.len() - 1
         });
-        let known = &mut self.needed[index].elements;
-        *known = elements.max(*known);
+        let elements = &mut self.needed[index].elements;
+        *elements = element.map_or(0, |element| element + 1).max(*elements);
         index
     }
 
@@ -197,8 +193,9 @@ impl Uniforms {
         ages: &[u32],
         faults: &mut Vec<Fault>,
     ) {
-        let given: Vec<_> =
-            self.needed.iter().map(|needed| inputs.values.get(needed.name.as_str())).collect();
+        let needed = self.needed.iter();
+        let keys = needed.map(|needed| (needed.name.as_str(), needed.member.as_str()));
+        let given: Vec<_> = keys.map(|key| inputs.values.get(&key)).collect();
         for slot in used.iter().filter_map(|&slot| self.slots.get(slot)) {
             for copy in &slot.copies {
                 let value = given[copy.input];
@@ -236,9 +233,10 @@ impl Uniforms {
 
 impl Needed {
     fn fault(&self, value: Option<&Input>) -> Fault {
-        let Self { name, kind, elements } = self;
+        let Self { name, member, kind, elements } = self;
+        let dot = if member.is_empty() { "" } else { "." };
         Fault::Supplied {
-            name: format!("input `{name}`"),
+            name: format!("input `{name}{dot}{member}`"),
             found: value.map_or("left out".to_owned(), Input::kind),
             expected: match elements {
                 0 => format!("of type {kind}"),
@@ -251,11 +249,6 @@ impl Needed {
 impl Copy {
     /// The bytes that it takes of an input; nothing if that is something else.
     fn of<'a>(&self, value: &'a Input) -> Option<&'a [u8]> {
-        let value = match (&self.member, value) {
-            (None, value) => value,
-            (Some(member), Input::Members(members)) => members.get(member)?,
-            (Some(_), _) => return None,
-        };
         let (bytes, own) = (value.bytes(self.scalar)?, 4 * self.to.len());
         match self.element {
             None => (bytes.len() == own).then_some(bytes),
