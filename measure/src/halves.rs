@@ -6,7 +6,7 @@ use sglow_oracle::vsgl::{Lobe, Vsgl};
 use sglow_oracle::{metrics, vmf};
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::{Frame, FrameError, Renderer, Times};
-use sglow_renderer::reference;
+use sglow_renderer::{readback, reference};
 use sglow_results::progress::Progress;
 use sglow_results::stability::halves::{HalfCheck, HalvesReport};
 use sglow_results::stability::report::ExtremeReport;
@@ -135,7 +135,7 @@ pub fn measure(
     let mut pictures = Vec::new();
     for (renderer, bytes) in renderers.iter().zip(&mut bytes) {
         let kept = ["moments", "half_moments", "density", "vsgls"];
-        let all = renderer.indirect().bytes();
+        let all = readback::bytes(renderer.indirect());
         *bytes = all.iter().filter(|one| kept.contains(&one.0.as_str())).map(|one| one.1).sum();
         lights.push(reference::lights::<f64>(gpu, renderer.indirect())?);
         pictures.push(indirect(&renderer.read()?));

@@ -8,6 +8,7 @@ use sglow_shaders::{Light, SglowView};
 use thiserror::Error;
 
 use crate::device::{DeviceError, Gpu};
+use crate::host;
 use crate::light;
 use crate::needs::{self, MissingNeed};
 use crate::plan;
@@ -15,7 +16,6 @@ use crate::raster::Raster;
 use crate::readback;
 use crate::timing::{Clock, Timer};
 use sglow_runtime::execute::{self, DrawList, Lists};
-use sglow_runtime::host;
 use sglow_runtime::indirect::{Indirect, IndirectError, Inputs, SurfaceViews};
 use sglow_runtime::light::{LightView, perspective};
 use sglow_runtime::occluders::Occluders;
@@ -336,7 +336,7 @@ impl<'a> Renderer<'a> {
 
     fn submit(
         &self,
-        wanted: impl Fn(execute::Stage<'_>) -> bool,
+        selected: impl Fn(execute::Stage<'_>) -> bool,
         timer: Option<&mut Timer<'_>>,
     ) -> Result<(), FrameError> {
         let mut given = self.frame.given(&self.inputs());
@@ -346,7 +346,8 @@ impl<'a> Renderer<'a> {
         given.draws("surfaces", &surfaces).draws("emitters", &emitters);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let timer = timer.map(|timer| timer as _);
-        self.frame.encode_where(wanted, &mut encoder, &given, timer)?;
+        let encoded = self.frame.executor().encode_where(selected, &mut encoder, &given, timer);
+        encoded.map_err(IndirectError::Frame)?;
         self.gpu.queue.submit([encoder.finish()]);
         Ok(())
     }
@@ -375,7 +376,7 @@ impl<'a> Renderer<'a> {
     /// The bytes of each texture and buffer that it keeps between frames, but for the scene itself and parameters: what
     /// [`crate::plan::Plan`] foresees, by the same names.
     pub fn bytes(&self) -> Vec<(String, u64)> {
-        let all = [self.frame.bytes(), self.occluder_bytes.clone()].concat();
+        let all = [readback::bytes(&self.frame), self.occluder_bytes.clone()].concat();
         // A sampler has none.
         all.into_iter().filter(|(_, bytes)| *bytes > 0).collect()
     }

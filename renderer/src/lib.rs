@@ -9,6 +9,7 @@ pub mod density;
 pub mod device;
 pub mod frame;
 pub mod function;
+pub mod host;
 pub mod light;
 pub mod mips;
 pub mod needs;

@@ -105,7 +105,7 @@ impl Chain {
         let executor = Executor::new(device, queue, package, &frame, &Lists::new())?;
         let texture = executor.texture("chain").cloned();
         let texture = texture.ok_or_else(|| wrong(&"there is no chain"))?;
-        let bytes = executor.bytes().map(|(_, bytes)| bytes).sum();
+        let bytes = frame.resources.iter().map(|resource| resource.bytes).sum();
         Ok(Self { executor, texture, bytes })
     }
 

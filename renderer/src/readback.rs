@@ -3,6 +3,7 @@
 use bytemuck::AnyBitPattern;
 
 use crate::device::{DeviceError, Gpu};
+use sglow_runtime::indirect::Indirect;
 
 /// A whole buffer that was made with `COPY_SRC`.
 pub fn buffer<T: AnyBitPattern>(gpu: &Gpu, source: &wgpu::Buffer) -> Result<Vec<T>, DeviceError> {
@@ -12,6 +13,26 @@ pub fn buffer<T: AnyBitPattern>(gpu: &Gpu, source: &wgpu::Buffer) -> Result<Vec<
     gpu.queue.submit([encoder.finish()]);
     let bytes = map(gpu, &staging)?;
     Ok(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
+}
+
+/// The bytes of each buffer and of each texture, with its mips, that indirect light keeps between its passes, by name; those
+/// of the parameters are left out.
+pub fn bytes(of: &Indirect) -> Vec<(String, u64)> {
+    let bytes = |name: &str| match (of.buffer(name), of.texture(name)) {
+        (Some(buffer), _) => buffer.size(),
+        (None, Some(texture)) => {
+            let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(0));
+            let texels = (0..texture.mip_level_count()).map(|level| {
+                let side = |size: u32| u64::from((size >> level).max(1));
+                side(texture.width()) * side(texture.height())
+            });
+            texels.sum::<u64>() * u64::from(texture.depth_or_array_layers()) * texel
+        }
+        // A sampler has none.
+        (None, None) => 0,
+    };
+    let names: Vec<_> = of.executor().own().map(str::to_owned).collect();
+    names.into_iter().map(|name| (name.clone(), bytes(&name))).collect()
 }
 
 /// One mip level of a texture that was made with `COPY_SRC`, layer by layer and row by row, four floats a texel.

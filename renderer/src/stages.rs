@@ -70,12 +70,7 @@ pub trait Stages {
         timer: Option<&mut Timer<'_>>,
     ) -> Encoded {
         let mips = |stage: Stage<'_>| stage.label.starts_with("mip ");
-        self.indirect().encode_where(
-            mips,
-            encoder,
-            &execute::Inputs::new(),
-            timer.map(|timer| timer as _),
-        )
+        encode(self.indirect(), mips, encoder, &execute::Inputs::new(), timer)
     }
 
     /// Kernels, or clusters, and virtual lights. Markov chains, if they draw the centres, move before.
@@ -96,7 +91,7 @@ pub trait Stages {
         timer: Option<&mut Timer<'_>>,
     ) -> Encoded {
         let own = self.indirect();
-        own.encode_where(is_sample, encoder, &own.lit(light), timer.map(|timer| timer as _))
+        encode(own, is_sample, encoder, &own.lit(light), timer)
     }
 
     /// The maps of virtual lights: of this frame's own or, where it has none, of those of `lights`, which have the precision,
@@ -113,12 +108,7 @@ pub trait Stages {
         if let Some(vsgls) = lights {
             given.buffer("vsgls", vsgls);
         }
-        own.encode_where(
-            |stage| stage.part == "visibility",
-            encoder,
-            &given,
-            timer.map(|timer| timer as _),
-        )
+        encode(own, |stage| stage.part == "visibility", encoder, &given, timer)
     }
 
     /// The virtual lights reflected towards the camera: this frame's own, or, where it has none, those of `lights`, and
@@ -139,12 +129,7 @@ pub trait Stages {
                 given.view("light_maps", maps);
             }
         }
-        own.encode_where(
-            |stage| stage.part == "shading",
-            encoder,
-            &given,
-            timer.map(|timer| timer as _),
-        )
+        encode(own, |stage| stage.part == "shading", encoder, &given, timer)
     }
 
     /// Diffusely reflected radiance, rgba32float; nothing without diffuse reflection.
@@ -246,12 +231,24 @@ pub trait Stages {
 /// Encodes some stages with all that a frame of indirect light reads.
 fn run(
     own: &Indirect,
-    wanted: impl Fn(Stage<'_>) -> bool,
+    selected: impl Fn(Stage<'_>) -> bool,
     encoder: &mut wgpu::CommandEncoder,
     inputs: &Inputs<'_>,
     timer: Option<&mut Timer<'_>>,
 ) -> Encoded {
-    own.encode_where(wanted, encoder, &own.given(inputs), timer.map(|timer| timer as _))
+    encode(own, selected, encoder, &own.given(inputs), timer)
+}
+
+/// Encodes some stages with what a host gives for them.
+fn encode(
+    own: &Indirect,
+    selected: impl Fn(Stage<'_>) -> bool,
+    encoder: &mut wgpu::CommandEncoder,
+    given: &execute::Inputs<'_>,
+    timer: Option<&mut Timer<'_>>,
+) -> Encoded {
+    let timer = timer.map(|timer| timer as _);
+    Ok(own.executor().encode_where(selected, encoder, given, timer)?)
 }
 
 impl Stages for Indirect {

@@ -7,7 +7,6 @@ mod build;
 mod error;
 mod groups;
 mod input;
-mod names;
 mod pipelines;
 mod resources;
 mod steps;
@@ -18,10 +17,10 @@ use std::collections::BTreeMap;
 use sglow_graph::Frame;
 
 pub use error::{Fault, Faults};
-pub use input::{DrawKind, DrawList, External, Input, Inputs};
+pub use input::{DrawKind, DrawList, Input, Inputs};
 
 use crate::package::Package;
-use crate::pipeline::guarded;
+use crate::pipeline::checked;
 use crate::timing::PassTimer;
 use build::Builder;
 use groups::Groups;
@@ -50,8 +49,6 @@ pub struct Made {
     /// Bind groups; in a frame those alone that bind what the host supplies, if that is not what it was.
     pub groups: u64,
 }
-
-const WHAT: &str = "what the frame binds";
 
 /// A frame on a device.
 pub struct Executor {
@@ -89,21 +86,21 @@ impl Ready {
             uniforms: Uniforms::default(),
             groups: Groups::default(),
             faults: Vec::new(),
+            uses: Uses::default(),
         };
         let steps = builder.steps();
-        let Builder { mut resources, mut uniforms, mut groups, mut faults, .. } = builder;
-        faults.extend(resources.too_large(device));
+        let Builder { mut resources, mut uniforms, mut groups, faults, .. } = builder;
         Faults::none_of(faults)?;
-        let made = guarded(device, WHAT, || {
-            let faults = resources.make(device, queue);
+        let mut faults = Vec::new();
+        let made = checked(device, || {
+            resources.make(device, queue, &mut faults);
             uniforms.make(device, queue);
-            groups.make(device, &resources, &uniforms);
-            faults
+            groups.make(device, &mut resources, &uniforms, true, &mut faults);
         });
-        Faults::none_of(made.unwrap_or_else(|error| vec![Fault::of_device(WHAT, error)]))?;
-        let mut all = Uses::default();
-        steps.iter().for_each(|step| all.add(&step.uses));
-        Ok(Self { resources, uniforms, groups, steps, all })
+        let what = "what the frame binds".to_owned();
+        faults.extend(made.err().map(|message| Fault::Device { what, message }));
+        Faults::none_of(faults)?;
+        Ok(Self { resources, uniforms, groups, all: Uses::of(&steps), steps })
     }
 }
 
@@ -163,50 +160,43 @@ impl Executor {
         self.run(None, encoder, inputs, timer)
     }
 
-    /// Encodes some stages alone. What is kept from frame to frame grows older by it if it
-    /// is used.
+    /// Encodes some stages alone. What is kept from frame to frame grows older by it if it is used.
     ///
     /// # Errors
     ///
     /// As [`Self::encode`], of these steps.
     pub fn encode_where(
         &mut self,
-        wanted: impl Fn(Stage<'_>) -> bool,
+        selected: impl Fn(Stage<'_>) -> bool,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
         timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), Faults> {
-        self.run(Some(&wanted), encoder, inputs, timer)
+        self.run(Some(&selected), encoder, inputs, timer)
     }
 
     fn run(
         &mut self,
-        wanted: Option<&dyn Fn(Stage<'_>) -> bool>,
+        selected: Option<&dyn Fn(Stage<'_>) -> bool>,
         encoder: &mut wgpu::CommandEncoder,
         inputs: &Inputs<'_>,
         timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), Faults> {
         let Ready { resources, uniforms, groups, steps, all } = &mut self.ready;
         let runs = |step: &&Step| {
-            wanted.is_none_or(|wanted| wanted(Stage { part: &step.part, label: &step.label }))
+            selected.is_none_or(|selected| selected(Stage { part: &step.part, label: &step.label }))
                 && step.new.is_none_or(|new| resources.is_new(new))
         };
         let steps: Vec<_> = steps.iter().filter(runs).collect();
-        let mut some = Uses::default();
-        let uses = if wanted.is_some() {
-            steps.iter().for_each(|step| some.add(&step.uses));
-            &some
-        } else {
-            all
-        };
+        let some = selected.map(|_| Uses::of(steps.iter().copied()));
+        let uses = some.as_ref().unwrap_or(all);
         let mut faults = Vec::new();
-        resources.take(&uses.resources, inputs, &mut faults);
+        let changed = resources.take(&uses.resources, inputs, &mut faults);
         uniforms.take(&uses.uniforms, inputs, &resources.ages(), &mut faults);
         let lists = steps.iter().filter_map(|step| step.list());
-        for name in lists.filter(|name| !inputs.lists.contains_key(name)) {
-            faults.push(Fault::ListLeftOut { name: name.to_owned() });
-        }
-        groups.make(&self.device, resources, uniforms);
+        let missing = lists.filter(|name| !inputs.lists.contains_key(name));
+        faults.extend(missing.map(Fault::list_left_out));
+        groups.make(&self.device, resources, uniforms, changed, &mut faults);
         Faults::none_of(faults)?;
         uniforms.encode(&self.device, &self.queue, encoder);
         steps::encode(&steps, Scene { resources, groups, inputs }, encoder, timer);
@@ -224,9 +214,9 @@ impl Executor {
         self.ready.resources.texture(self.ready.resources.find(name)?)
     }
 
-    /// The bytes of each resource that was made here, by name.
-    pub fn bytes(&self) -> impl Iterator<Item = (&str, u64)> {
-        self.ready.resources.bytes()
+    /// The names of the buffers, textures and samplers that were made here.
+    pub fn own(&self) -> impl Iterator<Item = &str> {
+        self.ready.resources.own()
     }
 
     /// What was made so far.

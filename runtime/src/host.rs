@@ -1,16 +1,13 @@
 //! The numbers that a host computes, and the names by which a frame takes them.
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use sglow_graph::Configuration;
 use sglow_graph::description::Number;
+use sglow_shaders::SglowLight;
 use sglow_shaders::frame::{input, parameter};
-use sglow_shaders::{SglowLight, SglowView};
 
 use crate::execute::{Input, Inputs};
 use crate::light::LightView;
-
-/// Subtracted from a position's depth before it is compared with a shadow map, in units of depth.
-pub const DEPTH_BIAS: f32 = 1e-5;
 
 /// The smallest positional variance of a virtual light: that of a square as large as a texel of the map, `texel` wide, at the
 /// distance of the scene's radius. In squared world units.
@@ -55,52 +52,26 @@ pub fn bias(scale: f32, tile: u32) -> f32 {
     scale * std::f32::consts::SQRT_2 * half / (1.0 - 6f32.sqrt() * half)
 }
 
-/// How far a position is moved along its normal before it is compared with a shadow map of a size, in world units: twice the
-/// footprint of a texel at the distance of the scene's radius. `minimum_variance` is that of a map of `map` texels.
-pub fn normal_offset(minimum_variance: f32, map: u32, shadow_map: u32) -> f32 {
-    let footprint = (6.0 * minimum_variance).sqrt() * map as f32 / shadow_map as f32;
-    2.0 * footprint
-}
-
 /// Gives the light and what follows from it.
 pub fn light(inputs: &mut Inputs<'_>, view: &LightView) {
-    let matrices: Vec<_> =
-        view.faces.iter().map(|face| face.clip_from_light.to_cols_array_2d()).collect();
-    // All faces share it.
-    let position = view.faces.first().map_or(Vec3::ZERO, |face| face.position);
+    let matrices = view.faces.iter().flat_map(|face| face.clip_from_light.to_cols_array());
+    uniform(inputs, input::LIGHT, &view.uniform);
     inputs
-        .set(input::LIGHT, uniform(&view.uniform))
-        .set(input::LIGHT_EYE, view.eye().to_array())
-        .set(input::LIGHT_ORIGIN, position.to_array())
-        .set(input::LIGHT_CLIP_FROM_VIEW, matrices)
+        .set(input::LIGHT_EYE, view.eye.to_array())
+        .set(input::LIGHT_ORIGIN, view.uniform.position)
+        .set(input::LIGHT_CLIP_FROM_VIEW, Input::F32(matrices.collect()))
         .set(input::ORIGIN, view.origin.to_array())
         .set(input::MINIMUM_VARIANCE, view.minimum_variance)
         .set(input::POWER_UNIT, view.power_unit)
         .set(input::POWER_SCALE, 1.0 / view.power_unit);
 }
 
-/// Gives the camera.
-pub fn camera(inputs: &mut Inputs<'_>, view: &SglowView) {
-    let eye = Vec4::from(view.eye);
-    eye_at(inputs, eye.truncate());
-    inputs
-        .set(input::CAMERA_VIEW_EYE, eye.to_array())
-        .set(input::CAMERA_CLIP_FROM_VIEW, view.clip_from_view);
-}
-
-/// Gives the camera's position alone: what passes need that draw nothing.
+/// Gives the camera's position.
 pub fn eye_at(inputs: &mut Inputs<'_>, eye: Vec3) {
-    inputs.set(input::EYE, eye.to_array()).set(input::CAMERA_LIGHT, uniform(&of_camera(eye)));
-}
-
-/// Gives what keeps surfaces from shadowing themselves in a shadow map.
-pub fn shadow(inputs: &mut Inputs<'_>, depth_bias: f32, normal_offset: f32) {
-    inputs.set(input::DEPTH_BIAS, depth_bias).set(input::NORMAL_OFFSET, normal_offset);
-}
-
-/// Gives what the maps of virtual lights are made by.
-pub fn light_maps(inputs: &mut Inputs<'_>, least_near: f32, bias: f32) {
-    inputs.set(input::LEAST_NEAR, least_near).set(input::BIAS, bias);
+    inputs.set(input::EYE, eye.to_array());
+    // As a light that sends importance: its position alone counts.
+    let light = SglowLight { position: eye.into(), ..bytemuck::Zeroable::zeroed() };
+    uniform(inputs, input::CAMERA_LIGHT, &light);
 }
 
 /// Adds the numbers of the vertices and indices of what occludes virtual lights.
@@ -112,23 +83,17 @@ pub fn occluder_counts(configuration: &mut Configuration, counts: [u64; 2]) {
     }
 }
 
-/// The camera as a light that sends importance: its position alone counts.
-pub fn of_camera(eye: Vec3) -> SglowLight {
-    SglowLight { position: eye.into(), ..bytemuck::Zeroable::zeroed() }
-}
-
-fn uniform(light: &SglowLight) -> Input {
-    Input::members([
-        ("position", light.position.into()),
-        ("tan_half_angle", light.tan_half_angle.into()),
-        ("right", light.right.into()),
-        ("half_extent", light.half_extent.into()),
-        ("up", light.up.into()),
-        ("cone_scale", light.cone_scale.into()),
-        ("forward", light.forward.into()),
-        ("cone_offset", light.cone_offset.into()),
-        ("intensity", light.intensity.into()),
-    ])
+fn uniform(inputs: &mut Inputs<'_>, name: &'static str, light: &SglowLight) {
+    inputs
+        .member(name, "position", light.position)
+        .member(name, "tan_half_angle", light.tan_half_angle)
+        .member(name, "right", light.right)
+        .member(name, "half_extent", light.half_extent)
+        .member(name, "up", light.up)
+        .member(name, "cone_scale", light.cone_scale)
+        .member(name, "forward", light.forward)
+        .member(name, "cone_offset", light.cone_offset)
+        .member(name, "intensity", light.intensity);
 }
 
 #[cfg(test)]

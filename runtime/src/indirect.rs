@@ -5,16 +5,14 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::Vec3;
 use sglow_graph::Configuration;
-use sglow_shaders::Light;
 use sglow_shaders::frame::{input, part, resource};
 use thiserror::Error;
 
-use crate::execute::{self, Executor, Fault, Faults, Lists};
+use crate::execute::{self, Executor, Faults, Lists};
 use crate::host;
 use crate::light::LightView;
 use crate::occluders::Occluders;
 use crate::package::Package;
-use crate::pipeline::PipelineError;
 use crate::settings::Settings;
 use crate::timing::PassTimer;
 
@@ -24,50 +22,12 @@ pub enum IndirectError {
     /// Invalid settings.
     #[error(transparent)]
     Settings(sglow_graph::Errors),
-    /// A variant does not become a pipeline.
-    #[error(transparent)]
-    Pipeline(#[from] PipelineError),
     /// The package describes no frame, or one of which nothing comes.
     #[error("{0}; generate the package again: cargo xtask gen-shaders --out DIR")]
     Description(String),
     /// The frame cannot be executed.
     #[error(transparent)]
-    Frame(Faults),
-    /// What occludes virtual lights does not fit the settings.
-    #[error(
-        "{found}; make them by Occluders::new of the settings and give them by Indirect::occlude"
-    )]
-    Occluders {
-        /// What is wrong with them.
-        found: String,
-    },
-    /// The light does not fit the settings.
-    #[error(
-        "the light is a {is} light for a map of {map} texels; the settings have light={wanted},map={texels}"
-    )]
-    Light {
-        /// Its kind.
-        is: Light,
-        /// The map that its view was made for.
-        map: u32,
-        /// The kind in the settings.
-        wanted: Light,
-        /// The map of the settings.
-        texels: u32,
-    },
-}
-
-impl From<Faults> for IndirectError {
-    /// A single variant that the device refuses stands for itself.
-    fn from(Faults(mut faults): Faults) -> Self {
-        match (faults.pop(), faults.is_empty()) {
-            (Some(Fault::Pipeline(error)), true) => Self::Pipeline(error),
-            (last, _) => {
-                faults.extend(last);
-                Self::Frame(Faults(faults))
-            }
-        }
-    }
+    Frame(#[from] Faults),
 }
 
 /// The three surface textures of a reflective shadow map or a G-buffer; `docs/conventions.md` says what they hold.
@@ -184,8 +144,7 @@ impl Indirect {
         let mut configuration = self.configuration.clone();
         configuration.axes.extend(axes);
         configuration.parameters.extend(parameters);
-        let frame = frame(&self.package, configuration.clone(), &self.occluders)?;
-        self.executor().resize(&self.package, &frame, &Lists::new())?;
+        self.remake(&configuration, &self.occluders)?;
         (self.settings, self.configuration) = (settings.clone(), configuration);
         Ok(())
     }
@@ -197,14 +156,20 @@ impl Indirect {
     /// As [`Self::new`]; what there was before stays.
     pub fn occlude(&mut self, occluders: Occluders) -> Result<(), IndirectError> {
         occluders.check(&self.settings)?;
-        let frame = frame(&self.package, self.configuration.clone(), &occluders)?;
-        self.executor().resize(&self.package, &frame, &Lists::new())?;
+        self.remake(&self.configuration, &occluders)?;
         self.occluders = occluders;
         Ok(())
     }
 
-    /// What a thread that panicked has left is as good as any.
-    fn executor(&self) -> MutexGuard<'_, Executor> {
+    fn remake(&self, of: &Configuration, occluders: &Occluders) -> Result<(), IndirectError> {
+        let frame = frame(&self.package, of.clone(), occluders)?;
+        Ok(self.executor().resize(&self.package, &frame, &Lists::new())?)
+    }
+
+    /// What executes the frame, for stages alone, for what they read and leave. Hold it no longer than for one call: encoding
+    /// waits for it.
+    // What a thread that panicked has left is as good as any.
+    pub fn executor(&self) -> MutexGuard<'_, Executor> {
         self.executor.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -220,27 +185,14 @@ impl Indirect {
         timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), IndirectError> {
         self.occluders.check(&self.settings)?;
-        let (light, &Settings { light: wanted, map, .. }) = (inputs.light, &self.settings);
-        if light.kind != wanted || light.map != map {
-            let (is, map, texels) = (light.kind, light.map, map);
-            return Err(IndirectError::Light { is, map, wanted, texels });
+        let (LightView { kind, map, .. }, settings) = (inputs.light, &self.settings);
+        if (*kind, *map) != (settings.light, settings.map) {
+            let found = format!("a {kind} light for a map of {map} texels");
+            let Settings { light, map, .. } = settings;
+            let expected = format!("that of the settings: light={light},map={map}");
+            return Err(Faults::of("the light", found, expected).into());
         }
         Ok(self.executor().encode(encoder, &self.given(inputs), timer)?)
-    }
-
-    /// Encodes some stages alone, with everything that a host gives for them.
-    ///
-    /// # Errors
-    ///
-    /// What is left out or does not fit.
-    pub fn encode_where(
-        &self,
-        wanted: impl Fn(execute::Stage<'_>) -> bool,
-        encoder: &mut wgpu::CommandEncoder,
-        inputs: &execute::Inputs<'_>,
-        timer: Option<&mut (dyn PassTimer + '_)>,
-    ) -> Result<(), IndirectError> {
-        Ok(self.executor().encode_where(wanted, encoder, inputs, timer)?)
     }
 
     /// Everything that a host gives for a frame, but for lists of draws.
@@ -257,8 +209,10 @@ impl Indirect {
         let mut given = execute::Inputs::new();
         let Settings { bias_scale, tile, .. } = self.settings;
         host::light(&mut given, light);
-        host::light_maps(&mut given, light.least_near, host::bias(bias_scale, tile));
-        given.set(input::DIFFUSE_MEAN_LENGTH, self.settings.diffuse_mean_length());
+        given
+            .set(input::LEAST_NEAR, light.least_near)
+            .set(input::BIAS, host::bias(bias_scale, tile))
+            .set(input::DIFFUSE_MEAN_LENGTH, self.settings.diffuse_mean_length());
         self.occluders.supply(&mut given);
         given
     }
@@ -293,17 +247,6 @@ impl Indirect {
     pub fn buffer(&self, name: &str) -> Option<wgpu::Buffer> {
         self.executor().buffer(name).cloned()
     }
-
-    /// The bytes of each texture, with its mips, and of each buffer that it keeps between its passes; those of the
-    /// parameters are left out.
-    pub fn bytes(&self) -> Vec<(String, u64)> {
-        self.executor().bytes().map(|(name, bytes)| (name.to_owned(), bytes)).collect()
-    }
-
-    /// How many pipelines and bind groups were made.
-    pub fn made(&self) -> execute::Made {
-        self.executor().made()
-    }
 }
 
 fn frame(
@@ -311,10 +254,8 @@ fn frame(
     mut configuration: Configuration,
     occluders: &Occluders,
 ) -> Result<sglow_graph::Frame, IndirectError> {
-    let Some(description) = package.description() else {
-        let text = format!("the package {} describes no frame", package.origin());
-        return Err(IndirectError::Description(text));
-    };
+    let missing = || format!("the package {} describes no frame", package.origin());
+    let description = package.description().ok_or_else(|| IndirectError::Description(missing()))?;
     host::occluder_counts(&mut configuration, occluders.counts().map(u64::from));
     description.evaluate(&configuration).map_err(IndirectError::Settings)
 }

@@ -30,6 +30,7 @@ pub mod host;
 pub mod indirect;
 pub mod interface;
 pub mod light;
+mod names;
 pub mod occluders;
 pub mod package;
 pub mod pipeline;

@@ -12,10 +12,6 @@ use crate::host;
 pub struct Face {
     /// From positions relative to the light's to clip space.
     pub clip_from_light: Mat4,
-    /// The light's position; of a directional one a position in the image's plane.
-    pub position: Vec3,
-    /// The light's position with w = 1, or the direction towards it with w = 0.
-    pub eye: Vec4,
     /// The face's rectangle in the map: left, top, width, height, each as a share of the map.
     pub tile: [f32; 4],
 }
@@ -27,8 +23,10 @@ pub struct LightView {
     pub kind: Light,
     /// Width and height of its map in texels.
     pub map: u32,
-    /// The light's uniform.
+    /// The light's uniform; the position of a directional light lies in the image's plane.
     pub uniform: SglowLight,
+    /// The light's position with w = 1, or the direction towards it with w = 0.
+    pub eye: Vec4,
     /// One face, or the six of a point light in the order +x, -x, +y, -y, +z, -z.
     pub faces: Vec<Face>,
     /// What the moments' positions are relative to: the middle of the scene, itself relative to [`Surroundings::origin`].
@@ -54,6 +52,9 @@ const FACES: [(Vec3, Vec3); 6] = [
     (Vec3::NEG_Z, Vec3::Y),
 ];
 
+/// Of a light without one: the tangent of half an angle of 90 degrees, and an intensity that does not fall.
+const NO_CONE: [f32; 3] = [1.0, 0.0, 1.0];
+
 /// What a light shines on: a sphere around it, and the map that it is seen in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
@@ -68,13 +69,6 @@ pub struct Surroundings {
     pub map: u32,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum LightKind {
-    Spot { inner: f32, outer: f32 },
-    Directional,
-    Point,
-}
-
 impl LightView {
     /// A spot light at `position`. `inner` and `outer` are angles from `direction` in radians, between which the intensity
     /// falls to 0 (KHR_lights_punctual), at most 1.569, for the map is one perspective image; `intensity` is in W/sr per channel, or candela.
@@ -86,24 +80,28 @@ impl LightView {
         intensity: [f32; 3],
     ) -> Self {
         let outer = outer.clamp(1e-3, 1.569);
-        let kind = LightKind::Spot { inner: inner.min(outer), outer };
-        Self::new(kind, (position - around.origin).as_vec3(), direction, intensity, around)
+        // KHR_lights_punctual, inner and outer cone angles
+        let scale = 1.0 / (inner.min(outer).cos() - outer.cos()).max(1e-3);
+        let cone = [outer.tan(), scale, -outer.cos() * scale];
+        let position = (position - around.origin).as_vec3();
+        Self::new(Light::Spot, cone, position, direction, intensity, around)
     }
 
     /// A light from infinitely far away that shines along `direction`; `irradiance` is that on a facing surface, in W/m^2
     /// per channel, or lux.
     pub fn directional(around: &Surroundings, direction: Vec3, irradiance: [f32; 3]) -> Self {
-        Self::new(LightKind::Directional, Vec3::ZERO, direction, irradiance, around)
+        Self::new(Light::Directional, NO_CONE, Vec3::ZERO, direction, irradiance, around)
     }
 
     /// A light at `position` that shines alike in all directions; `intensity` is in W/sr per channel, or candela.
     pub fn point(around: &Surroundings, position: DVec3, intensity: [f32; 3]) -> Self {
         let position = (position - around.origin).as_vec3();
-        Self::new(LightKind::Point, position, Vec3::NEG_Z, intensity, around)
+        Self::new(Light::Point, NO_CONE, position, Vec3::NEG_Z, intensity, around)
     }
 
     fn new(
-        kind: LightKind,
+        kind: Light,
+        [tan_half_angle, cone_scale, cone_offset]: [f32; 3],
         position: Vec3,
         direction: Vec3,
         intensity: [f32; 3],
@@ -113,124 +111,68 @@ impl LightView {
         let (size, radius) = (around.map, around.radius.max(1e-6));
         // What is a unit vector to rounding stays as it is.
         let unit = (direction.length_squared() - 1.0).abs() < 1e-5;
-        let forward = match kind {
-            LightKind::Point => Vec3::NEG_Z,
-            LightKind::Spot { .. } | LightKind::Directional if unit => direction,
-            LightKind::Spot { .. } | LightKind::Directional => direction.normalize_or(Vec3::NEG_Z),
-        };
+        let forward = if unit { direction } else { direction.normalize_or(Vec3::NEG_Z) };
         let right =
             forward.cross(if forward.y.abs() < 0.99 { Vec3::Y } else { Vec3::Z }).normalize();
         let up = right.cross(forward);
+        let is_directional = kind == Light::Directional;
         // A directional light's image is centred on the scene; its position is where that image's plane lies.
-        let position = match kind {
-            LightKind::Directional => origin - forward * (1.01 * radius),
-            LightKind::Spot { .. } | LightKind::Point => position,
-        };
+        let position = if is_directional { origin - forward * (1.01 * radius) } else { position };
         let away = position.distance(origin);
         let far = (away + radius) * 1.001;
         let near = (away - radius).max(far * 1e-4);
-        let (tan_half_angle, cone_scale, cone_offset) = match kind {
-            LightKind::Spot { inner, outer } => {
-                // KHR_lights_punctual, inner and outer cone angles
-                let scale = 1.0 / (inner.cos() - outer.cos()).max(1e-3);
-                (outer.tan(), scale, -outer.cos() * scale)
-            }
-            LightKind::Directional | LightKind::Point => (1.0, 0.0, 1.0),
-        };
         let half_extent = radius * 1.001;
-        let whole = [0.0, 0.0, 1.0, 1.0];
-        let faces = match kind {
-            LightKind::Directional => {
-                let projection =
-                    orthographic(-half_extent, half_extent, -half_extent, half_extent, near, far);
-                let view = look_to_mat4(Vec3::ZERO, forward, up);
-                vec![Face {
-                    clip_from_light: projection * view,
-                    position,
-                    eye: (-forward).extend(0.0),
-                    tile: whole,
-                }]
-            }
-            LightKind::Spot { .. } => {
-                let projection = perspective(tan_half_angle, 1.0, near, far);
-                let view = look_to_mat4(Vec3::ZERO, forward, up);
-                vec![Face {
-                    clip_from_light: projection * view,
-                    position,
-                    eye: position.extend(1.0),
-                    tile: whole,
-                }]
-            }
-            LightKind::Point => FACES
-                .iter()
-                .enumerate()
-                .map(|(face, &(forward, up))| Face {
-                    clip_from_light: perspective(1.0, 1.0, near, far)
-                        * look_to_mat4(Vec3::ZERO, forward, up),
-                    position,
-                    eye: position.extend(1.0),
-                    tile: [(face % 4) as f32 * 0.25, (face / 4) as f32 * 0.5, 0.25, 0.5],
-                })
-                .collect(),
+        let eye = if is_directional { (-forward).extend(0.0) } else { position.extend(1.0) };
+        let face = |projection: Mat4, (forward, up), tile| Face {
+            clip_from_light: projection * look_to_mat4(Vec3::ZERO, forward, up),
+            tile,
         };
-        let texel = match kind {
-            LightKind::Directional => 2.0 * half_extent,
-            LightKind::Spot { .. } | LightKind::Point => 2.0 * tan_half_angle * radius,
-        } / size as f32;
-        let uniform = SglowLight {
-            position: position.into(),
-            tan_half_angle,
-            right: right.into(),
-            half_extent,
-            up: up.into(),
-            cone_scale,
-            forward: forward.into(),
-            cone_offset,
-            intensity,
-            ..bytemuck::Zeroable::zeroed()
+        let frustum = perspective(tan_half_angle, 1.0, near, far);
+        let whole = [0.0, 0.0, 1.0, 1.0];
+        // With the width at the distance of the scene's radius, and the area or solid angle, with that of empty tiles.
+        let (faces, width, image) = match kind {
+            Light::Directional => {
+                let extent = half_extent;
+                let projection = orthographic(-extent, extent, -extent, extent, near, far);
+                let area = 4.0 * f64::from(half_extent).powi(2);
+                (vec![face(projection, (forward, up), whole)], 2.0 * half_extent, area)
+            }
+            Light::Point => {
+                let tile = |face| [(face % 4) as f32 * 0.25, (face / 4) as f32 * 0.5, 0.25, 0.5];
+                let faces = FACES.into_iter().enumerate();
+                let faces = faces.map(|(index, axes)| face(frustum, axes, tile(index)));
+                (faces.collect(), 2.0 * tan_half_angle * radius, 4.0 * 8.0)
+            }
+            Light::Spot | Light::Camera => {
+                let angle = 4.0 * f64::from(tan_half_angle).powi(2);
+                (vec![face(frustum, (forward, up), whole)], 2.0 * tan_half_angle * radius, angle)
+            }
         };
         // The largest of a texel's solid angles, in the middle of the image or of a face; or its area.
-        let image = match kind {
-            LightKind::Spot { .. } => 4.0 * f64::from(tan_half_angle).powi(2),
-            LightKind::Directional => 4.0 * f64::from(half_extent).powi(2),
-            LightKind::Point => 4.0 * 8.0,
-        };
         let brightest = intensity.into_iter().map(f64::from).fold(0.0, f64::max) * image
             / f64::from(size).powi(2);
-        let of = match kind {
-            LightKind::Spot { .. } => Light::Spot,
-            LightKind::Directional => Light::Directional,
-            LightKind::Point => Light::Point,
-        };
         Self {
-            kind: of,
+            kind,
             map: size,
-            uniform,
+            uniform: SglowLight {
+                position: position.into(),
+                tan_half_angle,
+                right: right.into(),
+                half_extent,
+                up: up.into(),
+                cone_scale,
+                forward: forward.into(),
+                cone_offset,
+                intensity,
+                ..bytemuck::Zeroable::zeroed()
+            },
+            eye,
             faces,
             origin,
-            minimum_variance: host::minimum_variance(texel),
+            minimum_variance: host::minimum_variance(width / size as f32),
             power_unit: host::power_unit(brightest),
             least_near: host::least_near(around.radius),
         }
-    }
-}
-
-impl LightView {
-    /// The camera as a light that sends importance: what stands in a light's place for its G-buffer. Positions are
-    /// relative to the same origin, and variances kept above the same floor.
-    pub fn of_camera(&self, eye: Vec3) -> Self {
-        Self {
-            kind: Light::Camera,
-            uniform: host::of_camera(eye),
-            faces: Vec::new(),
-            power_unit: 1.0,
-            ..self.clone()
-        }
-    }
-
-    /// The light's position with w = 1, or the direction towards it with w = 0.
-    pub fn eye(&self) -> Vec4 {
-        self.faces.first().map_or(Vec4::ZERO, |face| face.eye)
     }
 }
 

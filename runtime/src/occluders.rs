@@ -4,8 +4,7 @@ use sglow_shaders::frame::resource;
 use sglow_shaders::{SglowShadowPoint, Visibility};
 use wgpu::util::DeviceExt as _;
 
-use crate::execute::Inputs;
-use crate::indirect::IndirectError;
+use crate::execute::{Faults, Inputs};
 use crate::points::{Geometry, GeometryError};
 use crate::settings::Settings;
 
@@ -37,19 +36,17 @@ impl Occluders {
         let make = |name: &'static str, contents: &[u8], usage| {
             let descriptor = wgpu::util::BufferInitDescriptor {
                 label: Some(name),
-                contents,
+                // A buffer of no bytes cannot be bound; nothing is drawn of these.
+                contents: if contents.is_empty() { &[0; 12] } else { contents },
                 usage: usage | wgpu::BufferUsages::COPY_SRC,
             };
             (name, device.create_buffer_init(&descriptor))
         };
         let Geometry { positions, indices } = geometry;
         let mut counts = [positions.len() as u32, indices.len() as u32];
-        // A buffer of no bytes cannot be bound; nothing is drawn of these.
         let buffers = match settings.visibility {
             Visibility::None => Vec::new(),
             Visibility::ShadowMap => {
-                let positions = if positions.is_empty() { &[[0.0; 3]] } else { positions };
-                let indices = if indices.is_empty() { &[0] } else { indices };
                 vec![
                     make(
                         resource::OCCLUDER_POSITIONS,
@@ -67,10 +64,8 @@ impl Occluders {
                 let mut points = geometry.points(settings.shadow_points, SUBSETS);
                 if points.is_empty() {
                     counts[1] = 0;
-                    points.resize(
-                        settings.shadow_points as usize * SUBSETS as usize,
-                        SglowShadowPoint::default(),
-                    );
+                    let count = settings.shadow_points as usize * SUBSETS as usize;
+                    points.resize(count, SglowShadowPoint::default());
                 }
                 let bytes = bytemuck::cast_slice(&points);
                 vec![make(resource::POINTS, bytes, wgpu::BufferUsages::STORAGE)]
@@ -81,32 +76,21 @@ impl Occluders {
     }
 
     /// Whether they serve these settings: other numbers of points lie elsewhere in their buffer.
-    pub(crate) fn check(&self, settings: &Settings) -> Result<(), IndirectError> {
-        let Settings { visibility, shadow_points, .. } = *settings;
-        let points = |of: Visibility, count: u32| {
-            if of == Visibility::Imperfect {
-                format!(",shadow_points={count}")
-            } else {
-                String::new()
-            }
+    pub(crate) fn check(&self, settings: &Settings) -> Result<(), Faults> {
+        let called = |(visibility, points): (Visibility, u32)| match visibility {
+            Visibility::Imperfect => format!("visibility={visibility},shadow_points={points}"),
+            _ => format!("visibility={visibility}"),
         };
-        let wanted = format!("visibility={visibility}{}", points(visibility, shadow_points));
-        let found = match self.made_for {
-            _ if visibility == Visibility::None => return Ok(()),
-            None => format!("{wanted} needs the triangles of the scene"),
-            Some((of, count))
-                if of == visibility && points(of, count) == points(of, shadow_points) =>
-            {
-                return Ok(());
-            }
-            Some((of, count)) => {
-                format!(
-                    "the occluders are of visibility={of}{}; the settings have {wanted}",
-                    points(of, count)
-                )
-            }
-        };
-        Err(IndirectError::Occluders { found })
+        let requested = called((settings.visibility, settings.shadow_points));
+        let made_for = self.made_for.map(called);
+        if settings.visibility == Visibility::None || made_for.as_ref() == Some(&requested) {
+            return Ok(());
+        }
+        let found = made_for.map_or("left out".to_owned(), |made_for| format!("for {made_for}"));
+        let expected = format!(
+            "for {requested}: made by Occluders::new of the settings and given by Indirect::occlude"
+        );
+        Err(Faults::of("the geometry that occludes", found, expected))
     }
 
     /// Numbers of vertices and of indices.

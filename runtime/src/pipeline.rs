@@ -31,13 +31,17 @@ pub fn guarded<T>(
     id: &str,
     build: impl FnOnce() -> T,
 ) -> Result<T, PipelineError> {
+    let id = id.to_owned();
+    checked(device, build).map_err(|message| PipelineError::Refused { id, message })
+}
+
+/// Runs `build`; or what the device says against it.
+pub(crate) fn checked<T>(device: &wgpu::Device, build: impl FnOnce() -> T) -> Result<T, String> {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let built = build();
     match pollster::block_on(scope.pop()) {
         None => Ok(built),
-        Some(error) => {
-            Err(PipelineError::Refused { id: id.to_owned(), message: error.to_string() })
-        }
+        Some(error) => Err(error.to_string()),
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use sglow_graph::{Configuration, Description, Errors, description};
+use sglow_graph::description::{self, Setting};
+use sglow_graph::{Configuration, Description, Errors};
 use sglow_shaders::frame::parameter;
 use sglow_shaders::{Emitter, Number, Sharpness};
 use thiserror::Error;
@@ -13,15 +14,13 @@ use crate::package::Assumption;
 /// An invalid setting.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SettingsError {
-    /// A number is out of its range.
-    #[error("{name} is {value}, and must be {range}")]
+    /// A parameter gets no number of its kind.
+    #[error("{name} is {value}, and must be a finite number, whole where the parameter is")]
     Range {
         /// The setting.
-        name: &'static str,
+        name: String,
         /// Its value.
         value: String,
-        /// What would be right.
-        range: String,
     },
     /// There is no such axis.
     #[error("unknown axis '{axis}'; expected one of: {}", known.join(", "))]
@@ -48,9 +47,10 @@ sglow_shaders::settings! {
         /// What was taken to be so of the scene when these were derived from it. A scene of which something else is so by
         /// now, and that needs more, is refused. Nothing where a person chose.
         pub assumed: Vec<Assumption> = Vec::new(),
-        /// Axes and parameters of a library that was laid over this one, by name. An axis that has a field, and values that
-        /// the field cannot hold, is there as well: empty while the field has its value.
-        pub others: BTreeMap<String, String> = BTreeMap::new(),
+        /// Axes and parameters of a library that was laid over this one, by name: the name of a value on an axis, the number of
+        /// a parameter. An axis that has a field, and values that the field cannot hold, is there as well: empty while the
+        /// field has its value.
+        pub others: BTreeMap<String, Setting> = BTreeMap::new(),
     }
 }
 
@@ -68,11 +68,12 @@ impl Settings {
     ) -> Result<Self, Errors> {
         let Configuration { axes, parameters, .. } =
             description.configure(facts, preset, &BTreeMap::new())?;
-        let numbers = parameters.into_iter().map(|(name, number)| (name, number.to_string()));
+        let axes = axes.into_iter().map(|(name, value)| (name, Setting::Name(value)));
+        let numbers = parameters.into_iter().map(|(name, number)| (name, Setting::Number(number)));
         let mut settings = Self::default();
-        for (name, value) in axes.into_iter().chain(numbers) {
-            if settings.set(&name, &value).is_err() {
-                settings.others.insert(name, value);
+        for (name, setting) in axes.chain(numbers) {
+            if settings.set(&name, &setting.to_string()).is_err() {
+                settings.others.insert(name, setting);
             }
         }
         Ok(settings)
@@ -84,47 +85,51 @@ impl Settings {
     ///
     /// An unknown name or value, with those that are known; a number that is none.
     pub fn set(&mut self, name: &str, value: &str) -> Result<(), SettingsError> {
-        if let Some(set) = self.set_axis(name, value) {
-            let Some(other) = self.others.get_mut(name) else {
-                return set.map_err(|error| SettingsError::UnknownValue(error.to_string()));
-            };
+        let field = self.set_axis(name, value);
+        let is_number = match (self.others.get_mut(name), field) {
             // Whether there is such a value, the description of the frame says.
-            if set.is_ok() {
-                other.clear()
-            } else {
-                value.clone_into(other)
-            }
-            return Ok(());
-        }
-        let known = Self::PARAMETERS.iter().find(|known| **known == name);
-        if let Some(name) = known {
-            let is_finite = value.parse().is_ok_and(f64::is_finite);
-            if is_finite && self.set_number(name, value) == Some(true) {
+            (Some(Setting::Name(other)), field) => {
+                let of_other = if field == Some(Ok(())) { "" } else { value };
+                of_other.clone_into(other);
                 return Ok(());
             }
-            let range = "a finite number, whole where the parameter is".to_owned();
-            return Err(SettingsError::Range { name, value: value.to_owned(), range });
+            (Some(Setting::Number(other)), _) => match Setting::read(value) {
+                Setting::Number(number) => {
+                    *other = number;
+                    Some(true)
+                }
+                Setting::Name(_) => Some(false),
+            },
+            (None, Some(set)) => {
+                return set.map_err(|error| SettingsError::UnknownValue(error.to_string()));
+            }
+            (None, None) => {
+                let is_finite = value.parse().is_ok_and(f64::is_finite);
+                self.number(name).map(|_| is_finite && self.set_number(name, value) == Some(true))
+            }
+        };
+        let name = name.to_owned();
+        match is_number {
+            Some(true) => Ok(()),
+            Some(false) => Err(SettingsError::Range { name, value: value.to_owned() }),
+            None => {
+                let known =
+                    Self::AXES.iter().chain(Self::PARAMETERS).map(|name| (*name).to_owned());
+                let known = known.chain(self.others.keys().cloned()).collect();
+                Err(SettingsError::UnknownAxis { axis: name, known })
+            }
         }
-        if let Some(other) = self.others.get_mut(name) {
-            value.clone_into(other);
-            return Ok(());
-        }
-        let known = Self::AXES.iter().chain(Self::PARAMETERS).map(|name| (*name).to_owned());
-        Err(SettingsError::UnknownAxis {
-            axis: name.to_owned(),
-            known: known.chain(self.others.keys().cloned()).collect(),
-        })
     }
 
     /// The value of an axis or a parameter, as [`Self::set`] takes it; nothing if there is none of this name.
     pub fn get(&self, name: &str) -> Option<String> {
-        let other = self.others.get(name).filter(|other| !other.is_empty()).cloned();
+        let other = self.others.get(name).map(Setting::to_string).filter(|text| !text.is_empty());
         other
             .or_else(|| self.axis(name).map(str::to_owned))
             .or_else(|| self.number(name).map(|number| number.to_string()))
     }
 
-    /// The settings in the words of a frame's description. What others are numbers are parameters.
+    /// The settings in the words of a frame's description.
     pub fn configuration(&self) -> Configuration {
         let value = |axis: &&str| Some(((*axis).to_owned(), self.axis(axis)?.to_owned()));
         let number = |name: &&str| {
@@ -143,12 +148,11 @@ impl Settings {
             let side = description::Number::Whole(side.into());
             configuration.parameters.insert(name.to_owned(), side);
         }
-        for (name, value) in self.others.iter().filter(|(_, value)| !value.is_empty()) {
-            let whole = value.parse().map(description::Number::Whole).ok();
-            let number = whole.or_else(|| value.parse().map(description::Number::Real).ok());
-            match number {
-                Some(number) => drop(configuration.parameters.insert(name.clone(), number)),
-                None => drop(configuration.axes.insert(name.clone(), value.clone())),
+        for (name, setting) in self.others.clone() {
+            match setting {
+                Setting::Number(number) => drop(configuration.parameters.insert(name, number)),
+                Setting::Name(value) if value.is_empty() => {}
+                Setting::Name(value) => drop(configuration.axes.insert(name, value)),
             }
         }
         configuration

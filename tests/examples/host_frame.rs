@@ -71,16 +71,9 @@ fn input(value: &Value) -> Input {
             value => into.extend(value.as_f64().map(|number| number as f32)),
         }
     }
-    match value {
-        Value::Object(members) => {
-            Input::members(members.iter().map(|(name, value)| (name.as_str(), input(value))))
-        }
-        value => {
-            let mut found = Vec::new();
-            numbers(value, &mut found);
-            Input::F32(found)
-        }
-    }
+    let mut found = Vec::new();
+    numbers(value, &mut found);
+    Input::F32(found)
 }
 
 /// What the host supplied, on the device.
@@ -239,7 +232,14 @@ fn main() -> Result<()> {
     let values: Table<Value> = serde_json::from_value(run["inputs"].clone())?;
     let mut inputs = Inputs::new();
     for (name, value) in &values {
-        inputs.set(name, input(value));
+        match value {
+            Value::Object(members) => members.iter().for_each(|(member, value)| {
+                inputs.member(name, member, input(value));
+            }),
+            value => {
+                inputs.set(name, input(value));
+            }
+        }
     }
     for (name, resource) in &supplied {
         match resource {

@@ -2,6 +2,7 @@
 //!
 //! That they show what frames showed before is held in `frames.rs`.
 
+mod external;
 mod foreign;
 
 use glam::{DVec3, Vec3};
@@ -10,7 +11,7 @@ use sglow_renderer::frame::Renderer;
 use sglow_renderer::plan::Surfaces;
 use sglow_renderer::readback;
 use sglow_renderer::stages::Stages as _;
-use sglow_runtime::execute::{DrawList, Executor, Inputs, Lists, Stage};
+use sglow_runtime::execute::{DrawList, Executor, Input, Inputs, Lists, Stage};
 use sglow_runtime::host;
 use sglow_runtime::indirect::{Indirect, PARTS};
 use sglow_runtime::light::{LightView, Surroundings};
@@ -188,7 +189,7 @@ fn an_engine_supplies_what_is_written_to() {
         let mut given = indirect.given(&renderer.inputs());
         given.texture("diffuse", texture);
         let mut encoder = gpu().device.create_command_encoder(&Default::default());
-        let encoded = indirect.encode_where(|_| true, &mut encoder, &given, None);
+        let encoded = indirect.executor().encode(&mut encoder, &given, None);
         gpu().queue.submit([encoder.finish()]);
         gpu().finish().unwrap();
         encoded.map_err(|error| error.to_string())
@@ -227,10 +228,11 @@ fn what_is_resized_and_occluded_is_as_if_made_anew() {
     let mut indirect = made(&small, &Occluders::default());
     // Without triangles no light is unshadowed in silence, and other numbers of points lie elsewhere.
     let text = run(&indirect).unwrap_err();
-    assert!(text.contains("visibility=imperfect,shadow_points=128 needs the triangles"), "{text}");
+    let expected = "the geometry that occludes is left out; it has to be for visibility=imperfect,shadow_points=128";
+    assert!(text.starts_with(expected), "{text}");
     let of_others = occluders(&Settings { shadow_points: 64, ..small.clone() });
     let text = indirect.occlude(of_others).unwrap_err().to_string();
-    assert!(text.contains("shadow_points=64; the settings have visibility=imperfect"), "{text}");
+    assert!(text.contains("shadow_points=64; it has to be for visibility=imperfect"), "{text}");
     indirect.occlude(occluders(&small)).unwrap();
     let first = run(&indirect).unwrap();
     indirect.resize(&other).unwrap();
@@ -306,18 +308,20 @@ fn what_a_host_leaves_out_is_named_all_at_once() {
     let Embedded { renderer, executor, .. } = &mut embedded;
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
     let nothing = executor.encode(&mut encoder, &Inputs::new(), None).unwrap_err().to_string();
-    for name in ["light", "origin", "eye", "minimum_variance", "diffuse_mean_length"] {
+    for name in ["light.position", "origin", "eye", "minimum_variance", "diffuse_mean_length"] {
         assert!(
-            nothing.contains(&format!("input `{name}` is left out; it is of type ")),
+            nothing.contains(&format!("input `{name}` is left out; it has to be of type ")),
             "{nothing}"
         );
     }
     for (name, _) in maps(renderer) {
-        assert!(nothing.contains(&format!("resource `{name}` is left out; it is a texture of ")));
+        assert!(
+            nothing.contains(&format!("resource `{name}` is left out; it has to be a texture of "))
+        );
     }
     let vsgls = renderer.indirect().vsgls().unwrap();
     let (position, normal) = (renderer.inputs().gbuffer.position, &vsgls);
-    inputs.set("eye", 1.0).set("origin", [1_u32, 2, 3]);
+    inputs.set("eye", 1.0).set("origin", Input::U32(vec![1, 2, 3]));
     inputs.view("rsm_position", position).buffer("rsm_normal", normal);
     let wrong = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();
     assert_eq!(
@@ -352,18 +356,24 @@ fn lists_of_draws_that_are_left_out_are_named() {
     let frame = frame(&package, &settings, &scene, None);
     let (gpu, package) = (gpu(), &package);
     let made = Executor::new(&gpu.device, &gpu.queue, package, &frame, &Lists::new());
-    assert_eq!(made.err().unwrap().to_string(), "the list of draws `surfaces` is left out");
+    assert_eq!(
+        made.err().unwrap().to_string(),
+        "list of draws `surfaces` is left out; it has to be among the lists of the host"
+    );
     let (surfaces, emitters) = (renderer.raster().surfaces(), renderer.raster().emitters());
     let lists: [(_, &dyn DrawList); 2] = [("surfaces", &surfaces), ("emitters", &emitters)];
     let lists = Lists::from(lists);
     let mut executor = Executor::new(&gpu.device, &gpu.queue, package, &frame, &lists).unwrap();
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut inputs = inputs(&renderer);
-    host::camera(&mut inputs, renderer.view());
+    sglow_renderer::host::camera(&mut inputs, renderer.view());
     let bias = renderer.shadow_bias();
-    host::shadow(&mut inputs, bias.depth, bias.normal);
+    sglow_renderer::host::shadow(&mut inputs, bias.depth, bias.normal);
     let left_out = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();
-    assert_eq!(left_out, "the list of draws `surfaces` is left out");
+    assert_eq!(
+        left_out,
+        "list of draws `surfaces` is left out; it has to be among the lists of the host"
+    );
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
 use serde_json::Value;
+use sglow_renderer::host as of_surfaces;
 use sglow_runtime::host;
 use sglow_runtime::light::{LightView, Surroundings};
 use sglow_scene::{Bounds, Light, LightKind};
@@ -87,9 +88,9 @@ fn computed(name: &str, given: &Given<'_>) -> f64 {
         "diffuse_mean_length" => return host::mean_length(sharpness()),
         "least_near" => host::least_near(given.number("radius")),
         "bias" => host::bias(given.number("bias_scale"), given.whole("tile")),
-        "depth_bias" => host::DEPTH_BIAS,
+        "depth_bias" => of_surfaces::DEPTH_BIAS,
         "normal_offset" => {
-            host::normal_offset(given.number("minimum_variance"), given.whole("map"), 2048)
+            of_surfaces::normal_offset(given.number("minimum_variance"), given.whole("map"), 2048)
         }
         "light.cone_scale" => given.view().uniform.cone_scale,
         "light.cone_offset" => given.view().uniform.cone_offset,

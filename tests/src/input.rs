@@ -2,6 +2,7 @@
 
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{FrameError, Renderer};
+use sglow_runtime::execute::{Fault, Faults};
 use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::{Package, PackageError};
@@ -123,8 +124,9 @@ fn a_missing_variant_is_an_error_and_never_a_similar_one() {
 fn a_shader_that_does_not_compile_is_named() {
     let package = broken("mip-r32float-three", "0.25", "nonsense");
     let made = Indirect::of_parts(gpu().source(&package), &small(), &PARTS, &Occluders::default());
-    let Err(IndirectError::Pipeline(PipelineError::Refused { id, message })) = made else {
-        panic!("it was not refused")
+    let Err(IndirectError::Frame(Faults(faults))) = made else { panic!("it was not refused") };
+    let [Fault::Pipeline(PipelineError::Refused { id, message })] = &faults[..] else {
+        panic!("{faults:?}")
     };
     assert_eq!(id, "mip-r32float-three");
     assert!(message.contains("nonsense"), "{message}");

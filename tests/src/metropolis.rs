@@ -33,7 +33,7 @@ fn run(
     let density = DensityTexture::new([SIZE; 2], stress, 9);
     let mut chains = Chains::new(package, settings, SIZE);
     let read = (0..frames).map(|_| {
-        chains.advance(&density.view);
+        chains.advance(density.view.texture());
         chains.read()
     });
     read.collect()
@@ -201,7 +201,7 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
     let density = DensityTexture::new(size, Stress::Ring, 9);
     let map = Uploaded::new(&random_surfaces(size, 1), size);
     let light = light(KINDS[0], SIZE);
-    chains.advance(&density.view);
+    chains.advance(density.view.texture());
     let inputs = ClusterInputs {
         map: map.views(),
         light: &light,

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use sglow_graph::description::{Number, Setting};
 use sglow_renderer::frame::{Frame, Pixels, Renderer};
 use sglow_renderer::plan::{Plan, Surfaces};
 use sglow_runtime::settings::Settings;
@@ -10,14 +11,18 @@ use sglow_shader_gen::library::Library;
 
 use crate::common::{gpu, packaged};
 
+fn folder(path: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
 fn library() -> Library {
-    let folder = |path: &str| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(path);
     Library::load_with(&folder("../shaders"), &[folder("overlays/blur")])
         .unwrap_or_else(|report| panic!("{}", report.render(false)))
 }
 
-fn settings(denoise: &str, radius: usize) -> Settings {
-    let others = [("denoise", denoise.to_owned()), ("blur_radius", radius.to_string())];
+fn settings(denoise: &str, radius: u64) -> Settings {
+    let denoise = Setting::Name(denoise.to_owned());
+    let others = [("denoise", denoise), ("blur_radius", Setting::Number(Number::Whole(radius)))];
     let others = others.map(|(name, value)| (name.to_owned(), value)).into();
     Settings { size: [41, 27], map: 32, lights: 64, others, ..Settings::default() }
 }
@@ -108,7 +113,7 @@ fn a_method_that_is_laid_over_the_library_renders() {
 fn settings_hold_what_they_have_no_field_for() {
     let mut settings = settings("none", 3);
     // An axis that has a field, and a value more in the library.
-    settings.others.insert("space".to_owned(), String::new());
+    settings.others.insert("space".to_owned(), Setting::Name(String::new()));
     settings.set("denoise", "blur").unwrap();
     settings.set("space", "tiles").unwrap();
     let configuration = settings.configuration();
@@ -122,6 +127,47 @@ fn settings_hold_what_they_have_no_field_for() {
     assert!(settings.set("denose", "blur").is_err());
     // Without a library that has the value it is none.
     assert!(Settings::default().set("space", "tiles").is_err());
+}
+
+/// An overlay may name the values of its axes by numbers: they are no parameters.
+#[test]
+fn a_value_that_is_a_number_stays_a_value() {
+    let overlay = std::fs::read_to_string(folder("overlays/blur/library.toml")).unwrap();
+    let made = tempfile::tempdir().unwrap();
+    // The axis gets a value more, which is called 2.
+    let more = "[[axis.denoise.value]]\nname = \"2\"\ndescription = \"two times\"\n\n[[pass]]";
+    std::fs::write(made.path().join("library.toml"), overlay.replacen("[[pass]]", more, 1))
+        .unwrap();
+    std::fs::copy(folder("overlays/blur/frame.toml"), made.path().join("frame.toml")).unwrap();
+    let sources = made.path().join("src/blur");
+    std::fs::create_dir_all(&sources).unwrap();
+    for entry in std::fs::read_dir(folder("overlays/blur/src/blur")).unwrap() {
+        let entry = entry.unwrap();
+        std::fs::copy(entry.path(), sources.join(entry.file_name())).unwrap();
+    }
+    let library = Library::load_with(&folder("../shaders"), &[made.path().to_owned()])
+        .unwrap_or_else(|report| panic!("{}", report.render(false)));
+    let mut settings = settings("none", 3);
+    settings.set("denoise", "2").unwrap();
+    settings.set("blur_radius", "4").unwrap();
+    assert_eq!(settings.get("denoise").as_deref(), Some("2"));
+    let configuration = settings.configuration();
+    assert_eq!(configuration.axes["denoise"], "2");
+    assert_eq!(configuration.parameters["blur_radius"], Number::Whole(4));
+    assert!(!configuration.parameters.contains_key("denoise"));
+    let description = &library.frame().unwrap().description;
+    let scene = Scene::builtin("cornell").unwrap();
+    Plan::new(description, &settings, &Surfaces::of(&scene, false)).unwrap();
+    // A parameter takes numbers alone; what is advised keeps what is which.
+    assert!(settings.set("blur_radius", "wide").is_err());
+    let mut advising = description.clone();
+    advising.preset.get_mut("tokuyoshi2016").unwrap().set.extend([
+        ("denoise".to_owned(), Setting::Number(Number::Whole(2))),
+        ("blur_radius".to_owned(), Setting::Number(Number::Whole(5))),
+    ]);
+    let advised = Settings::advised(&advising, &Default::default(), Some("tokuyoshi2016")).unwrap();
+    assert_eq!(advised.others["denoise"], Setting::Name("2".to_owned()));
+    assert_eq!(advised.others["blur_radius"], Setting::Number(Number::Whole(5)));
 }
 
 #[test]

@@ -78,9 +78,9 @@ fn difference(scene: &Scene, settings: &Settings, planned: &Settings) -> Option<
     let package = whole_space().clone();
     let renderer = Renderer::new(gpu(), &package, scene, settings, 0).unwrap();
     let plan = plan(planned, scene);
-    let (asked, mut variants) = (package.asked(), plan.variants);
+    let (requested, mut variants) = (package.requested_variants(), plan.variants);
     // A picture may change its size, and with it the lengths of its chains: all of their variants are planned.
-    variants.retain(|id| asked.contains(id) || !id.starts_with("mip-"));
+    variants.retain(|id| requested.contains(id) || !id.starts_with("mip-"));
     let mut bytes: Vec<_> = plan
         .resources
         .into_iter()
@@ -90,10 +90,10 @@ fn difference(scene: &Scene, settings: &Settings, planned: &Settings) -> Option<
     let mut kept = renderer.bytes();
     bytes.sort_unstable();
     kept.sort_unstable();
-    if asked != variants {
-        let [more, fewer] = [&asked - &variants, &variants - &asked];
+    if requested != variants {
+        let [more, fewer] = [&requested - &variants, &variants - &requested];
         return Some(format!(
-            "asked for and not planned: {more:?}; planned and not asked for: {fewer:?}"
+            "requested and not planned: {more:?}; planned and not requested: {fewer:?}"
         ));
     }
     (bytes != kept).then(|| format!("planned {bytes:?}, kept {kept:?}"))

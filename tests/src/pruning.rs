@@ -15,7 +15,7 @@ use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Saved};
 use sglow_shader_gen::package::{Options, Purpose, generate};
 use sglow_shaders::{Precision, Specular, Visibility};
 
-use crate::common::{KINDS, broken, gpu, library, plan, whole_space};
+use crate::common::{KINDS, broken, gpu, library, package_of, plan, whole_space};
 
 #[derive(Clone, Copy, Debug)]
 struct Needs {
@@ -228,7 +228,7 @@ fn planned(scene: &Scene, settings: &Settings) -> Package {
     let light = sglow_renderer::light::kind(&scene.lights[0]);
     let settings = Settings { light, ..settings.clone() };
     let plan = plan(&settings, scene);
-    whole_space().clone().only(&plan.variants)
+    package_of(&plan.variants)
 }
 
 #[test]
@@ -244,10 +244,10 @@ fn every_set_of_needs_renders_the_same_bits() {
             let package = planned(&scene, &settings);
             let pruned = render(&scene, &settings, &package);
             // All lengths of a mip dispatch are planned, and a size takes some of them.
-            let asked = package.asked();
+            let requested = package.requested_variants();
             let planned = package.variants().map(str::to_owned);
-            let planned = planned.filter(|id| asked.contains(id) || !id.starts_with("mip-"));
-            assert_eq!(asked, planned.collect(), "{what}");
+            let planned = planned.filter(|id| requested.contains(id) || !id.starts_with("mip-"));
+            assert_eq!(requested, planned.collect(), "{what}");
             let complete = render(&scene, &complete, whole_space());
             assert!(complete.radiance.iter().any(|pixel| pixel[0] > 0.0), "{what} renders black");
             assert_eq!(difference(&pruned, &complete), None, "{what}");
@@ -310,7 +310,7 @@ fn what_is_left_out_takes_no_memory_of_the_device_and_no_binding() {
     let left_out = ["specular", "emission", "light_maps"];
     let bindings = |package: &Package| {
         let names = |id: &String| sglow_shaders::variant(id).unwrap().binding_names.concat();
-        package.asked().iter().flat_map(names).collect::<BTreeSet<_>>()
+        package.requested_variants().iter().flat_map(names).collect::<BTreeSet<_>>()
     };
     let run = |settings: &Settings| {
         // A device of its own: nobody else's memory is in its report.

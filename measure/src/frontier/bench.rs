@@ -406,6 +406,8 @@ pub(super) fn held_alike(one: &Settings, other: &Settings) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use sglow_graph::description::Setting;
+
     use super::*;
 
     #[test]
@@ -426,7 +428,7 @@ mod tests {
     #[test]
     fn what_reflects_other_lights_or_runs_other_steps_is_another() {
         let base = Settings {
-            others: [("denoise".to_owned(), "none".to_owned())].into(),
+            others: [("denoise".to_owned(), Setting::Name("none".to_owned()))].into(),
             ..Settings::default()
         };
         let id = shading_id(&base);

@@ -29,7 +29,7 @@ pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
 /// The value of each parameter, and of what a library that was laid over this one adds.
 pub fn parameters(settings: &Settings) -> impl Iterator<Item = (&str, String)> {
     let own = Settings::PARAMETERS.iter().copied();
-    let others = settings.others.iter().filter(|(_, value)| !value.is_empty());
+    let others = settings.others.iter().filter(|(_, value)| !value.to_string().is_empty());
     own.chain(others.map(|(name, _)| name.as_str()))
         .map(|name| (name, settings.get(name).unwrap_or_default()))
 }
@@ -37,7 +37,7 @@ pub fn parameters(settings: &Settings) -> impl Iterator<Item = (&str, String)> {
 /// The value on an axis, or of a parameter; nothing if there is neither.
 #[must_use]
 pub fn value(settings: &Settings, axis: &str) -> Option<String> {
-    let other = settings.others.get(axis).is_some_and(|other| !other.is_empty());
+    let other = settings.others.get(axis).is_some_and(|other| !other.to_string().is_empty());
     let of_axis = axes(settings).get(axis).filter(|_| !other).map(|value| (*value).to_owned());
     of_axis.or_else(|| settings.get(axis))
 }

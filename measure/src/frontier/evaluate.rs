@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sglow_graph::description::Setting;
 use sglow_oracle::Vector3;
 use sglow_oracle::shade::shade;
 use sglow_oracle::surface::SurfaceTexel;
@@ -46,7 +47,7 @@ pub struct Evaluator<'a> {
     eye: Vector3,
     sample: Vec<SurfaceTexel>,
     size: [u32; 2],
-    others: BTreeMap<String, String>,
+    others: BTreeMap<String, Setting>,
     exposure: Exposure,
     /// The whole pictures of the reference's halves.
     whole_halves: [Radiance; 2],

@@ -117,9 +117,9 @@ fn needs_leave(derivation: &Derivation, configuration: &Settings) -> bool {
     configuration::axes(configuration).iter().all(|(axis, value)| {
         let allowed = derivation.allowed.get(*axis);
         allowed.is_none_or(|allowed| allowed.values.iter().any(|allowed| allowed == value))
-    }) && configuration.others.iter().filter(|(_, value)| !value.is_empty()).all(|(axis, value)| {
-        let allowed = derivation.allowed.get(axis);
-        allowed.is_none_or(|allowed| allowed.values.contains(value))
+    }) && configuration.others.iter().all(|(axis, value)| {
+        let (allowed, value) = (derivation.allowed.get(axis), value.to_string());
+        value.is_empty() || allowed.is_none_or(|allowed| allowed.values.contains(&value))
     })
 }
 

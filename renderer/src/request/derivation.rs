@@ -115,24 +115,25 @@ impl Derivation {
 
 /// The defaults of what a library that is laid over this one adds: axes and parameters, and nothing yet for axes of which it
 /// has more values.
-pub fn others(library: &Library) -> BTreeMap<String, String> {
+pub fn others(library: &Library) -> BTreeMap<String, Setting> {
     let own = Settings::default();
     let settings = || library.axis.iter().filter(|(_, axis)| axis.setting);
     let more = settings().filter(|(name, axis)| {
         let unknown = |value: &AxisValue| own.clone().set(name, &value.name).is_err();
         own.get(name).is_some() && axis.value.iter().any(unknown)
     });
-    let more: Vec<_> = more.map(|(name, _)| (name.clone(), String::new())).collect();
-    let axes = settings().map(|(name, axis)| (name.clone(), axis.default.clone()));
+    let more: Vec<_> = more.map(|(name, _)| (name.clone(), Setting::Name(String::new()))).collect();
+    let axes = settings().map(|(name, axis)| (name.clone(), Setting::Name(axis.default.clone())));
     let parameters = library.parameters().filter(|(_, parameter)| !parameter.host);
     let parameters =
-        parameters.map(|(name, parameter)| (name.clone(), parameter.default.real().to_string()));
+        parameters.map(|(name, parameter)| (name.clone(), Setting::Number(parameter.default)));
     axes.chain(parameters).filter(|(name, _)| own.get(name).is_none()).chain(more).collect()
 }
 
-/// The axes that settings have values on; among the others are parameters, which nothing narrows.
+/// The axes that settings have values on.
 pub fn axes(settings: &Settings) -> Vec<&str> {
-    let others = settings.others.keys().map(String::as_str);
+    let others = settings.others.iter().filter(|(_, other)| matches!(other, Setting::Name(_)));
+    let others = others.map(|(axis, _)| axis.as_str());
     let others = others.filter(|axis| !Settings::AXES.contains(axis));
     Settings::AXES.iter().copied().chain(others).collect()
 }

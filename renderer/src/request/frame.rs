@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use sglow_graph::description::{DrawList, Parameter};
 use sglow_graph::frame::Frame;
 use sglow_graph::{Configuration, Description};
-use sglow_runtime::interface;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
@@ -156,18 +155,20 @@ fn of_package(package: &Package, frame: &Frame) -> Result<Bindings, RequestError
         let id = variant.to_string();
         // A missing one is an error that names it.
         package.text(&id)?;
-        let interface = package.interface(&id).map_or(&[][..], |known| &known.bindings);
-        let of = interface.iter().filter_map(|binding| {
-            let access = match &binding.kind {
-                interface::Kind::Storage { access, .. }
-                | interface::Kind::StorageTexture { access, .. } => {
-                    let reads = *access != interface::Access::Write;
-                    Access { reads, writes: *access != interface::Access::Read }
-                }
-                interface::Kind::Uniform { .. } => return None,
-                interface::Kind::Texture { .. } | interface::Kind::Sampler { .. } => READ,
+        let bound = package.interface(&id)?.bindings.iter();
+        let of = bound.filter(|binding| binding.r#struct.is_none()).map(|binding| {
+            let access = match binding.entry.ty {
+                wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only },
+                    ..
+                } => Access { reads: true, writes: !read_only },
+                wgpu::BindingType::StorageTexture { access, .. } => Access {
+                    reads: access != wgpu::StorageTextureAccess::WriteOnly,
+                    writes: access != wgpu::StorageTextureAccess::ReadOnly,
+                },
+                _ => READ,
             };
-            Some((binding.name.clone(), access))
+            (binding.name.clone(), access)
         });
         bindings.insert(id, of.collect());
     }

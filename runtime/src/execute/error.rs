@@ -29,53 +29,7 @@ pub enum Fault {
         /// What the device says.
         message: String,
     },
-    /// A resource is larger than this device allows.
-    #[error("resource `{name}` is {kind}; this device allows {limit}")]
-    Limit {
-        /// The resource.
-        name: String,
-        /// What it has to be.
-        kind: String,
-        /// What would be right.
-        limit: String,
-    },
-    /// The package does not say how a variant is bound.
-    #[error(
-        "the package {origin} does not say what variant '{variant}' binds; generate it again: cargo xtask gen-shaders --out DIR"
-    )]
-    NoInterface {
-        /// The variant.
-        variant: String,
-        /// Where the package comes from.
-        origin: String,
-    },
-    /// A step gives nothing for a binding, or something else than it takes.
-    #[error("{place}: variant '{variant}' binds `{binding}`, {problem}")]
-    Binding {
-        /// The step.
-        place: String,
-        /// The variant.
-        variant: String,
-        /// The binding.
-        binding: String,
-        /// What is wrong with what is given.
-        problem: String,
-    },
-    /// A member of a uniform has no value, or one of another type.
-    #[error("{place}: uniform `{binding}` of variant '{variant}', member `{member}`: {problem}")]
-    Member {
-        /// The step.
-        place: String,
-        /// The variant.
-        variant: String,
-        /// The uniform.
-        binding: String,
-        /// The member.
-        member: String,
-        /// What is wrong.
-        problem: String,
-    },
-    /// A step is not what it has to be.
+    /// A step is not what it has to be, or does not fit what its variant binds.
     #[error("{place}: {problem}")]
     Step {
         /// The step.
@@ -83,47 +37,15 @@ pub enum Fault {
         /// What is wrong.
         problem: String,
     },
-    /// The host has left an input out.
-    #[error("input `{name}` is left out; it is of type {kind}")]
-    InputLeftOut {
-        /// The input.
+    /// The host leaves out an input, a resource or a list of draws, or supplies another one than that has to be.
+    #[error("{name} is {found}; it has to be {expected}")]
+    Supplied {
+        /// What it is called.
         name: String,
-        /// What it has to be.
-        kind: String,
-    },
-    /// The host gives something else than an input is.
-    #[error("input `{name}` is {found}; it has to be of type {kind}")]
-    Input {
-        /// The input.
-        name: String,
-        /// What was given.
+        /// What it is.
         found: String,
-        /// What it has to be.
-        kind: String,
-    },
-    /// The host has left a resource out.
-    #[error("resource `{name}` is left out; it is {kind}")]
-    ResourceLeftOut {
-        /// The resource.
-        name: String,
-        /// What it has to be.
-        kind: String,
-    },
-    /// The host gives something else than a resource is.
-    #[error("resource `{name}` is {found}; it has to be {kind}")]
-    Resource {
-        /// The resource.
-        name: String,
-        /// What was given.
-        found: String,
-        /// What it has to be.
-        kind: String,
-    },
-    /// The host has left a list of draws out.
-    #[error("the list of draws `{name}` is left out")]
-    ListLeftOut {
-        /// The list.
-        name: String,
+        /// What would be right.
+        expected: String,
     },
 }
 
@@ -133,6 +55,11 @@ pub enum Fault {
 pub struct Faults(pub Vec<Fault>);
 
 impl Faults {
+    /// One thing that the host supplies and that has to be another.
+    pub(crate) fn of(name: &str, found: String, expected: String) -> Self {
+        Self(vec![Fault::Supplied { name: name.to_owned(), found, expected }])
+    }
+
     /// Each of them once: steps may share what is missing.
     pub(super) fn none_of(mut faults: Vec<Fault>) -> Result<(), Self> {
         let mut known = BTreeSet::new();
@@ -142,13 +69,11 @@ impl Faults {
 }
 
 impl Fault {
-    /// What the device says of something that is no variant.
-    pub(super) fn of_device(what: &str, error: PipelineError) -> Self {
-        match error {
-            PipelineError::Refused { message, .. } => {
-                Self::Device { what: what.to_owned(), message }
-            }
-            error => Self::Pipeline(error),
+    pub(super) fn list_left_out(name: &str) -> Self {
+        Self::Supplied {
+            name: format!("list of draws `{name}`"),
+            found: "left out".to_owned(),
+            expected: "among the lists of the host".to_owned(),
         }
     }
 }

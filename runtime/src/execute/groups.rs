@@ -1,24 +1,25 @@
 //! Bind groups, each made once; those that touch what the host supplies again when that has changed.
 
+use super::error::Fault;
 use super::resources::Resources;
-use super::steps::Uses;
 use super::uniforms::Uniforms;
+use crate::pipeline::checked;
 
-/// What an entry of a group is.
+/// What an entry of a group is: a uniform's slot, a buffer or a sampler, or a view of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bound {
     Uniform(usize),
-    Buffer(usize),
-    Sampler(usize),
+    Resource(usize),
     View(usize),
 }
+
+/// An entry of a layout, and what is bound to it.
+pub(super) type Entry = (wgpu::BindGroupLayoutEntry, Bound);
 
 #[derive(Debug)]
 struct Group {
     layout: wgpu::BindGroupLayout,
-    entries: Vec<(u32, Bound)>,
-    /// The host's resources among them.
-    external: Vec<usize>,
+    entries: Vec<Entry>,
     made: Option<wgpu::BindGroup>,
 }
 
@@ -31,62 +32,49 @@ pub(super) struct Groups {
 
 impl Groups {
     /// The number of a group.
-    pub(super) fn group(
-        &mut self,
-        layout: &wgpu::BindGroupLayout,
-        entries: Vec<(u32, Bound)>,
-        resources: &Resources,
-    ) -> usize {
+    pub(super) fn group(&mut self, layout: &wgpu::BindGroupLayout, entries: Vec<Entry>) -> usize {
         let same = |known: &Group| known.layout == *layout && known.entries == entries;
         // From the end, for what is shared was mostly used a moment ago.
-        if let Some(found) = self.list.iter().rposition(same) {
-            return found;
-        }
-        let of = |(_, bound): &(u32, Bound)| match *bound {
-            Bound::Uniform(_) => None,
-            Bound::Buffer(resource) | Bound::Sampler(resource) => Some(resource),
-            Bound::View(view) => resources.of_view(view),
-        };
-        let external =
-            entries.iter().filter_map(of).filter(|&resource| resources.is_external(resource));
-        let external = external.collect();
-        self.list.push(Group { layout: layout.clone(), entries, external, made: None });
-        self.list.len() - 1
+        self.list.iter().rposition(same).unwrap_or_else(|| {
+            self.list.push(Group { layout: layout.clone(), entries, made: None });
+            self.list.len() - 1
+        })
     }
 
-    /// Makes what is not made yet or has changed, as far as everything that it binds is there.
+    /// Makes what is not made yet or binds what has changed, as far as everything that it binds is there. What of the host's
+    /// a group does not take is a fault, and forgotten.
     pub(super) fn make(
         &mut self,
         device: &wgpu::Device,
-        resources: &Resources,
+        resources: &mut Resources,
         uniforms: &Uniforms,
+        any_changed: bool,
+        faults: &mut Vec<Fault>,
     ) {
         for group in &mut self.list {
-            let stale = group.external.iter().any(|&resource| resources.has_changed(resource));
-            if group.made.is_some() && !stale {
+            let changed = |(_, bound): &Entry| resources.has_changed(*bound);
+            if group.made.is_some() && !(any_changed && group.entries.iter().any(changed)) {
                 continue;
             }
-            let entry = |(binding, bound): &(u32, Bound)| {
-                let resource = match *bound {
-                    Bound::Uniform(slot) => uniforms.binding(slot)?,
-                    Bound::Buffer(resource) => resources.buffer(resource)?.as_entire_binding(),
-                    Bound::Sampler(resource) => {
-                        wgpu::BindingResource::Sampler(resources.sampler(resource)?)
+            group.made = None;
+            let layout = &group.layout;
+            match bind_group(device, layout, &group.entries, resources, uniforms) {
+                None => {}
+                Some(Ok(made)) => {
+                    group.made = Some(made);
+                    self.made += 1;
+                }
+                Some(Err(message)) => {
+                    let before = faults.len();
+                    for entry in &group.entries {
+                        let alone = alone(device, *entry, resources, uniforms);
+                        faults.extend(alone.and_then(|problem| resources.refuse(entry.1, problem)));
                     }
-                    Bound::View(view) => {
-                        wgpu::BindingResource::TextureView(resources.texture_view(view)?)
+                    if faults.len() == before {
+                        faults.push(Fault::Device { what: "a bind group".to_owned(), message });
                     }
-                };
-                Some(wgpu::BindGroupEntry { binding: *binding, resource })
-            };
-            let entries: Option<Vec<_>> = group.entries.iter().map(entry).collect();
-            let Some(entries) = entries else { continue };
-            group.made = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: &group.layout,
-                entries: &entries,
-            }));
-            self.made += 1;
+                }
+            }
         }
     }
 
@@ -94,23 +82,45 @@ impl Groups {
         self.list.get(group)?.made.as_ref()
     }
 
-    /// Adds what a group binds.
-    pub(super) fn add_uses(&self, group: usize, resources: &Resources, uses: &mut Uses) {
-        for (_, bound) in self.list.get(group).into_iter().flat_map(|group| &group.entries) {
-            match *bound {
-                Bound::Uniform(slot) => {
-                    uses.uniforms.insert(slot);
-                }
-                Bound::Buffer(resource) | Bound::Sampler(resource) => {
-                    uses.resources.insert(resource);
-                }
-                Bound::View(view) => uses.resources.extend(resources.of_view(view)),
-            }
-        }
-    }
-
     /// How many bind groups were made.
     pub(super) fn made(&self) -> u64 {
         self.made
     }
+}
+
+/// A bind group, or what the device says against it; nothing while something is not there.
+fn bind_group(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    entries: &[Entry],
+    resources: &Resources,
+    uniforms: &Uniforms,
+) -> Option<Result<wgpu::BindGroup, String>> {
+    let entry = |(entry, bound): &Entry| {
+        let resource = match *bound {
+            Bound::Uniform(slot) => uniforms.binding(slot)?,
+            Bound::Resource(resource) => resources.binding(resource)?,
+            Bound::View(view) => wgpu::BindingResource::TextureView(resources.texture_view(view)?),
+        };
+        Some(wgpu::BindGroupEntry { binding: entry.binding, resource })
+    };
+    let entries: Vec<_> = entries.iter().map(entry).collect::<Option<_>>()?;
+    let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+    Some(checked(device, || device.create_bind_group(&descriptor)))
+}
+
+/// What the device says against one entry by itself.
+fn alone(
+    device: &wgpu::Device,
+    entry: Entry,
+    resources: &Resources,
+    uniforms: &Uniforms,
+) -> Option<String> {
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[entry.0],
+    });
+    let message = bind_group(device, &layout, &[entry], resources, uniforms)?.err()?;
+    // The last line is the cause of those before it.
+    message.lines().map(str::trim).rfind(|line| !line.is_empty()).map(str::to_owned)
 }

@@ -4,23 +4,16 @@ use std::collections::BTreeMap;
 
 use crate::interface::Scalar;
 
-/// Numbers of one input, one after the other: a number alone, a vector, the columns of a matrix, elements of an array. A
-/// structure goes by its members.
+/// Numbers of one input, one after the other: a number alone, a vector, the columns of a matrix, elements of an array.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "said above")]
 pub enum Input {
     F32(Vec<f32>),
     U32(Vec<u32>),
     I32(Vec<i32>),
-    Members(BTreeMap<String, Input>),
 }
 
 impl Input {
-    /// A structure of members.
-    pub fn members<'a>(members: impl IntoIterator<Item = (&'a str, Self)>) -> Self {
-        Self::Members(members.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
-    }
-
     /// The bytes of its numbers, if these are of a type.
     pub(super) fn bytes(&self, scalar: Scalar) -> Option<&[u8]> {
         match (self, scalar) {
@@ -33,15 +26,12 @@ impl Input {
 
     /// What it is, in words.
     pub(super) fn kind(&self) -> String {
-        match self {
-            Self::F32(numbers) => format!("{} numbers of type f32", numbers.len()),
-            Self::U32(numbers) => format!("{} numbers of type u32", numbers.len()),
-            Self::I32(numbers) => format!("{} numbers of type i32", numbers.len()),
-            Self::Members(members) => {
-                let names: Vec<_> = members.keys().map(String::as_str).collect();
-                format!("a structure of {}", names.join(", "))
-            }
-        }
+        let (count, of) = match self {
+            Self::F32(numbers) => (numbers.len(), "f32"),
+            Self::U32(numbers) => (numbers.len(), "u32"),
+            Self::I32(numbers) => (numbers.len(), "i32"),
+        };
+        format!("{count} numbers of type {of}")
     }
 }
 
@@ -57,21 +47,9 @@ impl From<u32> for Input {
     }
 }
 
-impl From<i32> for Input {
-    fn from(number: i32) -> Self {
-        Self::I32(vec![number])
-    }
-}
-
 impl<const N: usize> From<[f32; N]> for Input {
     fn from(vector: [f32; N]) -> Self {
         Self::F32(vector.into())
-    }
-}
-
-impl<const N: usize> From<[u32; N]> for Input {
-    fn from(vector: [u32; N]) -> Self {
-        Self::U32(vector.into())
     }
 }
 
@@ -82,22 +60,13 @@ impl<const N: usize, const M: usize> From<[[f32; N]; M]> for Input {
     }
 }
 
-/// Matrices by their columns.
-impl<const N: usize, const M: usize> From<Vec<[[f32; N]; M]>> for Input {
-    fn from(matrices: Vec<[[f32; N]; M]>) -> Self {
-        Self::F32(matrices.concat().concat())
-    }
-}
-
-/// A resource of the host's.
+/// What a resource is on the device.
 #[derive(Clone, Debug, PartialEq)]
-pub enum External {
-    /// A texture, of which views are made by need.
-    Texture(wgpu::Texture),
-    /// A view of a whole texture, as passes bind it.
-    View(wgpu::TextureView),
-    /// A buffer.
+pub(super) enum Object {
     Buffer(wgpu::Buffer),
+    Texture(wgpu::Texture),
+    View(wgpu::TextureView),
+    Sampler(wgpu::Sampler),
 }
 
 /// Draws of the host's own.
@@ -111,7 +80,7 @@ pub trait DrawList {
 }
 
 /// What draws of one kind have in common.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct DrawKind {
     /// The values by which their variants are chosen: those of the configuration's draws.
     pub axes: BTreeMap<String, String>,
@@ -124,8 +93,9 @@ pub struct DrawKind {
 /// What a host gives for one frame.
 #[derive(Clone, Default)]
 pub struct Inputs<'a> {
-    pub(super) values: BTreeMap<&'a str, Input>,
-    pub(super) resources: BTreeMap<&'a str, External>,
+    /// By their names; members of structures by theirs as well.
+    pub(super) values: BTreeMap<(&'a str, &'a str), Input>,
+    pub(super) resources: BTreeMap<&'a str, Object>,
     pub(super) lists: BTreeMap<&'a str, &'a dyn DrawList>,
 }
 
@@ -137,25 +107,31 @@ impl<'a> Inputs<'a> {
 
     /// Gives an input.
     pub fn set(&mut self, name: &'a str, value: impl Into<Input>) -> &mut Self {
-        self.values.insert(name, value.into());
+        self.member(name, "", value)
+    }
+
+    /// Gives a member of an input that is a structure.
+    pub fn member(&mut self, name: &'a str, member: &'a str, value: impl Into<Input>) -> &mut Self {
+        self.values.insert((name, member), value.into());
         self
     }
 
-    /// Gives a texture.
+    /// Gives a texture, whose layers and levels are bound as the frame has them.
     pub fn texture(&mut self, name: &'a str, texture: &wgpu::Texture) -> &mut Self {
-        self.resources.insert(name, External::Texture(texture.clone()));
+        self.resources.insert(name, Object::Texture(texture.clone()));
         self
     }
 
-    /// Gives a view of a whole texture.
+    /// Gives a view that is bound as it is, of a texture of the resource's size. What is drawn to, and what has several layers
+    /// or levels, is given as a texture: how many of these a view shows is not known.
     pub fn view(&mut self, name: &'a str, view: &wgpu::TextureView) -> &mut Self {
-        self.resources.insert(name, External::View(view.clone()));
+        self.resources.insert(name, Object::View(view.clone()));
         self
     }
 
     /// Gives a buffer.
     pub fn buffer(&mut self, name: &'a str, buffer: &wgpu::Buffer) -> &mut Self {
-        self.resources.insert(name, External::Buffer(buffer.clone()));
+        self.resources.insert(name, Object::Buffer(buffer.clone()));
         self
     }
 

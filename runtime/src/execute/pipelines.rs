@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use sglow_graph::frame::Variant;
 
 use super::error::Fault;
-use super::names;
-use crate::interface::{Access, Binding, Interface, Kind, SampleType, SamplerType, Stage};
+use super::input::DrawKind;
+use crate::interface::Interface;
 use crate::package::Package;
 use crate::pipeline::{guarded, module};
 
@@ -16,10 +16,8 @@ pub(super) type Layouts = BTreeMap<u32, wgpu::BindGroupLayout>;
 /// What was compiled, for all frames of a host.
 #[derive(Debug, Default)]
 pub(super) struct Pipelines {
-    modules: BTreeMap<String, wgpu::ShaderModule>,
     compute: BTreeMap<String, (wgpu::ComputePipeline, Layouts)>,
     render: BTreeMap<String, (wgpu::RenderPipeline, Layouts)>,
-    made: u64,
 }
 
 /// What a render pipeline is made of beside its variant.
@@ -29,9 +27,7 @@ pub(super) struct Drawing<'a> {
     pub(super) buffers: &'a [(u64, Vec<wgpu::VertexAttribute>)],
     pub(super) targets: &'a [wgpu::TextureFormat],
     pub(super) depth: Option<wgpu::DepthStencilState>,
-    pub(super) primitive: wgpu::PrimitiveState,
-    /// Groups that the host binds.
-    pub(super) host: &'a [(u32, wgpu::BindGroupLayout)],
+    pub(super) kind: &'a DrawKind,
     /// The interfaces of all variants that share the groups of the frame.
     pub(super) shared: &'a [&'a Interface],
 }
@@ -39,22 +35,7 @@ pub(super) struct Drawing<'a> {
 impl Pipelines {
     /// How many pipelines were made.
     pub(super) fn made(&self) -> u64 {
-        self.made
-    }
-
-    fn module(
-        &mut self,
-        device: &wgpu::Device,
-        package: &Package,
-        variant: &Variant,
-    ) -> Result<wgpu::ShaderModule, Fault> {
-        let id = variant.to_string();
-        if let Some(module) = self.modules.get(&id) {
-            return Ok(module.clone());
-        }
-        let module = module(device, package, &id)?;
-        self.modules.insert(id, module.clone());
-        Ok(module)
+        (self.compute.len() + self.render.len()) as u64
     }
 
     /// A compute pipeline, with the layouts of its groups.
@@ -72,7 +53,7 @@ impl Pipelines {
         if let Some(known) = self.compute.get(&key) {
             return Ok(known.clone());
         }
-        let module = self.module(device, package, variant)?;
+        let module = module(device, package, &id)?;
         let made = guarded(device, &id, || {
             let groups = layouts(device, &id, &[interface]);
             let layout = pipeline_layout(device, &id, &groups);
@@ -89,7 +70,6 @@ impl Pipelines {
             });
             (pipeline, groups)
         })?;
-        self.made += 1;
         self.compute.insert(key, made.clone());
         Ok(made)
     }
@@ -103,8 +83,8 @@ impl Pipelines {
         drawing: &Drawing<'_>,
     ) -> Result<(wgpu::RenderPipeline, Layouts), Fault> {
         let id = variant.to_string();
-        let Drawing { vertex, fragment, buffers, targets, depth, primitive, host, shared } =
-            drawing;
+        let Drawing { vertex, fragment, buffers, targets, depth, kind, shared } = drawing;
+        let DrawKind { primitive, groups: host, .. } = kind;
         let key = format!(
             "{id} {vertex} {fragment:?} {buffers:?} {targets:?} {depth:?} {primitive:?} {host:?} {:?}",
             merged(shared)
@@ -112,7 +92,7 @@ impl Pipelines {
         if let Some(known) = self.render.get(&key) {
             return Ok(known.clone());
         }
-        let module = self.module(device, package, variant)?;
+        let module = module(device, package, &id)?;
         let targets: Vec<_> = targets.iter().map(|&format| Some(format.into())).collect();
         let buffers: Vec<_> = buffers
             .iter()
@@ -151,7 +131,6 @@ impl Pipelines {
             });
             (pipeline, groups)
         })?;
-        self.made += 1;
         self.render.insert(key, made.clone());
         Ok(made)
     }
@@ -161,10 +140,10 @@ impl Pipelines {
 fn merged(interfaces: &[&Interface]) -> BTreeMap<u32, BTreeMap<u32, wgpu::BindGroupLayoutEntry>> {
     let mut groups: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
     for binding in interfaces.iter().flat_map(|interface| &interface.bindings) {
-        let Some(entry) = entry(binding) else { continue };
         let group = groups.entry(binding.group).or_default();
-        let known: &mut wgpu::BindGroupLayoutEntry = group.entry(binding.binding).or_insert(entry);
-        known.visibility |= entry.visibility;
+        let known: &mut wgpu::BindGroupLayoutEntry =
+            group.entry(binding.entry.binding).or_insert(binding.entry);
+        known.visibility |= binding.entry.visibility;
     }
     groups
 }
@@ -187,59 +166,5 @@ fn pipeline_layout(device: &wgpu::Device, id: &str, groups: &Layouts) -> wgpu::P
         label: Some(id),
         bind_group_layouts: &groups,
         immediate_size: 0,
-    })
-}
-
-/// The entry of a binding in a layout; nothing if its dimension or its format has no such name.
-fn entry(binding: &Binding) -> Option<wgpu::BindGroupLayoutEntry> {
-    let buffer = |ty, size: u64| wgpu::BindingType::Buffer {
-        ty,
-        has_dynamic_offset: false,
-        min_binding_size: size.try_into().ok(),
-    };
-    let ty = match &binding.kind {
-        Kind::Uniform { min_size, .. } => buffer(wgpu::BufferBindingType::Uniform, *min_size),
-        Kind::Storage { access, min_size } => {
-            let read_only = *access == Access::Read;
-            buffer(wgpu::BufferBindingType::Storage { read_only }, *min_size)
-        }
-        Kind::Texture { dimension, sample_type, multisampled } => wgpu::BindingType::Texture {
-            sample_type: match sample_type {
-                SampleType::Float => wgpu::TextureSampleType::Float { filterable: true },
-                SampleType::UnfilterableFloat => {
-                    wgpu::TextureSampleType::Float { filterable: false }
-                }
-                SampleType::Depth => wgpu::TextureSampleType::Depth,
-                SampleType::Sint => wgpu::TextureSampleType::Sint,
-                SampleType::Uint => wgpu::TextureSampleType::Uint,
-            },
-            view_dimension: names::dimension(dimension)?,
-            multisampled: *multisampled,
-        },
-        Kind::StorageTexture { dimension, format, access } => wgpu::BindingType::StorageTexture {
-            access: match access {
-                Access::Read => wgpu::StorageTextureAccess::ReadOnly,
-                Access::Write => wgpu::StorageTextureAccess::WriteOnly,
-                Access::ReadWrite => wgpu::StorageTextureAccess::ReadWrite,
-            },
-            format: names::texture(format)?,
-            view_dimension: names::dimension(dimension)?,
-        },
-        Kind::Sampler { sampler_type } => wgpu::BindingType::Sampler(match sampler_type {
-            SamplerType::Filtering => wgpu::SamplerBindingType::Filtering,
-            SamplerType::Comparison => wgpu::SamplerBindingType::Comparison,
-        }),
-    };
-    let visibility = binding.visibility.iter().map(|stage| match stage {
-        Stage::Vertex => wgpu::ShaderStages::VERTEX,
-        Stage::Fragment => wgpu::ShaderStages::FRAGMENT,
-        Stage::Compute => wgpu::ShaderStages::COMPUTE,
-        Stage::Other => wgpu::ShaderStages::NONE,
-    });
-    Some(wgpu::BindGroupLayoutEntry {
-        binding: binding.binding,
-        visibility: visibility.collect(),
-        ty,
-        count: None,
     })
 }

@@ -6,9 +6,10 @@ use sglow_graph::description::Filter;
 use sglow_graph::frame::{self, Kind, View};
 
 use super::error::Fault;
-use super::input::{External, Inputs};
-use super::names;
-use crate::pipeline::guarded;
+use super::groups::Bound;
+use super::input::{Inputs, Object};
+use crate::names;
+use crate::pipeline::checked;
 
 /// What is made here can be filled, read back and bound by the host, too.
 const OWN_BUFFER: wgpu::BufferUsages =
@@ -17,15 +18,6 @@ const OWN_TEXTURE: wgpu::TextureUsages = wgpu::TextureUsages::COPY_SRC
     .union(wgpu::TextureUsages::COPY_DST)
     .union(wgpu::TextureUsages::TEXTURE_BINDING);
 
-/// What a resource is on the device.
-#[derive(Clone, Debug)]
-enum Object {
-    Buffer(wgpu::Buffer),
-    Texture(wgpu::Texture),
-    View(wgpu::TextureView),
-    Sampler(wgpu::Sampler),
-}
-
 #[derive(Debug)]
 struct Resource {
     of: frame::Resource,
@@ -33,13 +25,15 @@ struct Resource {
     buffer: wgpu::BufferUsages,
     texture: wgpu::TextureUsages,
     object: Option<Object>,
+    /// Whether the host has given another one than in the frame before.
+    changed: bool,
     /// Frames since it was new.
     age: u32,
 }
 
 /// A view that a step binds.
 #[derive(Debug)]
-struct Bound {
+struct Bind {
     view: View,
     dimension: wgpu::TextureViewDimension,
     made: Option<wgpu::TextureView>,
@@ -49,9 +43,7 @@ struct Bound {
 #[derive(Debug)]
 pub(super) struct Resources {
     list: Vec<Resource>,
-    views: Vec<Bound>,
-    /// Which of them the host has changed in this frame.
-    changed: Vec<bool>,
+    views: Vec<Bind>,
 }
 
 impl Resources {
@@ -61,18 +53,14 @@ impl Resources {
             buffer: wgpu::BufferUsages::empty(),
             texture: wgpu::TextureUsages::empty(),
             object: None,
+            changed: false,
             age: 0,
         };
-        let list: Vec<_> = frame.resources.iter().map(one).collect();
-        Self { changed: vec![false; list.len()], list, views: Vec::new() }
+        Self { list: frame.resources.iter().map(one).collect(), views: Vec::new() }
     }
 
     pub(super) fn kind(&self, resource: usize) -> Option<&Kind> {
         self.list.get(resource).map(|one| &one.of.kind)
-    }
-
-    pub(super) fn is_external(&self, resource: usize) -> bool {
-        self.list.get(resource).is_some_and(|one| one.of.external)
     }
 
     pub(super) fn use_buffer(&mut self, resource: usize, usage: wgpu::BufferUsages) {
@@ -91,107 +79,101 @@ impl Resources {
         if let Some(one) = self.list.get_mut(view.resource) {
             one.texture |= usage;
         }
-        let same = |known: &Bound| known.view == view && known.dimension == dimension;
+        let same = |known: &Bind| known.view == view && known.dimension == dimension;
         self.views.iter().position(same).unwrap_or_else(|| {
-            self.views.push(Bound { view, dimension, made: None });
+            self.views.push(Bind { view, dimension, made: None });
             self.views.len() - 1
         })
     }
 
-    /// What is larger than a device allows, the host's own as well.
-    pub(super) fn too_large(&self, device: &wgpu::Device) -> Vec<Fault> {
-        let limits = device.limits();
-        let fault = |one: &Resource| {
-            let limit = one.exceeded(&limits)?;
-            Some(Fault::Limit { name: one.of.name.clone(), kind: described(&one.of), limit })
-        };
-        self.list.iter().filter_map(fault).collect()
-    }
-
     /// Makes what the host does not supply.
-    pub(super) fn make(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Vec<Fault> {
-        let mut faults = Vec::new();
+    pub(super) fn make(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        faults: &mut Vec<Fault>,
+    ) {
         for one in self.list.iter_mut().filter(|one| !one.of.external) {
-            let made = guarded(device, &one.of.name, || one.make(device));
-            match made {
+            match checked(device, || one.make(device)) {
                 Ok(object) => one.object = object,
-                Err(error) => faults.push(Fault::of_device(&one.of.name, error)),
+                Err(message) => faults.push(one.refused(message)),
             }
             one.begin(queue);
+            one.changed = true;
         }
-        for bound in &mut self.views {
-            let object = self.list.get(bound.view.resource).and_then(|one| one.object.as_ref());
-            bound.make(object);
-        }
-        faults
+        self.make_views();
     }
 
-    /// Takes what the host supplies of what is used.
+    /// Makes the views of what has changed.
+    fn make_views(&mut self) {
+        for bind in &mut self.views {
+            if let Some(one) = self.list.get(bind.view.resource).filter(|one| one.changed) {
+                bind.made = one.view(bind.view.level, bind.dimension);
+            }
+        }
+    }
+
+    /// Takes what the host supplies of what is used; whether any of it is another one than in the frame before.
     pub(super) fn take(
         &mut self,
         used: &BTreeSet<usize>,
         inputs: &Inputs<'_>,
         faults: &mut Vec<Fault>,
-    ) {
+    ) -> bool {
         for (index, one) in self.list.iter_mut().enumerate() {
-            if let Some(changed) = self.changed.get_mut(index) {
-                *changed = false;
-            }
+            one.changed = false;
             if !(one.of.external && used.contains(&index)) {
                 continue;
             }
-            let (name, kind) = (one.of.name.clone(), described(&one.of));
-            let Some(given) = inputs.resources.get(one.of.name.as_str()) else {
-                faults.push(Fault::ResourceLeftOut { name, kind });
-                continue;
-            };
-            let same = match (given, &one.object) {
-                (External::Texture(new), Some(Object::Texture(old))) => new == old,
-                (External::View(new), Some(Object::View(old))) => new == old,
-                (External::Buffer(new), Some(Object::Buffer(old))) => new == old,
-                _ => false,
-            };
-            if same {
+            let given = inputs.resources.get(one.of.name.as_str());
+            if given.is_some() && given == one.object.as_ref() {
                 continue;
             }
-            if let Some(found) = one.misfit(given) {
-                faults.push(Fault::Resource { name, found, kind });
-                continue;
-            }
-            one.object = Some(match given {
-                External::Texture(texture) => Object::Texture(texture.clone()),
-                External::View(view) => Object::View(view.clone()),
-                External::Buffer(buffer) => Object::Buffer(buffer.clone()),
-            });
-            if let Some(changed) = self.changed.get_mut(index) {
-                *changed = true;
-            }
-        }
-        for bound in &mut self.views {
-            let resource = bound.view.resource;
-            if self.changed.get(resource) == Some(&true)
-                && let Some(one) = self.list.get(resource)
-            {
-                bound.make(one.object.as_ref());
-                if bound.made.is_none() {
-                    faults.push(Fault::Resource {
-                        name: one.of.name.clone(),
-                        found: "a view".to_owned(),
-                        kind: format!("{}, whose levels are bound one by one", described(&one.of)),
-                    });
+            match given.map_or(Some("left out".to_owned()), |given| one.misfit(given)) {
+                Some(found) => faults.push(one.fault(found)),
+                None => {
+                    one.object = given.cloned();
+                    one.changed = true;
                 }
             }
         }
+        self.make_views();
+        self.list.iter().any(|one| one.changed)
     }
 
     /// Whether the host has given another one than in the frame before.
-    pub(super) fn has_changed(&self, resource: usize) -> bool {
-        self.changed.get(resource) == Some(&true)
+    pub(super) fn has_changed(&self, bound: Bound) -> bool {
+        self.of(bound).and_then(|resource| self.list.get(resource)).is_some_and(|one| one.changed)
     }
 
-    /// The resource of a view.
-    pub(super) fn of_view(&self, view: usize) -> Option<usize> {
-        self.views.get(view).map(|bound| bound.view.resource)
+    /// Says what a binding does not take, and forgets it if it is the host's.
+    pub(super) fn refuse(&mut self, bound: Bound, message: String) -> Option<Fault> {
+        let of = self.of(bound)?;
+        let one = self.list.get_mut(of)?;
+        if one.of.external {
+            (one.object, one.changed) = (None, true);
+        }
+        let fault = one.refused(message);
+        self.make_views();
+        Some(fault)
+    }
+
+    /// The resource that is bound.
+    pub(super) fn of(&self, bound: Bound) -> Option<usize> {
+        match bound {
+            Bound::Uniform(_) => None,
+            Bound::Resource(resource) => Some(resource),
+            Bound::View(view) => self.views.get(view).map(|bind| bind.view.resource),
+        }
+    }
+
+    /// What a binding takes of a buffer or a sampler.
+    pub(super) fn binding(&self, resource: usize) -> Option<wgpu::BindingResource<'_>> {
+        match self.list.get(resource)?.object.as_ref()? {
+            Object::Buffer(buffer) => Some(buffer.as_entire_binding()),
+            Object::Sampler(sampler) => Some(wgpu::BindingResource::Sampler(sampler)),
+            Object::Texture(_) | Object::View(_) => None,
+        }
     }
 
     pub(super) fn texture_view(&self, view: usize) -> Option<&wgpu::TextureView> {
@@ -213,21 +195,13 @@ impl Resources {
         }
     }
 
-    pub(super) fn sampler(&self, resource: usize) -> Option<&wgpu::Sampler> {
-        match self.list.get(resource)?.object.as_ref()? {
-            Object::Sampler(sampler) => Some(sampler),
-            _ => None,
-        }
-    }
-
     pub(super) fn find(&self, name: &str) -> Option<usize> {
         self.list.iter().position(|one| one.of.name == name)
     }
 
-    /// Bytes of what is made here, by name.
-    pub(super) fn bytes(&self) -> impl Iterator<Item = (&str, u64)> {
-        let own = self.list.iter().filter(|one| !one.of.external);
-        own.filter_map(|one| Some((one.of.name.as_str(), one.object.as_ref()?.bytes())))
+    /// The names of what is made here.
+    pub(super) fn own(&self) -> impl Iterator<Item = &str> {
+        self.list.iter().filter(|one| !one.of.external).map(|one| one.of.name.as_str())
     }
 
     /// How many frames ago each was new.
@@ -267,18 +241,17 @@ impl Resource {
                 mapped_at_creation: false,
             })),
             Kind::Texture { format, size: [width, height], layers, levels } => {
-                let side = |side: &u64| u32::try_from(*side).unwrap_or(u32::MAX);
                 Object::Texture(device.create_texture(&wgpu::TextureDescriptor {
                     label,
                     size: wgpu::Extent3d {
-                        width: side(width),
-                        height: side(height),
-                        depth_or_array_layers: side(layers),
+                        width: narrow(*width),
+                        height: narrow(*height),
+                        depth_or_array_layers: narrow(*layers),
                     },
-                    mip_level_count: side(levels),
+                    mip_level_count: narrow(*levels),
                     sample_count: 1,
                     dimension: wgpu::TextureDimension::D2,
-                    format: names::texture(format)?,
+                    format: names::texture(format).ok()?,
                     usage: self.texture | OWN_TEXTURE,
                     view_formats: &[],
                 }))
@@ -299,27 +272,25 @@ impl Resource {
         })
     }
 
-    /// The limit that it exceeds, in words.
-    fn exceeded(&self, limits: &wgpu::Limits) -> Option<String> {
-        match &self.of.kind {
-            Kind::Buffer { .. } => {
-                let most = if self.buffer.contains(wgpu::BufferUsages::STORAGE) {
-                    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
-                } else {
-                    limits.max_buffer_size
-                };
-                (self.of.bytes > most).then(|| format!("buffers of at most {most} bytes"))
+    /// A view of one level or of all.
+    fn view(
+        &self,
+        level: Option<u64>,
+        dimension: wgpu::TextureViewDimension,
+    ) -> Option<wgpu::TextureView> {
+        const D2: wgpu::TextureViewDimension = wgpu::TextureViewDimension::D2;
+        match (self.object.as_ref()?, &self.of.kind) {
+            (Object::View(view), _) => Some(view.clone()),
+            (Object::Texture(texture), Kind::Texture { layers, levels, .. }) => {
+                Some(texture.create_view(&wgpu::TextureViewDescriptor {
+                    dimension: Some(dimension),
+                    base_mip_level: level.map_or(0, narrow),
+                    mip_level_count: Some(level.map_or(narrow(*levels), |_| 1)),
+                    array_layer_count: (dimension != D2).then_some(narrow(*layers)),
+                    ..Default::default()
+                }))
             }
-            Kind::Texture { size, layers, .. } => {
-                let side = u64::from(limits.max_texture_dimension_2d);
-                let most = u64::from(limits.max_texture_array_layers);
-                if size.iter().any(|one| *one > side) {
-                    Some(format!("textures of at most {side} texels each way"))
-                } else {
-                    (*layers > most).then(|| format!("textures of at most {most} layers"))
-                }
-            }
-            Kind::Sampler { .. } => None,
+            _ => None,
         }
     }
 
@@ -332,61 +303,25 @@ impl Resource {
             queue.write_buffer(buffer, 0, bytemuck::cast_slice(initial));
         }
     }
-}
 
-impl Object {
-    /// The bytes that it has on the device.
-    fn bytes(&self) -> u64 {
-        let texture = match self {
-            Self::Buffer(buffer) => return buffer.size(),
-            Self::Texture(texture) => texture,
-            Self::View(_) | Self::Sampler(_) => return 0,
-        };
-        let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(0));
-        let texels = (0..texture.mip_level_count()).map(|level| {
-            let side = |size: u32| u64::from((size >> level).max(1));
-            side(texture.width()) * side(texture.height())
-        });
-        texels.sum::<u64>() * u64::from(texture.depth_or_array_layers()) * texel
+    fn fault(&self, found: String) -> Fault {
+        let (name, expected) = (format!("resource `{}`", self.of.name), described(&self.of));
+        Fault::Supplied { name, found, expected }
     }
-}
 
-impl Bound {
-    fn make(&mut self, object: Option<&Object>) {
-        self.made = match object {
-            Some(Object::Texture(texture)) => {
-                let level = self.view.level.and_then(|level| u32::try_from(level).ok());
-                Some(texture.create_view(&wgpu::TextureViewDescriptor {
-                    dimension: Some(self.dimension),
-                    base_mip_level: level.unwrap_or(0),
-                    mip_level_count: level.map(|_| 1),
-                    ..Default::default()
-                }))
-            }
-            Some(Object::View(view)) => {
-                let whole = self.view.level.is_none() || view.texture().mip_level_count() == 1;
-                whole.then(|| view.clone())
-            }
-            _ => None,
-        };
-    }
-}
-
-fn described(resource: &frame::Resource) -> String {
-    match &resource.kind {
-        Kind::Buffer { .. } => format!("a buffer of {} bytes", resource.bytes),
-        Kind::Texture { format, size: [width, height], .. } => {
-            format!("a texture of {width} x {height} texels, {format}")
+    /// What the device says against it.
+    fn refused(&self, message: String) -> Fault {
+        if self.of.external {
+            return self.fault(format!("refused by the device: {message}"));
         }
-        Kind::Sampler { .. } => "a sampler".to_owned(),
+        let what = format!("resource `{}`, {},", self.of.name, described(&self.of));
+        Fault::Device { what, message }
     }
-}
 
-impl Resource {
-    /// What was given, if it does not fit.
-    fn misfit(&self, given: &External) -> Option<String> {
+    /// What was given, if it does not fit. What a view shows of its texture, the device compares with the bindings.
+    fn misfit(&self, given: &Object) -> Option<String> {
         match (&self.of.kind, given) {
-            (Kind::Buffer { .. }, External::Buffer(buffer)) => {
+            (Kind::Buffer { .. }, Object::Buffer(buffer)) => {
                 let (bytes, lacks) = (buffer.size(), self.buffer - buffer.usage());
                 if bytes < self.of.bytes {
                     Some(format!("a buffer of {bytes} bytes"))
@@ -394,36 +329,66 @@ impl Resource {
                     (!lacks.is_empty()).then(|| format!("a buffer without usage {lacks:?}"))
                 }
             }
-            (Kind::Texture { format, size, .. }, External::Texture(given)) => {
-                self.misfit_texture(given, format, size)
+            (Kind::Texture { .. }, Object::Texture(texture)) => self.misfit_texture(texture),
+            (Kind::Texture { layers, levels, .. }, Object::View(view)) => {
+                let target = self.texture.contains(wgpu::TextureUsages::RENDER_ATTACHMENT);
+                if target || layers * levels > 1 {
+                    Some("a view".to_owned())
+                } else {
+                    self.misfit_texture(view.texture())
+                }
             }
-            (Kind::Texture { format, size, .. }, External::View(given)) => {
-                self.misfit_texture(given.texture(), format, size)
-            }
-            (_, External::Buffer(_)) => Some("a buffer".to_owned()),
-            (_, External::Texture(_) | External::View(_)) => Some("a texture".to_owned()),
+            (_, Object::Buffer(_)) => Some("a buffer".to_owned()),
+            (_, Object::Texture(_) | Object::View(_)) => Some("a texture".to_owned()),
+            (_, Object::Sampler(_)) => Some("a sampler".to_owned()),
         }
     }
 
-    /// What is sampled may be of another format, for shaders read floats of any; what is written is of the one.
-    fn misfit_texture(
-        &self,
-        texture: &wgpu::Texture,
-        format: &str,
-        size: &[u64; 2],
-    ) -> Option<String> {
+    /// What is sampled may be of another format of the same kind, for shaders read floats of any; what is written is of the one.
+    fn misfit_texture(&self, given: &wgpu::Texture) -> Option<String> {
         const WRITTEN: wgpu::TextureUsages =
             wgpu::TextureUsages::STORAGE_BINDING.union(wgpu::TextureUsages::RENDER_ATTACHMENT);
-        if self.texture.intersects(WRITTEN) && names::texture(format) != Some(texture.format()) {
-            return Some(format!("a texture of format {:?}", texture.format()));
+        let Kind::Texture { format, size, layers, levels } = &self.of.kind else { return None };
+        let (own, found) = (names::texture(format).ok()?, given.format());
+        let kind = |format: wgpu::TextureFormat| {
+            format.sample_type(None, None).as_ref().map(std::mem::discriminant)
+        };
+        let written = self.texture.intersects(WRITTEN);
+        let [width, height] = [given.width(), given.height()];
+        let lacks = self.texture - given.usage();
+        let all = [
+            (given.dimension() != wgpu::TextureDimension::D2)
+                .then(|| format!("of dimension {:?}", given.dimension())),
+            (*size != [width, height].map(u64::from))
+                .then(|| format!("of {width} x {height} texels")),
+            (u64::from(given.depth_or_array_layers()) < *layers)
+                .then(|| format!("of {} layers", given.depth_or_array_layers())),
+            (u64::from(given.mip_level_count()) < *levels)
+                .then(|| format!("of {} levels", given.mip_level_count())),
+            (given.sample_count() > 1).then(|| format!("of {} samples", given.sample_count())),
+            (kind(found) != kind(own) || written && found != own)
+                .then(|| format!("of format {found:?}")),
+            (!lacks.is_empty()).then(|| format!("without usage {lacks:?}")),
+        ];
+        let all: Vec<_> = all.into_iter().flatten().collect();
+        (!all.is_empty()).then(|| format!("a texture {}", all.join(", ")))
+    }
+}
+
+/// What exceeds 32 bits exceeds every limit, too.
+pub(super) fn narrow(number: u64) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
+}
+
+fn described(resource: &frame::Resource) -> String {
+    match &resource.kind {
+        Kind::Buffer { .. } => format!("a buffer of {} bytes", resource.bytes),
+        Kind::Texture { format, size: [width, height], layers, levels } => {
+            let several = |number: &u64, text| if *number > 1 { text } else { String::new() };
+            let layers = several(layers, format!(", {layers} layers"));
+            let levels = several(levels, format!(", {levels} levels"));
+            format!("a texture of {width} x {height} texels, {format}{layers}{levels}")
         }
-        let found = [texture.width(), texture.height()];
-        let fits = found.iter().zip(size).all(|(found, wanted)| u64::from(*found) == *wanted);
-        let lacks = self.texture - texture.usage();
-        if !fits {
-            Some(format!("a texture of {} x {} texels", found[0], found[1]))
-        } else {
-            (!lacks.is_empty()).then(|| format!("a texture without usage {lacks:?}"))
-        }
+        Kind::Sampler { .. } => "a sampler".to_owned(),
     }
 }

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use sglow_graph::frame::{self, Geometry, Size};
+
 use super::groups::Groups;
 use super::input::Inputs;
-use super::resources::Resources;
+use super::resources::{Resources, narrow};
 use crate::pipeline::timed;
 use crate::timing::PassTimer;
 
@@ -21,18 +23,26 @@ pub(super) struct Step {
 }
 
 /// Resources and uniforms.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Uses {
     pub(super) resources: BTreeSet<usize>,
     pub(super) uniforms: BTreeSet<usize>,
 }
 
 impl Uses {
-    pub(super) fn add(&mut self, other: &Self) {
-        self.resources.extend(&other.resources);
-        self.uniforms.extend(&other.uniforms);
+    /// What any of the steps uses.
+    pub(super) fn of<'a>(steps: impl IntoIterator<Item = &'a Step>) -> Self {
+        let mut all = Self::default();
+        for Step { uses, .. } in steps {
+            all.resources.extend(&uses.resources);
+            all.uniforms.extend(&uses.uniforms);
+        }
+        all
     }
 }
+
+/// The groups of a dispatch or a call by their numbers.
+pub(super) type Numbered = Vec<(u32, usize)>;
 
 #[derive(Debug)]
 pub(super) enum Action {
@@ -44,42 +54,20 @@ pub(super) enum Action {
 #[derive(Debug)]
 pub(super) struct Dispatch {
     pub(super) pipeline: wgpu::ComputePipeline,
-    /// Groups by their numbers.
-    pub(super) groups: Vec<(u32, usize)>,
+    pub(super) groups: Numbered,
     pub(super) size: Size,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Size {
-    Groups([u32; 3]),
-    Indirect(usize, u64),
 }
 
 #[derive(Debug)]
 pub(super) struct Draw {
-    /// Views, with what they are cleared to.
-    pub(super) color: Vec<(usize, Option<wgpu::Color>)>,
-    pub(super) depth: Option<(usize, Option<f32>)>,
-    /// The host's list; else the frame's own geometry.
-    pub(super) list: Option<String>,
+    pub(super) of: frame::Draw,
+    /// Views of the targets.
+    pub(super) color: Vec<usize>,
+    pub(super) depth: Option<usize>,
+    /// One for each kind of the host's list; else one.
     pub(super) pipelines: Vec<wgpu::RenderPipeline>,
-    pub(super) vertices: Vec<Option<usize>>,
-    pub(super) indices: Option<usize>,
-    pub(super) calls: Vec<Call>,
-}
-
-#[derive(Debug)]
-pub(super) struct Call {
-    pub(super) groups: Vec<(u32, usize)>,
-    pub(super) viewport: Option<[f32; 4]>,
-    pub(super) geometry: Geometry,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Geometry {
-    List,
-    Direct(u32, [u32; 2]),
-    Indirect(usize, u64),
+    /// What each call binds.
+    pub(super) groups: Vec<Numbered>,
 }
 
 /// What steps find when they are encoded.
@@ -97,33 +85,27 @@ pub(super) fn encode(
     encoder: &mut wgpu::CommandEncoder,
     mut timer: Option<&mut (dyn PassTimer + '_)>,
 ) {
-    let mut steps = steps.iter().peekable();
-    while let Some(step) = steps.next() {
-        match &step.action {
+    let together = |one: &&Step, next: &&Step| {
+        matches!((&one.action, &next.action), (Action::Dispatch(_), Action::Dispatch(_)))
+            && one.label == next.label
+    };
+    for steps in steps.chunk_by(together) {
+        let label = &steps[0].label;
+        match &steps[0].action {
             Action::Clear(buffer, bytes) => {
                 if let Some(buffer) = scene.resources.buffer(*buffer) {
                     encoder.clear_buffer(buffer, 0, *bytes);
                 }
             }
-            Action::Draw(draw) => draw.encode(&step.label, scene, encoder, timer.as_deref_mut()),
-            Action::Dispatch(first) => {
-                let mut dispatches = vec![first];
-                while let Some(Step { action: Action::Dispatch(next), .. }) =
-                    steps.next_if(|next| {
-                        next.label == step.label && matches!(next.action, Action::Dispatch(_))
-                    })
-                {
-                    dispatches.push(next);
-                }
-                compute(&step.label, &dispatches, scene, encoder, timer.as_deref_mut());
-            }
+            Action::Draw(draw) => draw.encode(label, scene, encoder, timer.as_deref_mut()),
+            Action::Dispatch(_) => compute(label, steps, scene, encoder, timer.as_deref_mut()),
         }
     }
 }
 
 fn compute(
     label: &str,
-    dispatches: &[&Dispatch],
+    steps: &[&Step],
     scene: Scene<'_>,
     encoder: &mut wgpu::CommandEncoder,
     mut timer: Option<&mut (dyn PassTimer + '_)>,
@@ -133,13 +115,17 @@ fn compute(
             label: Some(label),
             timestamp_writes: stamps.map(|stamps| stamps.compute()),
         });
-        for dispatch in dispatches {
+        for step in steps {
+            let Action::Dispatch(dispatch) = &step.action else { continue };
             pass.set_pipeline(&dispatch.pipeline);
             for (number, group) in &dispatch.groups {
                 pass.set_bind_group(*number, scene.groups.get(*group), &[]);
             }
             match dispatch.size {
-                Size::Groups([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+                Size::Groups(groups) => {
+                    let [x, y, z] = groups.map(narrow);
+                    pass.dispatch_workgroups(x, y, z);
+                }
                 Size::Indirect(buffer, offset) => {
                     if let Some(buffer) = scene.resources.buffer(buffer) {
                         pass.dispatch_workgroups_indirect(buffer, offset);
@@ -149,8 +135,14 @@ fn compute(
         }
     });
     if let Some(timer) = timer {
-        timer.dispatched(dispatches.len());
+        timer.dispatched(steps.len());
     }
+}
+
+/// What a target is cleared to, or that it stays.
+fn operations<T>(clear: Option<T>) -> wgpu::Operations<T> {
+    let load = clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear);
+    wgpu::Operations { load, store: wgpu::StoreOp::Store }
 }
 
 impl Draw {
@@ -162,28 +154,24 @@ impl Draw {
         timer: Option<&mut (dyn PassTimer + '_)>,
     ) {
         let view = |view: usize| scene.resources.texture_view(view);
-        let color: Vec<_> = self
-            .color
-            .iter()
-            .map(|(target, clear)| {
-                Some(wgpu::RenderPassColorAttachment {
-                    view: view(*target)?,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear),
-                        store: wgpu::StoreOp::Store,
-                    },
-                })
+        let buffer = |of: &frame::View| scene.resources.buffer(of.resource);
+        let described = &self.of.description;
+        let color = self.color.iter().zip(&described.color).map(|(target, described)| {
+            let clear = described.clear.map(|[r, g, b, a]| wgpu::Color { r, g, b, a });
+            Some(wgpu::RenderPassColorAttachment {
+                view: view(*target)?,
+                depth_slice: None,
+                resolve_target: None,
+                ops: operations(clear),
             })
-            .collect();
-        let depth = self.depth.and_then(|(target, clear)| {
+        });
+        let color: Vec<_> = color.collect();
+        let depth = self.depth.zip(described.depth.as_ref()).and_then(|(target, described)| {
+            #[expect(clippy::cast_possible_truncation, reason = "depth has 32 bits")]
+            let clear = described.clear.map(|clear| clear as f32);
             Some(wgpu::RenderPassDepthStencilAttachment {
                 view: view(target)?,
-                depth_ops: Some(wgpu::Operations {
-                    load: clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear),
-                    store: wgpu::StoreOp::Store,
-                }),
+                depth_ops: Some(operations(clear)),
                 stencil_ops: None,
             })
         });
@@ -195,44 +183,47 @@ impl Draw {
                 timestamp_writes: stamps.map(|stamps| stamps.render()),
                 ..Default::default()
             });
-            for (slot, buffer) in (0..).zip(&self.vertices) {
-                if let Some(buffer) = buffer.and_then(|buffer| scene.resources.buffer(buffer)) {
+            for (slot, of) in (0..).zip(&self.of.vertices) {
+                if let Some(buffer) = of.as_ref().and_then(buffer) {
                     pass.set_vertex_buffer(slot, buffer.slice(..));
                 }
             }
-            let indices = self.indices.and_then(|indices| scene.resources.buffer(indices));
-            if let Some(indices) = indices {
+            if let Some(indices) = self.of.indices.as_ref().and_then(buffer) {
                 pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
             }
-            if let (None, Some(pipeline)) = (&self.list, self.pipelines.first()) {
+            if let (None, Some(pipeline)) = (&described.list, self.pipelines.first()) {
                 pass.set_pipeline(pipeline);
             }
             let mut bound: &[_] = &[];
-            for call in &self.calls {
-                if call.groups != bound {
-                    for (number, group) in &call.groups {
+            for (call, groups) in self.of.calls.iter().zip(&self.groups) {
+                if groups != bound {
+                    for (number, group) in groups {
                         pass.set_bind_group(*number, scene.groups.get(*group), &[]);
                     }
-                    bound = &call.groups;
+                    bound = groups;
                 }
-                self.call(call, indices.is_some(), scene, &mut pass);
+                self.call(call, scene, &mut pass);
             }
         });
     }
 
-    fn call(&self, call: &Call, indexed: bool, scene: Scene<'_>, pass: &mut wgpu::RenderPass<'_>) {
-        if let Some([x, y, width, height]) = call.viewport {
+    fn call(&self, call: &frame::Call, scene: Scene<'_>, pass: &mut wgpu::RenderPass<'_>) {
+        #[expect(clippy::cast_precision_loss, reason = "sides of textures are far below 2^24")]
+        if let Some([x, y, width, height]) = call.viewport.map(|sides| sides.map(|one| one as f32))
+        {
             pass.set_viewport(x, y, width, height, 0.0, 1.0);
         }
+        let indexed = self.of.indices.is_some();
         match call.geometry {
             Geometry::List => {
-                let list = self.list.as_deref().and_then(|list| scene.inputs.lists.get(list));
-                if let Some(list) = list {
+                let list = self.of.description.list.as_deref();
+                if let Some(list) = list.and_then(|list| scene.inputs.lists.get(list)) {
                     list.draw(pass, &self.pipelines);
                 }
             }
             Geometry::Direct(count, [first, number]) => {
-                let instances = first..first.saturating_add(number);
+                let (count, first) = (narrow(count), narrow(first));
+                let instances = first..first.saturating_add(narrow(number));
                 if indexed {
                     pass.draw_indexed(0..count, 0, instances);
                 } else {
@@ -252,7 +243,7 @@ impl Step {
     /// The host's list that it draws.
     pub(super) fn list(&self) -> Option<&str> {
         match &self.action {
-            Action::Draw(draw) => draw.list.as_deref(),
+            Action::Draw(draw) => draw.of.description.list.as_deref(),
             Action::Clear(..) | Action::Dispatch(_) => None,
         }
     }

@@ -6,7 +6,7 @@ use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 use sglow_graph::description::{Number, Parameter, ParameterType};
 
-use super::{doc, ident, type_ident};
+use super::names::{doc, ident, type_ident};
 use crate::library::{Frame, Library};
 
 /// Combinations of values that are looked at for names: each pair of axes.

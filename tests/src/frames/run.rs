@@ -88,7 +88,7 @@ impl Case {
             let formulas = evaluated();
             renderer.render().unwrap();
             // Formulas are evaluated and pipelines made at creation alone.
-            let now = renderer.indirect().made();
+            let now = renderer.indirect().executor().made();
             assert!(made.is_none_or(|made| made == now), "{}: {made:?}, {now:?}", self.name);
             assert_eq!(evaluated(), formulas, "{}", self.name);
             made = Some(now);
@@ -109,9 +109,9 @@ impl Case {
             }
         }
         // Of chains all lengths are planned.
-        let (asked, mut planned) = (package.asked(), self.variants());
-        planned.retain(|id| asked.contains(id) || !id.starts_with("mip-"));
-        assert_eq!(asked, planned, "{}", self.name);
+        let (requested, mut planned) = (package.requested_variants(), self.variants());
+        planned.retain(|id| requested.contains(id) || !id.starts_with("mip-"));
+        assert_eq!(requested, planned, "{}", self.name);
         entries
     }
 }
@@ -179,12 +179,7 @@ impl Recorder<'_> {
 
     /// Chains of their own by the density of the frame.
     fn move_chains(&mut self, chains: &mut Chains, renderer: &Renderer<'_>) {
-        let density =
-            renderer.indirect().density().unwrap().create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2Array),
-                ..Default::default()
-            });
-        chains.advance(&density);
+        chains.advance(&renderer.indirect().density().unwrap());
         self.chains(chains.buffer());
     }
 

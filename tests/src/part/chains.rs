@@ -64,9 +64,9 @@ impl Chains {
     }
 
     /// One frame.
-    pub(crate) fn advance(&mut self, density: &wgpu::TextureView) {
+    pub(crate) fn advance(&mut self, density: &wgpu::Texture) {
         let mut inputs = Inputs::new();
-        inputs.view("given", density);
+        inputs.texture("given", density);
         self.0.run(&inputs);
     }
 

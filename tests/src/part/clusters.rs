@@ -118,7 +118,7 @@ impl Clusters {
             .view("given_position", map.position)
             .view("given_normal", map.normal)
             .view("given_base_color", map.base_color)
-            .view("given_density", density);
+            .texture("given_density", density.texture());
         if let Some(chains) = chains {
             given.buffer("given_chains", chains);
         }
