@@ -190,7 +190,7 @@ impl LeftOut {
 }
 
 /// The format of manifests that is read.
-const SCHEMA_VERSION: u32 = 4;
+const SCHEMA_VERSION: u32 = 5;
 
 #[derive(serde::Deserialize)]
 struct Variant {
@@ -389,8 +389,12 @@ impl Package {
     fn reasons(&self, id: &str) -> Vec<String> {
         let mut words = id.split('-');
         let axes = words.next().and_then(|pass| self.axes.get(pass)).map(Vec::as_slice);
-        let values: Vec<_> =
-            axes.unwrap_or_default().iter().map(String::as_str).zip(words).collect();
+        let axes = axes.unwrap_or_default();
+        // What the identifier does not name is the default of an axis that is implied.
+        let last = axes.last().zip(self.description.as_ref());
+        let last = last.and_then(|(axis, of)| of.axes.get(axis)).filter(|axis| axis.implied);
+        let words = words.chain(last.map(|axis| axis.default.as_str()));
+        let values: Vec<_> = axes.iter().map(String::as_str).zip(words).collect();
         let rules = self.left_out.iter().filter_map(|left| left.explains(id, &values));
         let rules: Vec<_> = rules.collect();
         if !rules.is_empty() {

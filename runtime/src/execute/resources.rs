@@ -376,7 +376,8 @@ fn described(resource: &frame::Resource) -> String {
     match &resource.kind {
         Kind::Buffer { .. } => format!("a buffer of {} bytes", resource.bytes),
         Kind::Texture { format, size: [width, height], .. } => {
-            format!("a texture of {width} x {height} texels, {format}")
+            let other = resource.other_formats.iter().map(|other| format!("; {other}"));
+            format!("a texture of {width} x {height} texels, {format}{}", other.collect::<String>())
         }
         Kind::Sampler { .. } => "a sampler".to_owned(),
     }
