@@ -99,7 +99,7 @@ impl Requested {
 }
 
 /// The format of manifests that is read.
-const SCHEMA_VERSION: u32 = 4;
+const SCHEMA_VERSION: u32 = 5;
 
 /// What is read of a manifest.
 #[derive(Debug, Default)]
@@ -153,6 +153,10 @@ impl Manifest {
         let passes = self.description.as_ref().map(|description| &description.passes);
         let axes = passes.zip(words.next()).and_then(|(passes, pass)| passes.get(pass));
         let axes = axes.map(Vec::as_slice).unwrap_or_default();
+        // What the identifier does not name is the default of an axis that is implied.
+        let last = axes.last().zip(self.description.as_ref());
+        let last = last.and_then(|(axis, of)| of.axes.get(axis)).filter(|axis| axis.implied);
+        let words = words.chain(last.map(|axis| axis.default.as_str()));
         let values: Vec<_> = axes.iter().map(String::as_str).zip(words).collect();
         let rules = self.left_out.iter().filter_map(|left| left.explains(id, &values));
         let rules: Vec<_> = rules.collect();
