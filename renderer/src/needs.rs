@@ -5,10 +5,12 @@
 
 use std::fmt;
 
-use sglow_shaders::{Density, Lobes, Precision, SglowShadowPoint, Space, Visibility};
+use sglow_graph::Description;
+use sglow_graph::frame::{Frame, Kind, Resource};
+use sglow_shaders::frame::{parameter, part, resource};
+use sglow_shaders::{Density, Space, Visibility};
 
 use crate::light::kind;
-use sglow_runtime::occluders::SUBSETS;
 use sglow_runtime::package::Assumption;
 use sglow_runtime::settings::Settings;
 use sglow_scene::{Facts, LightKind, Scene};
@@ -54,7 +56,7 @@ pub struct Decision {
     pub value: String,
     /// Why.
     pub reason: String,
-    /// Whether it is another value than was requested for.
+    /// Whether it is another value than was requested.
     pub changed: bool,
 }
 
@@ -65,7 +67,7 @@ pub struct Needs {
     pub facts: Facts,
     /// Everything that was decided, with its reason.
     pub decisions: Vec<Decision>,
-    /// The settings that were requested for with what was decided.
+    /// The requested settings with what was decided.
     pub settings: Settings,
 }
 
@@ -88,8 +90,15 @@ pub fn least_limits() -> wgpu::Limits {
 }
 
 /// What a scene needs, lit by its light number `light` (the first if there is no such light), of the numbers of the
-/// settings that are requested for. What a device with these limits could not do is brought within them.
-pub fn needs(scene: &Scene, light: usize, requested: &Settings, limits: &wgpu::Limits) -> Needs {
+/// requested settings. What a device with these limits could not do is brought within them: how large things are, the frame
+/// of the `description` says. Settings of which it makes no frame stay as they are; its evaluation says what is wrong.
+pub fn needs(
+    description: &Description,
+    scene: &Scene,
+    light: usize,
+    requested: &Settings,
+    limits: &wgpu::Limits,
+) -> Needs {
     let mut needs = Needs {
         facts: scene.facts_lit_by(light),
         decisions: Vec::new(),
@@ -113,8 +122,8 @@ pub fn needs(scene: &Scene, light: usize, requested: &Settings, limits: &wgpu::L
     }
     let point = light.is_some_and(|light| light.kind == LightKind::Point);
     size_of_map(&mut needs, point, limits);
-    number_of_lights(&mut needs, point, limits);
-    light_maps(&mut needs, limits);
+    number_of_lights(&mut needs, description, point, limits);
+    light_maps(&mut needs, description, limits);
     roughness(&mut needs, scene);
     needs.note(
         "environment",
@@ -144,12 +153,35 @@ fn size_of_map(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
     needs.settings.map = needs.decide("size of the map", requested, size, reason);
 }
 
-fn number_of_lights(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
-    let Settings { lights: requested, map: rsm_size, lobes, precision, .. } = needs.settings;
+/// The bounds of a parameter; those of all numbers without it.
+fn bounds(description: &Description, name: &str) -> [u64; 2] {
+    let of = description.parameter.get(name);
+    let [minimum, maximum] = [of.and_then(|of| of.minimum), of.and_then(|of| of.maximum)];
+    [minimum.map_or(0, |minimum| minimum as u64), maximum.map_or(u64::MAX, |most| most as u64)]
+}
+
+/// The frame of settings; nothing if there is none.
+fn frame(description: &Description, settings: &Settings) -> Option<Frame> {
+    description.evaluate(&settings.configuration()).ok()
+}
+
+fn find<'a>(frame: &'a Frame, name: &str) -> Option<&'a Resource> {
+    frame.resources.get(frame.resource(name)?)
+}
+
+fn number_of_lights(
+    needs: &mut Needs,
+    description: &Description,
+    point: bool,
+    limits: &wgpu::Limits,
+) {
+    let Settings { lights: requested, map: rsm_size, .. } = needs.settings;
     // Two of the eight tiles of a point light's map are empty.
     let texels = u64::from(rsm_size).pow(2);
     let texels = if point { texels / 8 * 6 } else { texels };
-    let light = vsgl_size(lobes, precision).max(1);
+    let single = frame(description, &Settings { lights: 1, ..needs.settings.clone() });
+    let light = single.as_ref().and_then(|frame| find(frame, resource::VSGLS));
+    let light = light.map_or(1, |vsgls| vsgls.bytes.max(1));
     let room = limits.max_storage_buffer_binding_size / light;
     let choices = [
         (u64::from(requested), "as requested; 1024 are those of [Tokuyoshi 2016]".to_owned()),
@@ -158,7 +190,7 @@ fn number_of_lights(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
             format!("the map has no more texels than {texels}, and each makes one light at most"),
         ),
         (room, format!("a buffer of this device has room for {room} lights of {light} bytes")),
-        (65536, "the maximum".to_owned()),
+        (bounds(description, parameter::LIGHTS)[1], "the maximum".to_owned()),
     ];
     // The first of several that are alike.
     let least = choices.into_iter().min_by_key(|(count, _)| *count);
@@ -176,24 +208,31 @@ fn number_of_lights(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
     }
 }
 
-fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
+fn light_maps(needs: &mut Needs, description: &Description, limits: &wgpu::Limits) {
     if needs.settings.visibility == Visibility::None {
         return;
     }
     let most = u64::from(limits.max_texture_dimension_2d);
     let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    let least = bounds(description, parameter::TILE)[0];
     let imperfect = needs.settings.visibility == Visibility::Imperfect;
-    let fits = |maps: &Maps| {
-        maps.atlas().iter().all(|side| *side <= most)
-            && (!imperfect || maps.splat_bytes() <= binding)
+    let within = |of: &Resource| match &of.kind {
+        Kind::Texture { size, .. } => size.iter().all(|side| *side <= most),
+        Kind::Buffer { .. } => of.bytes <= binding,
+        Kind::Sampler { .. } => true,
     };
-    let (tile, count) = (needs.settings.tile, needs.settings.lights);
-    let mut maps = Maps { tile, count };
-    while !fits(&maps) && maps.tile > LEAST_TILE {
+    // What the host supplies has a size of its own.
+    let own = |of: &&Resource| of.part == part::VISIBILITY && !of.external;
+    let fits = |maps: &Settings| {
+        frame(description, maps).is_none_or(|frame| frame.resources.iter().filter(own).all(within))
+    };
+    let Settings { tile, lights: count, .. } = needs.settings;
+    let mut maps = needs.settings.clone();
+    while !fits(&maps) && u64::from(maps.tile) > least {
         maps.tile /= 2;
     }
-    while !fits(&maps) && maps.count > 1 {
-        maps.count /= 2;
+    while !fits(&maps) && maps.lights > 1 {
+        maps.lights /= 2;
     }
     let reason = |changed: bool| {
         if changed {
@@ -206,13 +245,15 @@ fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
     };
     needs.settings.tile =
         needs.decide("tile of a light's map", tile, maps.tile, reason(tile != maps.tile));
-    if count != maps.count {
+    if count != maps.lights {
         needs.settings.lights =
-            needs.decide("number of VSGLs with maps", count, maps.count, reason(true));
+            needs.decide("number of VSGLs with maps", count, maps.lights, reason(true));
     }
     if imperfect {
         let requested = needs.settings.shadow_points;
-        let one = u64::from(SUBSETS) * size_of::<SglowShadowPoint>() as u64;
+        let single = frame(description, &Settings { shadow_points: 1, ..maps });
+        let one = single.as_ref().and_then(|frame| find(frame, resource::POINTS));
+        let one = one.map_or(1, |points| points.bytes.max(1));
         let points = u64::from(requested).min((binding / one).max(1)) as u32;
         let reason = if points < requested {
             "all sets of points are in one buffer"
@@ -223,39 +264,6 @@ fn light_maps(needs: &mut Needs, limits: &wgpu::Limits) {
             needs.decide("points per light map", requested, points, reason.to_owned());
     }
 }
-
-/// The maps of virtual lights in an atlas.
-struct Maps {
-    tile: u32,
-    count: u32,
-}
-
-impl Maps {
-    /// Width and height of the atlas in texels: as near to a square as powers of two allow.
-    fn atlas(&self) -> [u64; 2] {
-        let bits = self.count.max(1).next_power_of_two().ilog2();
-        [bits.div_ceil(2), bits / 2].map(|bits| u64::from(self.tile) << bits)
-    }
-
-    /// Bytes of the maps that points are drawn into.
-    fn splat_bytes(&self) -> u64 {
-        4 * u64::from(self.count) * u64::from(self.tile) * u64::from(self.tile)
-    }
-}
-
-/// The bytes of a virtual light.
-fn vsgl_size(lobes: Lobes, precision: Precision) -> u64 {
-    let size = match (precision, lobes) {
-        (Precision::F32, Lobes::Both) => size_of::<sglow_shaders::SglowVsglBoth>(),
-        (Precision::F32, Lobes::Diffuse) => size_of::<sglow_shaders::SglowVsglDiffuse>(),
-        (Precision::F16, Lobes::Both) => size_of::<sglow_shaders::SglowPackedVsglBoth>(),
-        (Precision::F16, Lobes::Diffuse) => size_of::<sglow_shaders::SglowPackedVsglDiffuse>(),
-    };
-    size as u64
-}
-
-/// The least tile of a light's map.
-const LEAST_TILE: u32 = 8;
 
 fn roughness(needs: &mut Needs, scene: &Scene) {
     let traits = scene.traits();
@@ -281,6 +289,11 @@ mod tests {
         wgpu::Limits::default()
     }
 
+    fn needs(scene: &Scene, light: usize, requested: &Settings, limits: &wgpu::Limits) -> Needs {
+        let package = sglow_runtime::package::Package::embedded();
+        super::needs(package.description().unwrap(), scene, light, requested, limits)
+    }
+
     fn value(needs: &Needs, name: &str) -> (String, bool) {
         let found = needs.decisions.iter().find(|decision| decision.name == name).unwrap();
         assert!(!found.reason.is_empty());
@@ -288,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_stays_as_it_was_asked_for() {
+    fn what_fits_stays_as_requested() {
         let scene = Scene::builtin("cornell").unwrap();
         let requested = Settings { visibility: Visibility::Imperfect, ..Settings::default() };
         let needs = needs(&scene, 0, &requested, &limits());

@@ -104,7 +104,8 @@ impl Derivation {
         if let Some(light) = scene.lights.first() {
             settings.light = crate::light::kind(light);
         }
-        let needs = needs(scene, 0, &settings, &least_limits());
+        let of = &library.frame().ok_or(RequestError::NoFrame)?.description;
+        let needs = needs(of, scene, 0, &settings, &least_limits());
         let mut settings = needs.settings.clone();
         settings.assumed = assumptions(library, &allowed, &axes(&requested), set);
         let surfaces = Surfaces::of(scene, settings.complete);
