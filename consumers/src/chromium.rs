@@ -17,7 +17,7 @@ use sglow_report::write;
 use sglow_results::check::{Check, Relation};
 use sglow_results::progress::Progress;
 
-use crate::machine::{apt, cargo, first_line, program};
+use crate::machine::{apt, cargo, first_line, program, target_folder};
 use crate::tint::succeed;
 
 /// The packages of Debian that bring it.
@@ -331,8 +331,10 @@ fn colours(shot: &RgbImage) -> usize {
 fn made_up(progress: &dyn Progress) -> Result<[String; 2]> {
     progress.start("making pages of made-up numbers", 0);
     let folder = tempfile::tempdir().context("no temporary folder")?;
-    let words = ["run", "--quiet", "--package", "sglow-report", "--example", "made_up", "--"];
-    let made = succeed(cargo().args(words).arg(folder.path()));
+    let build = ["build", "--quiet", "--workspace", "--example", "made_up"];
+    let program = format!("debug/examples/made_up{}", std::env::consts::EXE_SUFFIX);
+    let made = succeed(cargo().args(build))
+        .and_then(|()| succeed(Command::new(target_folder().join(program)).arg(folder.path())));
     progress.end();
     made?;
     let read = |name: &str| fs::read_to_string(folder.path().join(name)).context(name);

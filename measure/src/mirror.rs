@@ -8,46 +8,19 @@ mod chance;
 mod expression;
 mod operation;
 mod rearrange;
+mod step;
 
 use std::collections::HashMap;
 
 use naga::Module;
 use naga::valid::ModuleInfo;
 use sglow_results::arithmetic::Arithmetic;
-use thiserror::Error;
 
 use self::build::{Builder, unsupported};
 use self::operation::{Operation, evaluate};
+use self::step::{Register, Step};
 
-/// Why a function is not mirrored.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
-pub enum MirrorError {
-    /// The module has no such function.
-    #[error("the module has no function '{name}'; it has: {}", known.join(", "))]
-    NoFunction {
-        /// What was requested.
-        name: String,
-        /// What there is.
-        known: Vec<String>,
-    },
-    /// The function does something that is not mirrored.
-    #[error("function '{function}' cannot be mirrored on the CPU: {what}")]
-    Unsupported {
-        /// The function.
-        function: String,
-        /// What it does.
-        what: String,
-    },
-}
-
-/// A scalar's place in the register file.
-type Register = u32;
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    operation: Operation,
-    to: Register,
-    operands: [Register; 3],
-}
+pub use self::step::MirrorError;
 
 /// A function, ready to run.
 #[derive(Clone, Debug)]

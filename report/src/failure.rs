@@ -61,7 +61,9 @@ pub fn rendered(report: sglow_shader_gen::error::Report) -> Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let prefix = if self.rendered { "" } else { "error: " };
+        // What a library says of its own texts begins so already.
+        let own = self.rendered || self.message.starts_with("error");
+        let prefix = if own { "" } else { "error: " };
         write!(f, "{prefix}{}", self.message.trim_end())?;
         self.help.iter().try_for_each(|line| write!(f, "\nhelp: {line}"))
     }

@@ -7,7 +7,7 @@ use naga::{Block, Expression, Function, Handle, LocalVariable, Module, Statement
 use sglow_results::arithmetic::Arithmetic;
 
 use super::operation::Operation;
-use super::{MirrorError, Register, Step};
+use super::step::{MirrorError, Register, Step};
 
 pub(super) fn unsupported(function: &Function, what: impl Into<String>) -> MirrorError {
     MirrorError::Unsupported {

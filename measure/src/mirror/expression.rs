@@ -7,7 +7,7 @@ use naga::{
 
 use super::build::{Builder, Frame, unsupported};
 use super::operation::Operation;
-use super::{MirrorError, Register};
+use super::step::{MirrorError, Register};
 
 impl<'a> Builder<'a> {
     fn global(

@@ -2,9 +2,9 @@
 
 use sglow_results::arithmetic::Arithmetic;
 
-use super::Register;
 use super::build::{Builder, Definition};
 use super::operation::Operation;
+use super::step::Register;
 use crate::mirror::chance::chance;
 
 impl Builder<'_> {
