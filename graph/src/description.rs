@@ -71,6 +71,9 @@ pub struct Axis {
     pub default: String,
     /// All values.
     pub values: Vec<String>,
+    /// Whether a variant's identifier leaves the default out; then it is the last axis of its passes.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub implied: bool,
 }
 
 /// A value, or the first of several cases that applies.

@@ -217,12 +217,25 @@ impl<'d> Env<'_, 'd> {
             return at.form("what is kept is neither supplied by the host nor a pair");
         }
         let (external, kept) = (resource.external || supplied, resource.kept);
+        let cases = match resource.texture.as_ref().map(|texture| &texture.format) {
+            Some(Choice::Cases(cases)) => &cases[..],
+            _ => &[],
+        };
+        let other = |case: &description::Case<String>| {
+            let own = matches!(&kind, Kind::Texture { format, .. } if *format == case.value);
+            case.when
+                .as_ref()
+                .filter(|_| !own)
+                .map(|when| format!("; {} where {}", case.value, when.text))
+        };
+        let other_formats: Vec<_> = cases.iter().filter_map(other).collect();
         let resources = &mut self.of.frame.borrow_mut().resources;
         let first = resources.len();
         let suffixes: &[&str] = if resource.flip { &[".0", ".1"] } else { &[""] };
         resources.extend(suffixes.iter().map(|suffix| {
             let (name, part, kind) = (format!("{name}{suffix}"), part.clone(), kind.clone());
-            Resource { name, part, kind, bytes, external, kept }
+            let other_formats = other_formats.clone();
+            Resource { name, part, kind, bytes, external, kept, other_formats }
         }));
         Ok(if resource.flip { Known::Pair(first, 0) } else { Known::One(first) })
     }
@@ -413,14 +426,19 @@ impl<'d> Env<'_, 'd> {
         if let Some(axis) = step.axes.keys().find(|axis| !of_pass.contains(axis)) {
             return at.key(axis).unknown("axis", axis, of_pass);
         }
-        let mut variant = Variant { pass: pass.to_owned(), axes: Vec::new() };
+        let (mut variant, id) = (Variant::default(), pass.to_owned());
+        (variant.pass, variant.id) = (id.clone(), id);
         for axis in of_pass {
             let at = at.key(axis);
             let own = step.axes.get(axis).map(|choice| choice.resolve(self, &at)).transpose()?;
             let value = own.flatten().map_or_else(|| self.axis(axis, &at), Ok)?;
-            let known = axes.get(axis).map_or(&[][..], |axis| &axis.values);
-            if !known.contains(&value) {
-                return at.unknown("value", &value, known);
+            let known = axes.get(axis);
+            let values = known.map_or(&[][..], |axis| &axis.values);
+            if !values.contains(&value) {
+                return at.unknown("value", &value, values);
+            }
+            if !known.is_some_and(|axis| axis.implied && axis.default == value) {
+                variant.id += &format!("-{value}");
             }
             variant.axes.push((axis.clone(), value));
         }

@@ -35,6 +35,9 @@ pub struct Resource {
     pub external: bool,
     /// Whether its contents last from frame to frame.
     pub kept: bool,
+    /// The formats that a texture has in other configurations, each with its condition: `; FORMAT where CONDITION`.
+    #[serde(skip)]
+    pub other_formats: Vec<String>,
 }
 
 /// What a resource is; see [`crate::description::Resource`].
@@ -48,12 +51,14 @@ pub enum Kind {
 }
 
 /// A pass with a value on each of its axes.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Variant {
     /// The pass.
     pub pass: String,
     /// Axes and values, in the order of the pass.
     pub axes: Vec<(String, String)>,
+    /// Its identifier: the pass and its values joined by `-`, without the default of an axis that is implied.
+    pub id: String,
 }
 
 impl Variant {
@@ -66,8 +71,7 @@ impl Variant {
 impl fmt::Display for Variant {
     /// Its identifier.
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(&self.pass)?;
-        self.axes.iter().try_for_each(|(_, value)| write!(out, "-{value}"))
+        out.write_str(&self.id)
     }
 }
 

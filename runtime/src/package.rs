@@ -99,7 +99,7 @@ impl Requested {
 }
 
 /// The format of manifests that is read.
-const SCHEMA_VERSION: u32 = 4;
+const SCHEMA_VERSION: u32 = 5;
 
 /// What is read of a manifest.
 #[derive(Debug, Default)]
@@ -150,9 +150,12 @@ impl Manifest {
     /// Why a variant is missing: the rules that left it out, or what was chosen in its place.
     fn reasons(&self, id: &str) -> Vec<String> {
         let mut words = id.split('-');
-        let passes = self.description.as_ref().map(|description| &description.passes);
-        let axes = passes.zip(words.next()).and_then(|(passes, pass)| passes.get(pass));
+        let of = self.description.as_ref();
+        let axes = of.zip(words.next()).and_then(|(of, pass)| of.passes.get(pass));
         let axes = axes.map(Vec::as_slice).unwrap_or_default();
+        // What the identifier does not name is the default of the last one.
+        let last = of.zip(axes.last()).and_then(|(of, axis)| of.axes.get(axis));
+        let words = words.chain(last.map(|axis| axis.default.as_str()));
         let values: Vec<_> = axes.iter().map(String::as_str).zip(words).collect();
         let rules = self.left_out.iter().filter_map(|left| left.explains(id, &values));
         let rules: Vec<_> = rules.collect();

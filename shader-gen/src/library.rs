@@ -131,6 +131,10 @@ pub struct Axis {
     /// Whether a person or an engine sets it; else it follows from other axes, from what is drawn, or from the step.
     #[serde(default = "yes")]
     pub setting: bool,
+    /// Whether its default is left out of identifiers and of the heads of texts: variants keep their names when their pass
+    /// gains such an axis. Of each pass the last axis alone may be one, so that an identifier still says all.
+    #[serde(default)]
+    pub implied: bool,
     /// The values, in the author's order.
     pub value: Vec<AxisValue>,
 }

@@ -13,9 +13,27 @@ pub struct Variant {
     pub pass: String,
     /// `(axis, value)` in the pass's order of axes.
     pub values: Vec<(String, String)>,
+    /// How many of them an identifier names: all but the default of an axis that is implied.
+    named: usize,
 }
 
 impl Variant {
+    /// A variant of a library.
+    fn of(library: &Library, pass: &Pass, values: Vec<(String, String)>) -> Self {
+        let implied = |(axis, value): &&(String, String)| {
+            let known = library.axis.get(axis).filter(|axis| axis.implied);
+            known.is_some_and(|axis| axis.default == *value)
+        };
+        let named = values.len() - values.last().iter().filter(|last| implied(last)).count();
+        Self { pass: pass.name.clone(), values, named }
+    }
+
+    /// The values that its identifier names.
+    #[must_use]
+    pub fn named(&self) -> &[(String, String)] {
+        &self.values[..self.named]
+    }
+
     /// Pass and values joined by `-`, as in `scan-exact-wide`.
     #[must_use]
     pub fn id(&self) -> String {
@@ -32,7 +50,7 @@ impl Variant {
 impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.pass)?;
-        self.values.iter().try_for_each(|(_, value)| write!(f, "-{value}"))
+        self.named().iter().try_for_each(|(_, value)| write!(f, "-{value}"))
     }
 }
 
@@ -137,8 +155,7 @@ impl Library {
             let value = given.or_else(|| self.axis.get(axis).map(|axis| axis.default.as_str()));
             (axis.clone(), value.unwrap_or_default().to_owned())
         };
-        let variant =
-            Variant { pass: pass.name.clone(), values: pass.axes.iter().map(value).collect() };
+        let variant = Variant::of(self, pass, pass.axes.iter().map(value).collect());
         if errors.is_empty()
             && let Some(rule) = self.exclusion_of(&variant)
         {
@@ -296,22 +313,22 @@ impl Library {
     }
 
     fn combinations(&self, pass: &Pass) -> Vec<Variant> {
-        let mut variants = vec![Variant { pass: pass.name.clone(), values: Vec::new() }];
+        let mut variants = vec![Vec::new()];
         for name in &pass.axes {
             let Some(axis) = self.axis.get(name) else {
                 continue;
             };
-            let extend = |variant: &Variant| {
+            let extend = |values: &Vec<(String, String)>| {
                 let with = |value: &crate::library::AxisValue| {
-                    let mut variant = variant.clone();
-                    variant.values.push((name.clone(), value.name.clone()));
-                    variant
+                    let mut values = values.clone();
+                    values.push((name.clone(), value.name.clone()));
+                    values
                 };
                 axis.value.iter().map(with).collect::<Vec<_>>()
             };
             variants = variants.iter().flat_map(extend).collect();
         }
-        variants
+        variants.into_iter().map(|values| Variant::of(self, pass, values)).collect()
     }
 
     fn exclusion_of(&self, variant: &Variant) -> Option<&Exclusion> {

@@ -101,7 +101,7 @@ def of_crate(frame):
         if kind == "draw" and not of["description"]["list"]:
             [[variant, _]] = of["variants"]
         if variant:
-            found["variant"] = "-".join([variant["pass"], *(value for _, value in variant["axes"])])
+            found["variant"] = variant["id"]
         if kind == "dispatch":
             found |= {"constants": of["constants"], "calls": [call(of["group"], size(of["size"]))]}
         if kind == "draw":

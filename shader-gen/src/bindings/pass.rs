@@ -116,11 +116,19 @@ fn variant_key(library: &Library, pass: &Pass, ty: &Ident) -> TokenStream {
     } else {
         quote!(pub struct #ty { #(#abouts pub #fields: super::#types),* })
     };
-    let id = if axes.is_empty() {
-        quote!(String::from(PASS))
-    } else {
-        let format = format!("{{PASS}}{}", "-{}".repeat(axes.len()));
-        quote!(format!(#format, #(self.#fields),*))
+    let id = |named: &[Ident]| {
+        if named.is_empty() {
+            return quote!(String::from(PASS));
+        }
+        let format = format!("{{PASS}}{}", "-{}".repeat(named.len()));
+        quote!(format!(#format, #(self.#named),*))
+    };
+    let id = match (axes.last(), fields.split_last()) {
+        (Some((name, axis)), Some((last, named))) if axis.implied => {
+            let (ty, all, implied) = (type_ident(name), id(&fields), id(named));
+            quote!(if self.#last == super::#ty::default() { #implied } else { #all })
+        }
+        _ => id(&fields),
     };
     let value = if axes.is_empty() { quote!(Self) } else { quote!(Self { #(#fields),* }) };
     let mut collect = quote!(all.push(#value););
@@ -165,7 +173,7 @@ fn variant_key(library: &Library, pass: &Pass, ty: &Ident) -> TokenStream {
                 #all
             }
 
-            /// Pass and values joined by `-`.
+            /// Pass and values joined by `-`, without the default of an axis that is implied.
             pub fn id(self) -> String {
                 #id
             }

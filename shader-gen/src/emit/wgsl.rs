@@ -15,7 +15,7 @@ pub fn variant(library: &Library, variant: &Variant, text: &str) -> String {
         head[0] = format!("{}: {}", head[0], pass.description);
     }
     head.push(String::new());
-    for (axis, value) in &variant.values {
+    for (axis, value) in variant.named() {
         let known = library.axis.get(axis);
         let known = known.and_then(|axis| axis.value.iter().find(|known| known.name == *value));
         let meaning = known.map_or("", |known| known.description.as_str());

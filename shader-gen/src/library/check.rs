@@ -153,6 +153,20 @@ impl Library {
                         Diagnostic::unknown("axis", axis, self.axis.keys().map(String::as_str));
                     errors.push(places.mark(error, &path, "here"));
                 }
+                let implied = self.axis.get(axis).is_some_and(|axis| axis.implied);
+                if implied && number + 1 < pass.axes.len() {
+                    let error = Diagnostic::new(
+                        Code::Declaration,
+                        format!(
+                            "axis `{axis}` is implied and not the last of pass `{}`",
+                            pass.name
+                        ),
+                    );
+                    let error = error.help(
+                        "identifiers leave its default out, so that no other value may follow it",
+                    );
+                    errors.push(places.mark(error, &path, "put it last"));
+                }
                 if pass.axes[..number].contains(axis) {
                     let error =
                         Diagnostic::new(Code::Duplicate, format!("axis `{axis}` is named twice"));

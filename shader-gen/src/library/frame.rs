@@ -68,7 +68,8 @@ impl Library {
         let files = texts.iter().map(|(file, _)| *file).collect();
         for (name, axis) in &self.axis {
             let values = axis.value.iter().map(|value| value.name.clone()).collect();
-            let axis = Axis { default: axis.default.clone(), values };
+            let (default, implied) = (axis.default.clone(), axis.implied);
+            let axis = Axis { default, values, implied };
             description.axes.insert(name.clone(), axis);
         }
         let passes = self.pass.iter().map(|pass| (pass.name.clone(), pass.axes.clone()));

@@ -133,6 +133,7 @@ errors! {
         (TOML, "when = { order = [\"exclusive\"] }", "when = { order = [\"both\"] }"),
         (TOML, "{ channel = [\"largest\"] }", "{ colour = [\"largest\"] }"),
         (TOML, "counter = [\"workgroup\"] }, {", "counter = [\"group\"] }, {");
+    an_implied_axis_that_is_not_the_last: (TOML, "default = \"mean\"\n", "default = \"mean\"\nimplied = true\n");
     many_at_once:
         (TOML, "axes = [\"channel\", \"counter\"]", "axes = [\"channel\", \"place\"]"),
         (TOML, "default = \"inclusive\"", "default = \"both\""),

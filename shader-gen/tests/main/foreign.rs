@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 
+use sglow_shader_gen::emit::wgsl;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::{Facts, Variant};
@@ -60,6 +61,42 @@ fn a_selection_takes_every_value_of_what_it_does_not_name() {
             "scan-inclusive",
         ]
     );
+}
+
+/// An axis that is added to a pass changes neither the names nor the texts that there were.
+#[test]
+fn an_implied_axis_is_named_where_it_is_not_the_default() {
+    let implied = "default = \"workgroup\"\nimplied = true";
+    let folder = edited(&[("library.toml", "default = \"workgroup\"", implied)]);
+    let library = Library::load(folder.path()).unwrap_or_else(|report| panic!("{report}"));
+    let variants = library.variants();
+    assert_eq!(
+        ids(&variants)[..5],
+        [
+            "count-red-direct",
+            "count-mean-direct",
+            "count-mean",
+            "count-largest-direct",
+            "count-largest"
+        ]
+    );
+    let texts = generate::variants(&library, &variants).unwrap_or_else(|report| panic!("{report}"));
+    let of = |id: &str| texts.iter().find(|one| one.variant.id() == id).unwrap();
+    let file = |id: &str| wgsl::variant(&library, &of(id).variant, "");
+    assert!(file("count-mean-direct").contains("// counter = direct"));
+    let default = file("count-mean");
+    assert!(default.contains("// channel = mean") && !default.contains("// counter"), "{default}");
+    assert_eq!(of("count-mean").text, generate_one("count", &[]).text);
+    // A frame runs it by this name.
+    let description = &library.frame().unwrap().description;
+    let run = |counter: &str| {
+        let axes = [("counter".to_owned(), counter.to_owned())].into();
+        let configuration = sglow_graph::Configuration { axes, ..Default::default() };
+        let frame = description.evaluate(&configuration).unwrap();
+        frame.variants().into_iter().map(ToString::to_string).collect::<BTreeSet<_>>()
+    };
+    assert!(run("workgroup").contains("count-mean") && run("direct").contains("count-mean-direct"));
+    assert!(run("workgroup").iter().all(|id| ids(&variants).contains(id)));
 }
 
 #[test]

@@ -220,7 +220,10 @@ class Scope {
     if (clear) return work;
     const axes = entry(this.frame.graph.passes, 'pass', step.pass);
     const values = axes.map((axis) => this.resolve(step.axes[axis] ?? null) ?? this.axis(axis));
-    const variant = [step.pass, ...values].join('-');
+    // An identifier leaves out the default of an axis that is implied.
+    const of = (index) => this.frame.graph.axes[axes[index]];
+    const named = values.filter((value, index) => !of(index).implied || value !== of(index).default);
+    const variant = [step.pass, ...named].join('-');
     for (const { name, pass, when, reason } of step.draw?.list ? [] : this.frame.graph.exclusion) {
       const holds = ([axis, illegal]) => illegal.includes(values[axes.indexOf(axis)]);
       if ((pass ?? step.pass) === step.pass && Object.entries(when).every(holds)) {

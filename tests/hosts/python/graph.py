@@ -212,7 +212,11 @@ class Scope:
             return work
         draw, axes = step["draw"] or Table(), entry(self.frame.graph["passes"], "pass", step["pass"])
         values = [self.resolve(step["axes"].get(axis)) or self.axis(axis) for axis in axes]
-        variant, chosen = "-".join([step["pass"], *values]), dict(zip(axes, values))
+        chosen = dict(zip(axes, values))
+        # An identifier leaves out the default of an axis that is implied.
+        known = ((value, self.frame.graph["axes"][axis]) for axis, value in chosen.items())
+        named = [value for value, of in known if not of["implied"] or value != of["default"]]
+        variant = "-".join([step["pass"], *named])
         for rule in [] if draw["list"] else self.frame.graph["exclusion"]:
             illegal = all(chosen.get(axis) in of for axis, of in rule["when"].items())
             if illegal and rule["pass"] in (None, step["pass"]):
