@@ -15,9 +15,11 @@ use crate::machine::{apt, cargo, program, repository, target_folder};
 use crate::tint::{SWIFTSHADER_PACKAGES, succeed, swiftshader};
 
 /// The frames: `tests/hosts/check.py` says what each is.
-const CASES: [&str; 6] = ["default", "f16", "visibility", "clusters", "chains", "occluders"];
+const CASES: [&str; 7] =
+    ["default", "f16", "rgba16float", "visibility", "clusters", "chains", "occluders"];
 
-/// What may lie between the results of two programs, relative to the largest component of each vector.
+/// What may lie between the results of two programs, relative to the largest component of each vector; between halves beside one
+/// step of theirs.
 const TOLERANCE: f64 = 1e-5;
 
 /// A comparison of two programs' results for one frame, as the script writes it.

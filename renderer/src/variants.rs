@@ -66,6 +66,7 @@ impl Variants for Settings {
             lobes: self.lobes,
             precision: self.precision,
             visibility: self.visibility,
+            output: self.output,
         }
     }
 }

@@ -114,8 +114,8 @@ impl Indirect {
     }
 
     /// The frame of a configuration, which is that of the settings with more said: its parts, its draws, and which resources the
-    /// engine supplies with each frame in place of those that are made here, such as textures of its own to write to. The
-    /// numbers of the occluders are added.
+    /// engine supplies with each frame in place of those that are made here, such as textures of its own to write to, of the
+    /// format that [`Settings::output`] says. The numbers of the occluders are added.
     ///
     /// # Errors
     ///

@@ -154,9 +154,12 @@ impl Device {
         }
     }
 
-    /// The bytes of a buffer, or of a texture of four floats, row by row.
+    /// The bytes of a buffer, or four floats for each texel of a texture, row by row.
     fn read(&self, executor: &Executor, name: &str) -> Result<Option<Vec<u8>>> {
-        let size = |texture: &wgpu::Texture| (texture.width() * 16, texture.height());
+        let texel = |texture: &wgpu::Texture| texture.format().block_copy_size(None);
+        let size = |texture: &wgpu::Texture| {
+            (texture.width() * texel(texture).unwrap_or(0), texture.height())
+        };
         let (row, rows) = match (executor.buffer(name), executor.texture(name)) {
             (Some(buffer), _) => (buffer.size() as u32, 1),
             (None, Some(texture)) => size(texture),
@@ -188,7 +191,9 @@ impl Device {
         self.device.poll(wgpu::PollType::wait_indefinitely())?;
         let bytes = copy.slice(..).get_mapped_range()?;
         let rows = bytes.chunks(padded as usize).flat_map(|padded| &padded[..row as usize]);
-        Ok(Some(rows.copied().collect()))
+        let bytes: Vec<u8> = rows.copied().collect();
+        let halves = executor.texture(name).and_then(texel) == Some(8);
+        Ok(Some(if halves { floats(&bytes) } else { bytes }))
     }
 }
 
@@ -196,6 +201,12 @@ impl Device {
 fn halves(words: &[u8]) -> Vec<u8> {
     let floats = bytemuck::pod_collect_to_vec::<u8, f32>(words);
     floats.iter().flat_map(|float| half::f16::from_f32(*float).to_le_bytes()).collect()
+}
+
+/// 32 bits for each of the halves.
+fn floats(halves: &[u8]) -> Vec<u8> {
+    let halves = halves.chunks_exact(2).map(|bits| half::f16::from_le_bytes([bits[0], bits[1]]));
+    halves.flat_map(|half| half.to_f32().to_le_bytes()).collect()
 }
 
 fn main() -> Result<()> {

@@ -201,7 +201,8 @@ fn an_engine_supplies_what_is_written_to() {
     let text = encode(&output(wgpu::TextureFormat::Rgba16Float)).unwrap_err();
     assert_eq!(
         text,
-        "resource `diffuse` is a texture of format Rgba16Float; it has to be a texture of 40 x 24 texels, rgba32float"
+        "resource `diffuse` is a texture of format Rgba16Float; it has to be a texture of 40 x 24 texels, rgba32float; \
+         rgba16float where output == 'rgba16float'"
     );
 }
 

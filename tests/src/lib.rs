@@ -58,6 +58,8 @@ mod moments;
 #[cfg(test)]
 mod numbers;
 #[cfg(test)]
+mod output;
+#[cfg(test)]
 mod overlay;
 #[cfg(test)]
 mod package;

@@ -9,7 +9,7 @@ use sglow_shader_gen::library::Library;
 use sglow_shader_gen::package::{Change, Error, Options, Target, generate, verify_hashes};
 use sglow_shader_gen::prune::Whole;
 use sglow_shaders::shade::Shade;
-use sglow_shaders::{Diffuse, Emitter, Lobes, Ndf, Precision, Specular, Visibility, bind_groups};
+use sglow_shaders::{Diffuse, Emitter, Lobes, Ndf, Output, Specular, Visibility, bind_groups};
 
 const LIBRARY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
 
@@ -62,13 +62,14 @@ fn the_bindings_exclude_what_the_library_excludes() {
                 Ndf::ALL.into_iter().flat_map(|ndf| Lobes::ALL.map(|lobes| (ndf, lobes)))
             {
                 for (emitter, visibility) in emitters_and_visibilities() {
-                    let precision = Precision::F32;
-                    let shade =
-                        Shade { emitter, diffuse, specular, ndf, lobes, precision, visibility };
-                    let id = shade.id().to_string();
-                    assert_eq!(shade.excluded().is_some(), excluded.contains(&id), "{id}");
-                    assert_eq!(shade.excluded().is_none(), legal.contains(&id), "{id}");
-                    assert_eq!(committed.contains(&id), bind_groups(&id).is_some(), "{id}");
+                    for output in Output::ALL {
+                        let of = Shade { emitter, diffuse, specular, ndf, ..Shade::default() };
+                        let shade = Shade { lobes, visibility, output, ..of };
+                        let id = shade.id().to_string();
+                        assert_eq!(shade.excluded().is_some(), excluded.contains(&id), "{id}");
+                        assert_eq!(shade.excluded().is_none(), legal.contains(&id), "{id}");
+                        assert_eq!(committed.contains(&id), bind_groups(&id).is_some(), "{id}");
+                    }
                 }
             }
         }

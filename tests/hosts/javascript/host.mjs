@@ -156,12 +156,12 @@ export class Host {
     return work;
   }
 
-  /// The bytes of a buffer, or of a texture of four floats.
+  /// The bytes of a buffer, or of a texture of four floats or halves.
   async read(index) {
     const { device, resources } = this;
     const { texture, buffer } = this.frame.resources[index];
     const [width, height] = texture?.size ?? [buffer.length * buffer.stride, 1];
-    const row = texture ? width * 16 : width;
+    const row = texture ? width * (texture.format.includes('16float') ? 8 : 16) : width;
     const padded = Math.ceil(row / 256) * 256;
     const usage = GPUBufferUsage.COPY_DST | GPUBufferUsage.MAP_READ;
     const copy = device.createBuffer({ size: padded * height, usage });
@@ -206,7 +206,7 @@ export function resolved({ shared, variants }) {
 
 /// The command that generates variants.
 export function generate({ passes }, ids) {
-  const axes = ([pass, ...values]) => passes[pass].map((axis, i) => `${axis}=${values[i]}`);
+  const axes = ([pass, ...values]) => values.map((value, i) => `${passes[pass][i]}=${value}`);
   const values = ids.flatMap((id) => axes(id.split('-')));
   return `cargo xtask gen-shaders --set ${[...new Set(values)].sort()} --out DIR`;
 }

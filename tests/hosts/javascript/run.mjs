@@ -36,6 +36,16 @@ async function request(modules, variants, { graph, steps }) {
   return device;
 }
 
+/// 32 bits for each half of some bytes.
+function floats(data) {
+  const halves = new Uint16Array(data.buffer, data.byteOffset, data.length / 2);
+  return Float32Array.from(halves, (half) => {
+    const [exponent, fraction] = [(half >> 10) & 0x1f, half & 0x3ff];
+    const size = exponent > 0 ? (1024 + fraction) * 2 ** (exponent - 25) : fraction * 2 ** -24;
+    return (half & 0x8000 ? -1 : 1) * (exponent < 31 ? size : fraction ? NaN : Infinity);
+  });
+}
+
 async function main() {
   const flags = ['facts', 'preset', 'set', 'size', 'map', 'frames', 'graph', 'modules'];
   const options = Object.fromEntries(flags.map((name) => [name, { type: 'string' }]));
@@ -55,8 +65,10 @@ async function main() {
   const host = new Host(await request(modules, variants, frame), folder, variants, frame, supplied);
   for (let age = 0; age < Number(frames); age++) host.run(inputs, age);
   mkdirSync(out, { recursive: true });
-  for (const [index, { name }] of frame.resources.entries()) {
-    if (OUTPUTS.includes(name)) writeFileSync(join(out, name), await host.read(index));
+  for (const [index, { name, texture }] of frame.resources.entries()) {
+    if (!OUTPUTS.includes(name)) continue;
+    const data = await host.read(index);
+    writeFileSync(join(out, name), texture?.format.includes('16float') ? floats(data) : data);
   }
   for (const [name, data] of Object.entries(supplied)) writeFileSync(join(out, name), data);
   const steps = frame.steps.map(({ variant = 'clear' }) => variant);

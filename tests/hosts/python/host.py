@@ -184,10 +184,11 @@ class Host:
         return work
 
     def read(self, index):
-        """The bytes of a buffer, or of a texture of four floats."""
+        """The bytes of a buffer, or of a texture of four floats or halves."""
         made, texture = self.resources[index], self.frame.resources[index]["texture"]
         if not texture:
             return self.device.queue.read_buffer(made)
         width, height = texture["size"]
-        layout = {"bytes_per_row": width * 16, "rows_per_image": height}
+        texel = 8 if "16float" in texture["format"] else 16
+        layout = {"bytes_per_row": width * texel, "rows_per_image": height}
         return self.device.queue.read_texture({"texture": made}, layout, (width, height, 1))

@@ -44,7 +44,10 @@ def main():
     given.out.mkdir(parents=True, exist_ok=True)
     for index, resource in enumerate(frame.resources):
         if resource["name"] in OUTPUTS:
-            (given.out / resource["name"]).write_bytes(host.read(index))
+            data = host.read(index)
+            if "16float" in (resource["texture"] or {"format": ""})["format"]:
+                data = struct.pack(f"<{len(data) // 2}f", *struct.unpack(f"<{len(data) // 2}e", data))
+            (given.out / resource["name"]).write_bytes(data)
     for name, numbers in supplied.items():
         letter = "I" if isinstance(numbers[0], int) else "f"
         (given.out / name).write_bytes(struct.pack(f"<{len(numbers)}{letter}", *numbers))

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Precision, Sharpness,
-    Solver, Space, Specular, SpecularPower, Start, Variance, Visibility,
+    Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Output, Precision,
+    Sharpness, Solver, Space, Specular, SpecularPower, Start, Variance, Visibility,
 };
 
 use super::scenes::{Lamp, Place};
@@ -60,6 +60,7 @@ pub(super) fn base() -> Settings {
         specular: Specular::Asg,
         ndf: Ndf::Ggx,
         visibility: Visibility::None,
+        output: Output::Rgba32float,
         shadow_points: 512,
         tile: 16,
         near_scale: 1.5,
@@ -146,6 +147,9 @@ fn shading(list: &mut List) {
         list.one(format!("specular={specular}"), Settings { specular, ndf, ..base() });
     }
     list.one("ndf=beckmann", Settings { ndf: Ndf::Beckmann, ..base() });
+    let output = Output::Rgba16float;
+    list.one("output=rgba16float", Settings { output, ..base() });
+    list.one("output=rgba16float matt", Settings { output, ..matt() });
 }
 
 /// Kernels and the lights that are made of them.
