@@ -799,585 +799,669 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_0,
     },
     Variant {
-        id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
+        id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_1,
         binding_names: shade::NAMES_1,
     },
     Variant {
-        id: "shade-cosine-fitted-asg-ggx-both-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_2,
         binding_names: shade::NAMES_2,
     },
     Variant {
-        id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
+        id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_3,
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
+        id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_4,
         binding_names: shade::NAMES_4,
     },
     Variant {
+        id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_6,
+        binding_names: shade::NAMES_6,
+    },
+    Variant {
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_7,
+        binding_names: shade::NAMES_7,
+    },
+    Variant {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_5,
-        binding_names: shade::NAMES_5,
-    },
-    Variant {
-        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
-    },
-    Variant {
-        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_7,
-        binding_names: shade::NAMES_7,
-    },
-    Variant {
-        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
-    },
-    Variant {
-        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_5,
-        binding_names: shade::NAMES_5,
-    },
-    Variant {
-        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
-    },
-    Variant {
-        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_7,
-        binding_names: shade::NAMES_7,
-    },
-    Variant {
-        id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_8,
         binding_names: shade::NAMES_8,
     },
     Variant {
-        id: "shade-cosine-fitted-none-none-both-f32-imperfect",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_9,
         binding_names: shade::NAMES_9,
     },
     Variant {
-        id: "shade-cosine-fitted-none-none-both-f32-none",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_10,
         binding_names: shade::NAMES_10,
     },
     Variant {
-        id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_11,
         binding_names: shade::NAMES_11,
     },
     Variant {
-        id: "shade-cosine-fitted-none-none-diffuse-f16-none",
+        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_8,
+        binding_names: shade::NAMES_8,
+    },
+    Variant {
+        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_12,
         binding_names: shade::NAMES_12,
     },
     Variant {
-        id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
+        id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_13,
         binding_names: shade::NAMES_13,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_14,
+        binding_names: shade::NAMES_14,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_16,
+        binding_names: shade::NAMES_16,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-diffuse-f16-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_18,
+        binding_names: shade::NAMES_18,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_19,
+        binding_names: shade::NAMES_19,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_20,
+        binding_names: shade::NAMES_20,
     },
     Variant {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_14,
-        binding_names: shade::NAMES_14,
+        bind_groups: shade::LAYOUT_21,
+        binding_names: shade::NAMES_21,
+    },
+    Variant {
+        id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_22,
+        binding_names: shade::NAMES_22,
     },
     Variant {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_15,
-        binding_names: shade::NAMES_15,
+        bind_groups: shade::LAYOUT_23,
+        binding_names: shade::NAMES_23,
     },
     Variant {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
     },
     Variant {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
     },
     Variant {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_16,
-        binding_names: shade::NAMES_16,
+        bind_groups: shade::LAYOUT_24,
+        binding_names: shade::NAMES_24,
     },
     Variant {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_17,
-        binding_names: shade::NAMES_17,
+        bind_groups: shade::LAYOUT_25,
+        binding_names: shade::NAMES_25,
     },
     Variant {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_16,
-        binding_names: shade::NAMES_16,
+        bind_groups: shade::LAYOUT_24,
+        binding_names: shade::NAMES_24,
     },
     Variant {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_17,
-        binding_names: shade::NAMES_17,
+        bind_groups: shade::LAYOUT_25,
+        binding_names: shade::NAMES_25,
     },
     Variant {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_16,
-        binding_names: shade::NAMES_16,
+        bind_groups: shade::LAYOUT_24,
+        binding_names: shade::NAMES_24,
     },
     Variant {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_25,
+        binding_names: shade::NAMES_25,
+    },
+    Variant {
+        id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_21,
+        binding_names: shade::NAMES_21,
+    },
+    Variant {
+        id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_21,
+        binding_names: shade::NAMES_21,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_26,
+        binding_names: shade::NAMES_26,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_8,
+        binding_names: shade::NAMES_8,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_27,
+        binding_names: shade::NAMES_27,
+    },
+    Variant {
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_2,
+        binding_names: shade::NAMES_2,
+    },
+    Variant {
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_8,
+        binding_names: shade::NAMES_8,
+    },
+    Variant {
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-both-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_14,
+        binding_names: shade::NAMES_14,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_17,
         binding_names: shade::NAMES_17,
     },
     Variant {
-        id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
+        id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
-    },
-    Variant {
-        id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
-    },
-    Variant {
-        id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_10,
-        binding_names: shade::NAMES_10,
-    },
-    Variant {
-        id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_14,
-        binding_names: shade::NAMES_14,
-    },
-    Variant {
-        id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
-    },
-    Variant {
-        id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
-    },
-    Variant {
-        id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_10,
-        binding_names: shade::NAMES_10,
-    },
-    Variant {
-        id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_14,
-        binding_names: shade::NAMES_14,
-    },
-    Variant {
-        id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-disc-fitted-asg-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
-    },
-    Variant {
-        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_5,
-        binding_names: shade::NAMES_5,
-    },
-    Variant {
-        id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
-    },
-    Variant {
-        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_7,
-        binding_names: shade::NAMES_7,
-    },
-    Variant {
-        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_5,
-        binding_names: shade::NAMES_5,
-    },
-    Variant {
-        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_7,
-        binding_names: shade::NAMES_7,
-    },
-    Variant {
-        id: "shade-disc-fitted-none-none-both-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_9,
-        binding_names: shade::NAMES_9,
-    },
-    Variant {
-        id: "shade-disc-fitted-none-none-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_10,
-        binding_names: shade::NAMES_10,
-    },
-    Variant {
-        id: "shade-disc-fitted-none-none-both-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_11,
-        binding_names: shade::NAMES_11,
+        bind_groups: shade::LAYOUT_28,
+        binding_names: shade::NAMES_28,
     },
     Variant {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_13,
-        binding_names: shade::NAMES_13,
+        bind_groups: shade::LAYOUT_20,
+        binding_names: shade::NAMES_20,
     },
     Variant {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_14,
-        binding_names: shade::NAMES_14,
+        bind_groups: shade::LAYOUT_21,
+        binding_names: shade::NAMES_21,
     },
     Variant {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_15,
-        binding_names: shade::NAMES_15,
+        bind_groups: shade::LAYOUT_23,
+        binding_names: shade::NAMES_23,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_29,
+        binding_names: shade::NAMES_29,
     },
     Variant {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
     },
     Variant {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
-    },
-    Variant {
-        id: "shade-lobe-constant-none-none-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_10,
-        binding_names: shade::NAMES_10,
-    },
-    Variant {
-        id: "shade-lobe-constant-none-none-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_14,
-        binding_names: shade::NAMES_14,
-    },
-    Variant {
-        id: "shade-lobe-constant-sg-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
-    },
-    Variant {
-        id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
-    },
-    Variant {
-        id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-lobe-fitted-asg-ggx-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
-    },
-    Variant {
-        id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_5,
-        binding_names: shade::NAMES_5,
-    },
-    Variant {
-        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
-    },
-    Variant {
-        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_7,
-        binding_names: shade::NAMES_7,
-    },
-    Variant {
-        id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_1,
-        binding_names: shade::NAMES_1,
-    },
-    Variant {
-        id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_3,
-        binding_names: shade::NAMES_3,
-    },
-    Variant {
-        id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_5,
-        binding_names: shade::NAMES_5,
-    },
-    Variant {
-        id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_7,
-        binding_names: shade::NAMES_7,
-    },
-    Variant {
-        id: "shade-lobe-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_9,
         binding_names: shade::NAMES_9,
     },
     Variant {
-        id: "shade-lobe-fitted-none-none-both-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_10,
-        binding_names: shade::NAMES_10,
-    },
-    Variant {
-        id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_11,
-        binding_names: shade::NAMES_11,
-    },
-    Variant {
-        id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_13,
-        binding_names: shade::NAMES_13,
-    },
-    Variant {
-        id: "shade-lobe-fitted-none-none-diffuse-f32-none",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_14,
-        binding_names: shade::NAMES_14,
-    },
-    Variant {
-        id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
+        id: "shade-lobe-constant-none-none-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_15,
         binding_names: shade::NAMES_15,
     },
     Variant {
-        id: "shade-lobe-fitted-sg-ggx-both-f32-none",
+        id: "shade-lobe-constant-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_21,
+        binding_names: shade::NAMES_21,
+    },
+    Variant {
+        id: "shade-lobe-constant-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_2,
         binding_names: shade::NAMES_2,
     },
     Variant {
-        id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
+        id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
+        id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_8,
+        binding_names: shade::NAMES_8,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_2,
         binding_names: shade::NAMES_2,
     },
     Variant {
-        id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
+        id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
     },
     Variant {
-        id: "shade-lobe-gaussian-none-none-both-f32-none",
+        id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_10,
-        binding_names: shade::NAMES_10,
+        bind_groups: shade::LAYOUT_8,
+        binding_names: shade::NAMES_8,
     },
     Variant {
-        id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
+        id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_14,
         binding_names: shade::NAMES_14,
     },
     Variant {
+        id: "shade-lobe-fitted-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_20,
+        binding_names: shade::NAMES_20,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_21,
+        binding_names: shade::NAMES_21,
+    },
+    Variant {
+        id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_23,
+        binding_names: shade::NAMES_23,
+    },
+    Variant {
+        id: "shade-lobe-fitted-sg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_21,
+        binding_names: shade::NAMES_21,
+    },
+    Variant {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_2,
-        binding_names: shade::NAMES_2,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
     },
     Variant {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_6,
-        binding_names: shade::NAMES_6,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
     },
     Variant {
         id: "shadow-constant-opaque",
@@ -2162,6 +2246,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "011a76ccb9a3a5a25bfdad4dc5bb56807bfa744c8145d9b5ddb0c9d5755c6075",
     },
     Embedded {
+        id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float.wgsl"
+        ),
+        sha256: "71b6a36ee010311d613e954cf00c8d499cb42e31da0068f84a99cbb9a86ac253",
+    },
+    Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
@@ -2174,6 +2266,14 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-both-f32-none.wgsl"),
         sha256: "a0c305de12c2bbe6aca9581bb843f087acc09db01b2cfca00706b57f02e8e3fd",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float.wgsl"
+        ),
+        sha256: "f42e49f8257330c85058badd657739392b1d43b1502d7f69b31d955856004690",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
@@ -2190,6 +2290,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "6f6df42db63d4c9b965870d9a1bd12a4179cd80bd392bbbe02def88eeafd0a49",
     },
     Embedded {
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float.wgsl"
+        ),
+        sha256: "16e8973dd10d2eae3e2fa70be2ff3ac5f2c822c72ad5db6ea75ccbae0d14b86f",
+    },
+    Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
@@ -2202,6 +2310,14 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-none.wgsl"),
         sha256: "0708110a78ec02d20e02d50ed96279b3c8a0ed36f0489b43f503db883fba100f",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float.wgsl"
+        ),
+        sha256: "2951b96e54124fb4f79518d63e789a7481613f7c7de41c16e02622a2190e2c7b",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2266,6 +2382,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "197ca1a9488cd97c506499395e0a110676ce6cc0ba5143ec0d22ea39e3c490c8",
     },
     Embedded {
+        id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-both-f16-none-rgba16float.wgsl"
+        ),
+        sha256: "d217169885315523ba54beca8eba0b062ad03c2fce767f6371a25c5510b354b4",
+    },
+    Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
@@ -2278,6 +2402,14 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-cosine-fitted-none-none-both-f32-none.wgsl"),
         sha256: "5050d7885c265f4a3adb7382ea61e62f997598bd461492f16abf10029e3e5c01",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-both-f32-none-rgba16float.wgsl"
+        ),
+        sha256: "bc58e90eecc2d0bae293189fbaf8f6f032185b5c14c51fb17209f5afec49fde3",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -2296,6 +2428,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "690483fa08e7b158f3214250b7be6c10739edbb21699f2d7d29ef352dc0c3223",
     },
     Embedded {
+        id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float.wgsl"
+        ),
+        sha256: "62495e62a361db320697023881ec596e4b0c523a9e32163bfa0056897d4de91b",
+    },
+    Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
@@ -2310,6 +2450,14 @@ pub static EMBEDDED: &[Embedded] = &[
             "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-none.wgsl"
         ),
         sha256: "9e5fdb0f1178e053f78b8addd8b4121d7dd9a0b08c0b0f877464354d6498e080",
+    },
+    Embedded {
+        id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float.wgsl"
+        ),
+        sha256: "d5f66b35207bef686d3ca421fd00580eda76b4dd46171bd4c6fb781c52913c7b",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -2454,6 +2602,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "ac47cc8f1bbae7cd6bfa1c1c17fcb30f73bfdcfbbeaccf4e85931b99d72e42d4",
     },
     Embedded {
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float.wgsl"
+        ),
+        sha256: "4d8cc430165a3c0ad50aaace169b1e291b10d9b916952bab567239c298253c68",
+    },
+    Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
@@ -2474,6 +2630,14 @@ pub static EMBEDDED: &[Embedded] = &[
             "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
         ),
         sha256: "7ce003c772c063ff44369568ab463a2ea7c7b35f594a8bbceb4442499c985a40",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float.wgsl"
+        ),
+        sha256: "8109899704edb21bea6383dbed57ab5f0df744ecc25e7c75fbe73c94ca1eb6f3",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2530,6 +2694,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "f79ed9a4241c9528689d9ea9538b06e6b975026e10ab7c4e3cc5df233bac4ba3",
     },
     Embedded {
+        id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float.wgsl"
+        ),
+        sha256: "4519919c3da320d984bc1006f72daa697f3e175f20f0013b3ca17576479f4a4c",
+    },
+    Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
@@ -2550,6 +2722,14 @@ pub static EMBEDDED: &[Embedded] = &[
             "../wgsl/shade-disc-fitted-none-none-diffuse-f32-shadow_map.wgsl"
         ),
         sha256: "efbc3eb10155ed324b403c0237c69b7634aa930dbf41cda77185d1e8cc93cbd7",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float.wgsl"
+        ),
+        sha256: "cb5125aef9d4f7f20ee40f3d16d2695e445b248435ef5fe7639a8ed737887b67",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -2941,7 +3121,8 @@ macro_rules! settings {
         $crate::Kernel, #[doc = " The kind of the light."] pub light : $crate::Light,
         #[doc = " The lobes that a virtual light emits."] pub lobes : $crate::Lobes,
         #[doc = " The distribution of microfacet normals."] pub ndf : $crate::Ndf, #[doc
-        =
+        = " The format of the textures that radiance is written to."] pub output :
+        $crate::Output, #[doc =
         " The precision of moments and virtual lights in memory; all arithmetic is in 32 bits."]
         pub precision : $crate::Precision, #[doc =
         " How the sharpness of a virtual light's directions follows from their mean."]
@@ -2991,19 +3172,19 @@ macro_rules! settings {
         $crate::Diffuse::default(), draw : $crate::Draw::default(), emitter :
         $crate::Emitter::default(), filter : $crate::Filter::default(), kernel :
         $crate::Kernel::default(), light : $crate::Light::default(), lobes :
-        $crate::Lobes::default(), ndf : $crate::Ndf::default(), precision :
-        $crate::Precision::default(), sharpness : $crate::Sharpness::default(), solver :
-        $crate::Solver::default(), space : $crate::Space::default(), specular :
-        $crate::Specular::default(), specular_power : $crate::SpecularPower::default(),
-        variance : $crate::Variance::default(), visibility :
-        $crate::Visibility::default(), bias_scale : 1.0, camera_lights : 2048,
-        emission_sharpness : 2.0, fill_levels : 0, iterations : 12, large_steps : 0.02,
-        lights : 1024, map : 256, mutations : 1, near_scale : 1.5, seed : 1,
+        $crate::Lobes::default(), ndf : $crate::Ndf::default(), output :
+        $crate::Output::default(), precision : $crate::Precision::default(), sharpness :
+        $crate::Sharpness::default(), solver : $crate::Solver::default(), space :
+        $crate::Space::default(), specular : $crate::Specular::default(), specular_power
+        : $crate::SpecularPower::default(), variance : $crate::Variance::default(),
+        visibility : $crate::Visibility::default(), bias_scale : 1.0, camera_lights :
+        2048, emission_sharpness : 2.0, fill_levels : 0, iterations : 12, large_steps :
+        0.02, lights : 1024, map : 256, mutations : 1, near_scale : 1.5, seed : 1,
         shadow_points : 8192, size_factor : 1.0, small_step : 0.01, splat_reach : 2, tile
         : 64, } } } impl $name { #[doc = r" The names of the axes."] pub const AXES : &
         'static [& 'static str] = & ["density", "diffuse", "draw", "emitter", "filter",
-        "kernel", "light", "lobes", "ndf", "precision", "sharpness", "solver", "space",
-        "specular", "specular_power", "variance", "visibility"]; #[doc =
+        "kernel", "light", "lobes", "ndf", "output", "precision", "sharpness", "solver",
+        "space", "specular", "specular_power", "variance", "visibility"]; #[doc =
         r" The names of the parameters."] pub const PARAMETERS : & 'static [& 'static
         str] = & ["bias_scale", "camera_lights", "emission_sharpness", "fill_levels",
         "iterations", "large_steps", "lights", "map", "mutations", "near_scale", "seed",
@@ -3013,11 +3194,12 @@ macro_rules! settings {
         "density" => self.density.name(), "diffuse" => self.diffuse.name(), "draw" =>
         self.draw.name(), "emitter" => self.emitter.name(), "filter" => self.filter
         .name(), "kernel" => self.kernel.name(), "light" => self.light.name(), "lobes" =>
-        self.lobes.name(), "ndf" => self.ndf.name(), "precision" => self.precision
-        .name(), "sharpness" => self.sharpness.name(), "solver" => self.solver.name(),
-        "space" => self.space.name(), "specular" => self.specular.name(),
-        "specular_power" => self.specular_power.name(), "variance" => self.variance
-        .name(), "visibility" => self.visibility.name(), _ => return None, }) } #[doc =
+        self.lobes.name(), "ndf" => self.ndf.name(), "output" => self.output.name(),
+        "precision" => self.precision.name(), "sharpness" => self.sharpness.name(),
+        "solver" => self.solver.name(), "space" => self.space.name(), "specular" => self
+        .specular.name(), "specular_power" => self.specular_power.name(), "variance" =>
+        self.variance.name(), "visibility" => self.visibility.name(), _ => return None,
+        }) } #[doc =
         r" Sets an axis by the name of a value; nothing if there is no such axis."] pub
         fn set_axis(& mut self, name : & str, value : & str,) -> Option < Result < (),
         $crate::UnknownValue >> { Some(match name { "density" => value.parse().map(|
@@ -3027,14 +3209,15 @@ macro_rules! settings {
         .parse().map(| value | self.filter = value), "kernel" => value.parse().map(|
         value | self.kernel = value), "light" => value.parse().map(| value | self.light =
         value), "lobes" => value.parse().map(| value | self.lobes = value), "ndf" =>
-        value.parse().map(| value | self.ndf = value), "precision" => value.parse().map(|
-        value | self.precision = value), "sharpness" => value.parse().map(| value | self
-        .sharpness = value), "solver" => value.parse().map(| value | self.solver =
-        value), "space" => value.parse().map(| value | self.space = value), "specular" =>
-        value.parse().map(| value | self.specular = value), "specular_power" => value
-        .parse().map(| value | self.specular_power = value), "variance" => value.parse()
-        .map(| value | self.variance = value), "visibility" => value.parse().map(| value
-        | self.visibility = value), _ => return None, }) } #[doc =
+        value.parse().map(| value | self.ndf = value), "output" => value.parse().map(|
+        value | self.output = value), "precision" => value.parse().map(| value | self
+        .precision = value), "sharpness" => value.parse().map(| value | self.sharpness =
+        value), "solver" => value.parse().map(| value | self.solver = value), "space" =>
+        value.parse().map(| value | self.space = value), "specular" => value.parse()
+        .map(| value | self.specular = value), "specular_power" => value.parse().map(|
+        value | self.specular_power = value), "variance" => value.parse().map(| value |
+        self.variance = value), "visibility" => value.parse().map(| value | self
+        .visibility = value), _ => return None, }) } #[doc =
         r" The value of a parameter; nothing if there is no such parameter."] pub fn
         number(& self, name : & str) -> Option < $crate::Number > { Some(match name {
         "bias_scale" => $crate::Number::Real(self.bias_scale), "camera_lights" =>
@@ -4171,6 +4354,46 @@ impl core::str::FromStr for Opacity {
             })
     }
 }
+/// The format of the textures that radiance is written to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Output {
+    /// 32-bit floats.
+    #[default]
+    Rgba32float,
+    /// 16-bit floats, rounded to the nearest; radiance above 65504 is stored as 65504.
+    Rgba16float,
+}
+impl Output {
+    /// The name of the axis.
+    pub const AXIS: &str = "output";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 2] = [Self::Rgba32float, Self::Rgba16float];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Rgba32float => "rgba32float",
+            Self::Rgba16float => "rgba16float",
+        }
+    }
+}
+impl core::fmt::Display for Output {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Output {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
 /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Precision {
@@ -4635,7 +4858,7 @@ pub mod surface {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.material, self.opacity)
         }
@@ -4756,7 +4979,7 @@ pub mod shadow {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.material, self.opacity)
         }
@@ -4850,7 +5073,7 @@ pub mod emission {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.material, self.opacity)
         }
@@ -5002,7 +5225,7 @@ pub mod moments {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!(
                 "{PASS}-{}-{}-{}-{}-{}", self.light, self.lobes, self.specular_power,
@@ -5191,7 +5414,7 @@ pub mod density {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!(
                 "{PASS}-{}-{}-{}-{}", self.density, self.importance, self.lobes, self
@@ -5461,7 +5684,7 @@ pub mod mip {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.texel, self.levels)
         }
@@ -5781,7 +6004,7 @@ pub mod metropolis_start {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.start)
         }
@@ -5813,7 +6036,7 @@ pub mod metropolis {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -5899,7 +6122,7 @@ pub mod sample {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!(
                 "{PASS}-{}-{}-{}-{}-{}-{}-{}-{}", self.draw, self.kernel, self.solver,
@@ -6315,7 +6538,7 @@ pub mod centres {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.draw, self.space)
         }
@@ -6403,7 +6626,7 @@ pub mod cluster_codes {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.space)
         }
@@ -6467,7 +6690,7 @@ pub mod sort_count {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -6517,7 +6740,7 @@ pub mod sort_scan {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -6566,7 +6789,7 @@ pub mod sort_scatter {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -6626,7 +6849,7 @@ pub mod cluster_tree {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -6677,7 +6900,7 @@ pub mod cluster_boxes {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -6745,7 +6968,7 @@ pub mod cluster_assign {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.space)
         }
@@ -6821,7 +7044,7 @@ pub mod cluster_starts {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -6901,7 +7124,7 @@ pub mod cluster_sum {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!(
                 "{PASS}-{}-{}-{}-{}-{}", self.light, self.variance, self.sharpness, self
@@ -7057,7 +7280,7 @@ pub mod check {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.lobes, self.precision)
         }
@@ -7288,7 +7511,7 @@ pub mod light_shadow {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.lobes, self.precision)
         }
@@ -7392,7 +7615,7 @@ pub mod light_points {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.lobes, self.precision)
         }
@@ -7479,7 +7702,7 @@ pub mod light_fill {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -7544,6 +7767,8 @@ pub mod shade {
         pub precision: super::Precision,
         /// What hides a virtual light from a shading point.
         pub visibility: super::Visibility,
+        /// The format of the textures that radiance is written to.
+        pub output: super::Output,
     }
     impl Shade {
         /// Every legal variant.
@@ -7556,15 +7781,18 @@ pub mod shade {
                             for lobes in super::Lobes::ALL {
                                 for precision in super::Precision::ALL {
                                     for visibility in super::Visibility::ALL {
-                                        all.push(Self {
-                                            emitter,
-                                            diffuse,
-                                            specular,
-                                            ndf,
-                                            lobes,
-                                            precision,
-                                            visibility,
-                                        });
+                                        for output in super::Output::ALL {
+                                            all.push(Self {
+                                                emitter,
+                                                diffuse,
+                                                specular,
+                                                ndf,
+                                                lobes,
+                                                precision,
+                                                visibility,
+                                                output,
+                                            });
+                                        }
                                     }
                                 }
                             }
@@ -7575,12 +7803,20 @@ pub mod shade {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
-            format!(
-                "{PASS}-{}-{}-{}-{}-{}-{}-{}", self.emitter, self.diffuse, self.specular,
-                self.ndf, self.lobes, self.precision, self.visibility
-            )
+            if self.output == super::Output::default() {
+                format!(
+                    "{PASS}-{}-{}-{}-{}-{}-{}-{}", self.emitter, self.diffuse, self
+                    .specular, self.ndf, self.lobes, self.precision, self.visibility
+                )
+            } else {
+                format!(
+                    "{PASS}-{}-{}-{}-{}-{}-{}-{}-{}", self.emitter, self.diffuse, self
+                    .specular, self.ndf, self.lobes, self.precision, self.visibility,
+                    self.output
+                )
+            }
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -7700,7 +7936,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-cosine-fitted-asg-ggx-both-f32-imperfect`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect`, `shade-disc-fitted-asg-ggx-both-f32-imperfect`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect`, `shade-lobe-fitted-asg-ggx-both-f32-imperfect`, `shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect`.
+    /// `shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -7731,30 +7967,20 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureFormat::Rgba16Float,
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage_texture(
                 6,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureFormat::Rgba16Float,
                 wgpu::TextureViewDimension::D2,
-            ),
-            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
-            super::texture(
-                8,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
             ),
         ],
     ];
@@ -7767,11 +7993,9 @@ pub mod shade {
             "sglow_vsgls",
             "sglow_diffuse_output",
             "sglow_specular_output",
-            "sglow_light_maps",
-            "sglow_light_atlas",
         ],
     ];
-    /// `shade-cosine-fitted-asg-ggx-both-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-none`, `shade-cosine-fitted-sg-ggx-both-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-both-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-both-f32-none`, `shade-disc-fitted-asg-ggx-both-f32-none`, `shade-lobe-constant-asg-ggx-both-f32-none`, `shade-lobe-constant-sg-ggx-both-f32-none`, `shade-lobe-fitted-asg-ggx-both-f32-none`, `shade-lobe-fitted-sg-ggx-both-f32-none`, `shade-lobe-gaussian-asg-ggx-both-f32-none`, `shade-lobe-gaussian-sg-ggx-both-f32-none`.
+    /// `shade-cosine-fitted-asg-ggx-both-f32-imperfect`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect`, `shade-disc-fitted-asg-ggx-both-f32-imperfect`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect`, `shade-lobe-fitted-asg-ggx-both-f32-imperfect`, `shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect`.
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -7817,6 +8041,16 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
         ],
     ];
     pub(super) const NAMES_2: &[&[&str]] = &[
@@ -7828,9 +8062,11 @@ pub mod shade {
             "sglow_vsgls",
             "sglow_diffuse_output",
             "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
         ],
     ];
-    /// `shade-cosine-fitted-asg-ggx-both-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-disc-fitted-asg-ggx-both-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-both-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map`.
+    /// `shade-cosine-fitted-asg-ggx-both-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-none`, `shade-cosine-fitted-sg-ggx-both-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-both-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-both-f32-none`, `shade-disc-fitted-asg-ggx-both-f32-none`, `shade-lobe-constant-asg-ggx-both-f32-none`, `shade-lobe-constant-sg-ggx-both-f32-none`, `shade-lobe-fitted-asg-ggx-both-f32-none`, `shade-lobe-fitted-sg-ggx-both-f32-none`, `shade-lobe-gaussian-asg-ggx-both-f32-none`, `shade-lobe-gaussian-sg-ggx-both-f32-none`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -7876,6 +8112,124 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+        ],
+    ];
+    /// `shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float`.
+    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_4: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+        ],
+    ];
+    /// `shade-cosine-fitted-asg-ggx-both-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-disc-fitted-asg-ggx-both-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-both-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map`.
+    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
             super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
             super::texture(
                 8,
@@ -7886,7 +8240,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_3: &[&[&str]] = &[
+    pub(super) const NAMES_5: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -7900,7 +8254,7 @@ pub mod shade {
         ],
     ];
     /// `shade-cosine-fitted-asg-ggx-diffuse-f16-none`.
-    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -7947,136 +8301,6 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_4: &[&[&str]] = &[
-        &[
-            "sglow_shade_parameters",
-            "sglow_position_texture",
-            "sglow_normal_texture",
-            "sglow_base_color_texture",
-            "sglow_vsgls",
-            "sglow_diffuse_output",
-            "sglow_specular_output",
-        ],
-    ];
-    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect`, `shade-disc-fitted-asg-ggx-diffuse-f32-imperfect`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect`, `shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect`, `shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect`.
-    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                3,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage_texture(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::storage_texture(
-                6,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
-            super::texture(
-                8,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-        ],
-    ];
-    pub(super) const NAMES_5: &[&[&str]] = &[
-        &[
-            "sglow_shade_parameters",
-            "sglow_position_texture",
-            "sglow_normal_texture",
-            "sglow_base_color_texture",
-            "sglow_vsgls",
-            "sglow_diffuse_output",
-            "sglow_specular_output",
-            "sglow_light_maps",
-            "sglow_light_atlas",
-        ],
-    ];
-    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none`, `shade-cosine-fitted-sg-ggx-diffuse-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none`, `shade-disc-fitted-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-sg-ggx-diffuse-f32-none`, `shade-lobe-fitted-asg-ggx-diffuse-f32-none`, `shade-lobe-fitted-sg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-asg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-sg-ggx-diffuse-f32-none`.
-    pub(super) const LAYOUT_6: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                3,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage_texture(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::storage_texture(
-                6,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-        ],
-    ];
     pub(super) const NAMES_6: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
@@ -8088,7 +8312,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`.
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float`.
     pub(super) const LAYOUT_7: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -8119,28 +8343,20 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 32),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureFormat::Rgba16Float,
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage_texture(
                 6,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureFormat::Rgba16Float,
                 wgpu::TextureViewDimension::D2,
-            ),
-            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
-            super::texture(
-                8,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Depth,
-                wgpu::TextureViewDimension::D2,
-                false,
             ),
         ],
     ];
@@ -8153,11 +8369,9 @@ pub mod shade {
             "sglow_vsgls",
             "sglow_diffuse_output",
             "sglow_specular_output",
-            "sglow_light_maps",
-            "sglow_light_atlas",
         ],
     ];
-    /// `shade-cosine-fitted-none-none-both-f16-none`.
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect`, `shade-disc-fitted-asg-ggx-diffuse-f32-imperfect`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect`, `shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect`, `shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect`.
     pub(super) const LAYOUT_8: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -8196,6 +8410,23 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
         ],
     ];
     pub(super) const NAMES_8: &[&[&str]] = &[
@@ -8206,10 +8437,302 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none`, `shade-cosine-fitted-sg-ggx-diffuse-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none`, `shade-disc-fitted-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-sg-ggx-diffuse-f32-none`, `shade-lobe-fitted-asg-ggx-diffuse-f32-none`, `shade-lobe-fitted-sg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-asg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-sg-ggx-diffuse-f32-none`.
+    pub(super) const LAYOUT_9: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_9: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+        ],
+    ];
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float`.
+    pub(super) const LAYOUT_10: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_10: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+        ],
+    ];
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`.
+    pub(super) const LAYOUT_11: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_11: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-cosine-fitted-none-none-both-f16-none`.
+    pub(super) const LAYOUT_12: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_12: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+        ],
+    ];
+    /// `shade-cosine-fitted-none-none-both-f16-none-rgba16float`.
+    pub(super) const LAYOUT_13: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_13: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
         ],
     ];
     /// `shade-cosine-fitted-none-none-both-f32-imperfect`, `shade-disc-fitted-none-none-both-f32-imperfect`, `shade-lobe-fitted-none-none-both-f32-imperfect`.
-    pub(super) const LAYOUT_9: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_14: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -8259,7 +8782,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_9: &[&[&str]] = &[
+    pub(super) const NAMES_14: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -8272,7 +8795,7 @@ pub mod shade {
         ],
     ];
     /// `shade-cosine-fitted-none-none-both-f32-none`, `shade-cosine_convolved-fitted-none-none-both-f32-none`, `shade-cosine_quadratic-fitted-none-none-both-f32-none`, `shade-disc-fitted-none-none-both-f32-none`, `shade-lobe-constant-none-none-both-f32-none`, `shade-lobe-fitted-none-none-both-f32-none`, `shade-lobe-gaussian-none-none-both-f32-none`.
-    pub(super) const LAYOUT_10: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_15: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -8312,7 +8835,58 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_10: &[&[&str]] = &[
+    pub(super) const NAMES_15: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+        ],
+    ];
+    /// `shade-cosine-fitted-none-none-both-f32-none-rgba16float`.
+    pub(super) const LAYOUT_16: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_16: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -8323,7 +8897,7 @@ pub mod shade {
         ],
     ];
     /// `shade-cosine-fitted-none-none-both-f32-shadow_map`, `shade-disc-fitted-none-none-both-f32-shadow_map`, `shade-lobe-fitted-none-none-both-f32-shadow_map`.
-    pub(super) const LAYOUT_11: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_17: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -8371,7 +8945,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_11: &[&[&str]] = &[
+    pub(super) const NAMES_17: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -8384,7 +8958,7 @@ pub mod shade {
         ],
     ];
     /// `shade-cosine-fitted-none-none-diffuse-f16-none`.
-    pub(super) const LAYOUT_12: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_18: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -8424,7 +8998,58 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_12: &[&[&str]] = &[
+    pub(super) const NAMES_18: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+        ],
+    ];
+    /// `shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float`.
+    pub(super) const LAYOUT_19: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 32),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_19: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -8435,7 +9060,7 @@ pub mod shade {
         ],
     ];
     /// `shade-cosine-fitted-none-none-diffuse-f32-imperfect`, `shade-disc-fitted-none-none-diffuse-f32-imperfect`, `shade-lobe-fitted-none-none-diffuse-f32-imperfect`.
-    pub(super) const LAYOUT_13: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_20: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -8485,7 +9110,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_13: &[&[&str]] = &[
+    pub(super) const NAMES_20: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -8498,7 +9123,7 @@ pub mod shade {
         ],
     ];
     /// `shade-cosine-fitted-none-none-diffuse-f32-none`, `shade-cosine_convolved-fitted-none-none-diffuse-f32-none`, `shade-cosine_quadratic-fitted-none-none-diffuse-f32-none`, `shade-disc-fitted-none-none-diffuse-f32-none`, `shade-lobe-constant-none-none-diffuse-f32-none`, `shade-lobe-fitted-none-none-diffuse-f32-none`, `shade-lobe-gaussian-none-none-diffuse-f32-none`.
-    pub(super) const LAYOUT_14: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_21: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -8538,7 +9163,58 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_14: &[&[&str]] = &[
+    pub(super) const NAMES_21: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+        ],
+    ];
+    /// `shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float`.
+    pub(super) const LAYOUT_22: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_22: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -8549,7 +9225,7 @@ pub mod shade {
         ],
     ];
     /// `shade-cosine-fitted-none-none-diffuse-f32-shadow_map`, `shade-disc-fitted-none-none-diffuse-f32-shadow_map`, `shade-lobe-fitted-none-none-diffuse-f32-shadow_map`.
-    pub(super) const LAYOUT_15: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_23: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -8597,7 +9273,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_15: &[&[&str]] = &[
+    pub(super) const NAMES_23: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -8610,7 +9286,7 @@ pub mod shade {
         ],
     ];
     /// `shade-cosine-none-asg-ggx-both-f32-none`, `shade-cosine-none-ndf_filtered-ggx-both-f32-none`, `shade-cosine-none-sg-ggx-both-f32-none`.
-    pub(super) const LAYOUT_16: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_24: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -8650,7 +9326,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_16: &[&[&str]] = &[
+    pub(super) const NAMES_24: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -8661,7 +9337,7 @@ pub mod shade {
         ],
     ];
     /// `shade-cosine-none-asg-ggx-diffuse-f32-none`, `shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none`, `shade-cosine-none-sg-ggx-diffuse-f32-none`.
-    pub(super) const LAYOUT_17: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_25: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -8701,7 +9377,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_17: &[&[&str]] = &[
+    pub(super) const NAMES_25: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -8709,6 +9385,266 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_specular_output",
+        ],
+    ];
+    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float`.
+    pub(super) const LAYOUT_26: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_26: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float`.
+    pub(super) const LAYOUT_27: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_27: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float`.
+    pub(super) const LAYOUT_28: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_28: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float`.
+    pub(super) const LAYOUT_29: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_29: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
         ],
     ];
 }
@@ -8725,6 +9661,8 @@ pub mod direct {
         pub light: super::Light,
         /// The distribution of microfacet normals.
         pub ndf: super::Ndf,
+        /// The format of the textures that radiance is written to.
+        pub output: super::Output,
     }
     impl Direct {
         /// Every legal variant.
@@ -8732,15 +9670,21 @@ pub mod direct {
             let mut all = Vec::new();
             for light in super::Light::ALL {
                 for ndf in super::Ndf::ALL {
-                    all.push(Self { light, ndf });
+                    for output in super::Output::ALL {
+                        all.push(Self { light, ndf, output });
+                    }
                 }
             }
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}", self.light, self.ndf)
+            if self.output == super::Output::default() {
+                format!("{PASS}-{}-{}", self.light, self.ndf)
+            } else {
+                format!("{PASS}-{}-{}-{}", self.light, self.ndf, self.output)
+            }
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -8896,6 +9840,8 @@ pub mod compose {
         pub indirect: super::Indirect,
         /// Whether surfaces that emit are seen.
         pub emission: super::Emission,
+        /// The format of the textures that radiance is written to.
+        pub output: super::Output,
     }
     impl Compose {
         /// Every legal variant.
@@ -8903,15 +9849,21 @@ pub mod compose {
             let mut all = Vec::new();
             for indirect in super::Indirect::ALL {
                 for emission in super::Emission::ALL {
-                    all.push(Self { indirect, emission });
+                    for output in super::Output::ALL {
+                        all.push(Self { indirect, emission, output });
+                    }
                 }
             }
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
-            format!("{PASS}-{}-{}", self.indirect, self.emission)
+            if self.output == super::Output::default() {
+                format!("{PASS}-{}-{}", self.indirect, self.emission)
+            } else {
+                format!("{PASS}-{}-{}-{}", self.indirect, self.emission, self.output)
+            }
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -9228,7 +10180,7 @@ pub mod function {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`.
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.function)
         }
