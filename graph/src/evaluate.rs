@@ -226,7 +226,7 @@ impl<'d> Env<'_, 'd> {
             case.when
                 .as_ref()
                 .filter(|_| !own)
-                .map(|when| format!("{} where {}", case.value, when.text))
+                .map(|when| format!("; {} where {}", case.value, when.text))
         };
         let other_formats: Vec<_> = cases.iter().filter_map(other).collect();
         let resources = &mut self.of.frame.borrow_mut().resources;

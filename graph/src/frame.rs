@@ -35,7 +35,7 @@ pub struct Resource {
     pub external: bool,
     /// Whether its contents last from frame to frame.
     pub kept: bool,
-    /// The formats that a texture has in other configurations, each with its condition.
+    /// The formats that a texture has in other configurations, each with its condition: `; FORMAT where CONDITION`.
     #[serde(skip)]
     pub other_formats: Vec<String>,
 }

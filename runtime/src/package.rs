@@ -150,12 +150,11 @@ impl Manifest {
     /// Why a variant is missing: the rules that left it out, or what was chosen in its place.
     fn reasons(&self, id: &str) -> Vec<String> {
         let mut words = id.split('-');
-        let passes = self.description.as_ref().map(|description| &description.passes);
-        let axes = passes.zip(words.next()).and_then(|(passes, pass)| passes.get(pass));
+        let of = self.description.as_ref();
+        let axes = of.zip(words.next()).and_then(|(of, pass)| of.passes.get(pass));
         let axes = axes.map(Vec::as_slice).unwrap_or_default();
-        // What the identifier does not name is the default of an axis that is implied.
-        let last = axes.last().zip(self.description.as_ref());
-        let last = last.and_then(|(axis, of)| of.axes.get(axis)).filter(|axis| axis.implied);
+        // What the identifier does not name is the default of the last one.
+        let last = of.zip(axes.last()).and_then(|(of, axis)| of.axes.get(axis));
         let words = words.chain(last.map(|axis| axis.default.as_str()));
         let values: Vec<_> = axes.iter().map(String::as_str).zip(words).collect();
         let rules = self.left_out.iter().filter_map(|left| left.explains(id, &values));

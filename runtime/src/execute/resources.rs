@@ -387,8 +387,7 @@ fn described(resource: &frame::Resource) -> String {
             let several = |number: &u64, text| if *number > 1 { text } else { String::new() };
             let layers = several(layers, format!(", {layers} layers"));
             let levels = several(levels, format!(", {levels} levels"));
-            let other = resource.other_formats.iter().map(|other| format!("; {other}"));
-            let other = other.collect::<String>();
+            let other = resource.other_formats.concat();
             format!("a texture of {width} x {height} texels, {format}{layers}{levels}{other}")
         }
         Kind::Sampler { .. } => "a sampler".to_owned(),
