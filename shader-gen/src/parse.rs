@@ -54,6 +54,8 @@ pub struct Item {
     /// What goes even when it is kept (the condition's attribute and the space behind it), and what stands inside of it
     /// under a condition of its own.
     pub edits: Vec<Edit>,
+    /// The blocks in it that conditions are about, inner ones before those that hold them.
+    pub blocks: Vec<Block>,
 }
 
 /// A stretch of bytes that may have to go.
@@ -65,6 +67,26 @@ pub struct Edit {
     pub range: Range<usize>,
 }
 
+/// The braces of `@if(…) { … }`. When the condition holds they have nothing left to say; they go, and the statements
+/// within stand where the block stood, unless that would change what a name means.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// When the block is kept.
+    pub condition: Condition,
+    /// From its opening brace to its closing one.
+    pub range: Range<usize>,
+    /// The bytes that go with each brace.
+    pub braces: [Range<usize>; 2],
+    /// First bytes of the lines between the braces.
+    pub lines: Vec<usize>,
+    /// How many spaces each of these lines is indented by the block.
+    pub indent: usize,
+    /// What its own statements declare, those of blocks within not included.
+    pub declares: Vec<(String, Range<usize>)>,
+    /// The block around it; of a function's own block with the function's head.
+    pub around: Range<usize>,
+}
+
 /// A declaration at module scope.
 #[derive(Clone, Debug)]
 pub struct Declaration {
@@ -74,7 +96,11 @@ pub struct Declaration {
     pub kind: Kind,
     /// Its bytes and conditions.
     pub item: Item,
-    /// Identifiers inside of it, except for members behind a `.` and names of attributes.
+    /// Group and number of a variable that is bound; the greatest number for what is no plain number.
+    pub binding: Option<(u32, u32)>,
+    /// Where the block of a function begins; the end of any other declaration.
+    pub body: usize,
+    /// Words inside of it, except for members behind a `.` and names of attributes.
     pub references: Vec<(String, Range<usize>)>,
 }
 
@@ -123,7 +149,17 @@ pub fn parse(file: usize, path: &str, text: &str, errors: &mut Vec<Diagnostic>) 
         tokens.iter().copied().filter(|token| token.kind != TokenKind::Comment).collect();
     let comments: Vec<Token> =
         tokens.into_iter().filter(|token| token.kind == TokenKind::Comment).collect();
-    let mut parser = Parser { file, text, code, comments, at: 0, chain: None, edits: Vec::new() };
+    let mut parser = Parser {
+        file,
+        text,
+        code,
+        comments,
+        at: 0,
+        chain: None,
+        edits: Vec::new(),
+        blocks: Vec::new(),
+        scope: Scope::default(),
+    };
     let mut module = Module { file, path: path.to_owned(), ..Module::default() };
     if let Err(error) = parser.module(&mut module) {
         errors.push(*error);
@@ -134,9 +170,12 @@ pub fn parse(file: usize, path: &str, text: &str, errors: &mut Vec<Diagnostic>) 
 type Parse<T> = Result<T, Box<Diagnostic>>;
 
 /// The attributes before a node.
+#[derive(Default)]
 struct Attributes {
     condition: Option<Condition>,
     is_entry_point: bool,
+    group: Option<u32>,
+    binding: Option<u32>,
 }
 
 struct Parser<'a> {
@@ -149,6 +188,19 @@ struct Parser<'a> {
     chain: Option<Condition>,
     /// Edits inside the declaration that is being read.
     edits: Vec<Edit>,
+    /// Blocks inside of it that conditions are about.
+    blocks: Vec<Block>,
+    /// The block that is being read.
+    scope: Scope,
+}
+
+/// A block that is being read.
+#[derive(Default)]
+struct Scope {
+    /// What its statements have declared.
+    declares: Vec<(String, Range<usize>)>,
+    /// The blocks in it that conditions are about, by index.
+    blocks: Vec<usize>,
 }
 
 impl<'a> Parser<'a> {

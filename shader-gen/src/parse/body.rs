@@ -1,6 +1,8 @@
 //! What stands inside of declarations: statements and the members of structs.
 
-use super::{Edit, Parse, Parser};
+use std::ops::Range;
+
+use super::{Block, Edit, Parse, Parser};
 use crate::condition::Condition;
 use crate::token::{Token, TokenKind};
 
@@ -87,9 +89,11 @@ impl Parser<'_> {
         }
     }
 
-    pub(super) fn block(&mut self) -> Parse<()> {
+    /// Reads a block. What it declares has the scope that begins at `around`, or with the block itself.
+    pub(super) fn block(&mut self, around: usize) -> Parse<Vec<(String, Range<usize>)>> {
         let opening = self.expect(b'{', "before a block")?;
         let outer = self.chain.take();
+        let outer_scope = std::mem::take(&mut self.scope);
         while !self.next_is(b'}') {
             let Some(first) = self.peek() else {
                 let fault = self.fault("a block that does not end");
@@ -100,36 +104,92 @@ impl Parser<'_> {
                 continue;
             }
             let attributes = self.attributes()?;
-            self.statement()?;
+            let begin = self.code[self.at.min(self.code.len() - 1)];
+            let declares = self.statement()?;
+            if begin.is(b'{')
+                && let Some(condition) = &attributes.condition
+            {
+                self.braces(condition.clone(), first, begin, declares);
+            }
             self.conditional(attributes.condition, first);
         }
         self.at += 1;
         self.chain = outer;
-        Ok(())
+        let scope = std::mem::replace(&mut self.scope, outer_scope);
+        for block in scope.blocks {
+            self.blocks[block].around = around..self.code[self.at - 1].end;
+        }
+        Ok(scope.declares)
     }
 
-    pub(super) fn statement(&mut self) -> Parse<()> {
+    /// Reads a statement; of a block that stands by itself returns what it declares.
+    fn statement(&mut self) -> Parse<Vec<(String, Range<usize>)>> {
+        let begin = self.peek().map_or(self.text.len(), |token| token.start);
         match self.word() {
             "if" => loop {
                 self.skip_to_brace()?;
-                self.block()?;
+                self.block(begin)?;
                 if self.word() != "else" {
-                    return Ok(());
+                    return Ok(Vec::new());
                 }
                 self.at += 1;
             },
-            "for" => {
-                // Its header holds semicolons inside of parentheses.
+            // The header of `for` holds semicolons inside of parentheses.
+            "for" | "while" | "switch" | "loop" | "continuing" | "case" | "default" => {
                 self.skip_to_brace()?;
-                self.block()
+                self.block(begin)?;
+                Ok(Vec::new())
             }
-            "while" | "switch" | "loop" | "continuing" | "case" | "default" => {
-                self.skip_to_brace()?;
-                self.block()
+            "let" | "var" | "const" => {
+                self.at += 1;
+                if self.next_is(b'<') {
+                    self.skip_to(b'>')?;
+                }
+                let declared = self.expect_word("a name")?;
+                self.scope.declares.push(declared);
+                self.skip_to(b';')?;
+                Ok(Vec::new())
             }
-            _ if self.next_is(b'{') => self.block(),
-            _ => self.skip_to(b';'),
+            _ if self.next_is(b'{') => self.block(begin),
+            _ => {
+                self.skip_to(b';')?;
+                Ok(Vec::new())
+            }
         }
+    }
+
+    /// Remembers the block that has just been read, from its brace `opening` on, under a condition that begins with
+    /// `first`.
+    fn braces(
+        &mut self,
+        condition: Condition,
+        first: Token,
+        opening: Token,
+        declares: Vec<(String, Range<usize>)>,
+    ) {
+        let closing = self.code[self.at - 1];
+        let between = opening.end..closing.start;
+        let lines: Vec<_> = self.text[between.clone()]
+            .match_indices('\n')
+            .map(|(newline, _)| between.start + newline + 1)
+            .collect();
+        let indent = |start: usize| {
+            let rest = &self.text[start..];
+            rest.len() - rest.trim_start_matches(' ').len()
+        };
+        let line = self.text[..first.start].rfind('\n').map_or(0, |newline| newline + 1);
+        let inner = lines.iter().find(|line| !self.text[**line..].starts_with('\n'));
+        let indent = inner.map_or(0, |inner| indent(*inner).saturating_sub(indent(line)));
+        self.scope.blocks.push(self.blocks.len());
+        self.blocks.push(Block {
+            condition,
+            range: opening.start..closing.end,
+            braces: [self.lines(first.start..opening.end), self.lines_before(closing.range())],
+            lines,
+            indent,
+            declares,
+            around: 0..0,
+        });
     }
 
     /// Turns what has just been read from `first` on into an edit if it has a condition.

@@ -8,7 +8,7 @@ impl Parser<'_> {
     /// Reads attributes; a condition's own bytes become an edit.
     pub(super) fn attributes(&mut self) -> Parse<Attributes> {
         let previous = self.chain.take();
-        let mut attributes = Attributes { condition: None, is_entry_point: false };
+        let mut attributes = Attributes::default();
         while self.next_is(b'@') {
             let start = self.at;
             self.at += 1;
@@ -45,8 +45,17 @@ impl Parser<'_> {
                     attributes.is_entry_point |=
                         matches!(name.as_str(), "compute" | "vertex" | "fragment");
                     if self.next_is(b'(') {
+                        let start = self.code[self.at].end;
                         self.at += 1;
                         self.skip_to(b')')?;
+                        let value = &self.text[start..self.code[self.at - 1].start];
+                        let value =
+                            || value.trim().trim_end_matches('u').parse().unwrap_or(u32::MAX);
+                        match name.as_str() {
+                            "group" => attributes.group = Some(value()),
+                            "binding" => attributes.binding = Some(value()),
+                            _ => {}
+                        }
                     }
                 }
             }

@@ -56,4 +56,13 @@ impl Parser<'_> {
         }
         range.start..after
     }
+
+    /// As [`Self::lines`], with the space before `range` instead of the space behind it.
+    pub(super) fn lines_before(&self, range: Range<usize>) -> Range<usize> {
+        let whole = self.lines(range.clone());
+        if whole.start < range.start {
+            return whole;
+        }
+        self.text[..range.start].trim_end_matches([' ', '\t', '\r']).len()..range.end
+    }
 }

@@ -15,6 +15,7 @@ impl Parser<'_> {
                 continue;
             }
             self.edits.clear();
+            self.blocks.clear();
             let attributes = self.attributes()?;
             let keyword = self.word();
             let kind = match keyword {
@@ -46,10 +47,12 @@ impl Parser<'_> {
             };
             let first_token = self.at;
             self.at += 1;
-            let name = self.declaration(kind)?;
+            let (name, body) = self.declaration(kind)?;
             let item = self.item(attributes.condition, first);
             let references = self.references(first_token, name.as_ref())?;
-            module.declarations.push(Declaration { name, kind, item, references });
+            let binding = attributes.group.zip(attributes.binding);
+            let body = body.unwrap_or(item.whole.end);
+            module.declarations.push(Declaration { name, kind, item, binding, body, references });
         }
         let standing: Vec<_> = self
             .comments
@@ -74,15 +77,16 @@ impl Parser<'_> {
     }
 
     /// What has just been read from `first` on, with its comments.
-    pub(super) fn item(&mut self, condition: Option<Condition>, first: Token) -> Item {
+    fn item(&mut self, condition: Option<Condition>, first: Token) -> Item {
         let end = self.code[self.at - 1].end;
         let whole = self.leading(first.start)..self.trailing(end);
         let mut edits = std::mem::take(&mut self.edits);
         edits.sort_by_key(|edit| (edit.range.start, std::cmp::Reverse(edit.range.end)));
-        Item { condition, whole, edits }
+        let blocks = std::mem::take(&mut self.blocks);
+        Item { condition, whole, edits, blocks }
     }
 
-    pub(super) fn import(&mut self, condition: Option<Condition>) -> Parse<Import> {
+    fn import(&mut self, condition: Option<Condition>) -> Parse<Import> {
         self.at += 1;
         let start = self.peek().map_or(self.text.len(), |token| token.start);
         if self.word() != "package" {
@@ -128,7 +132,7 @@ impl Parser<'_> {
         Ok(Import { condition, path: parts.join("/"), path_range: start..end, names })
     }
 
-    pub(super) fn no_alias(&self) -> Parse<()> {
+    fn no_alias(&self) -> Parse<()> {
         if self.word() == "as" {
             return Err(Box::new(
                 self.fault("an import cannot rename").help("names are the same everywhere"),
@@ -137,28 +141,34 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Reads a declaration after its keyword and returns its name.
-    pub(super) fn declaration(&mut self, kind: Kind) -> Parse<Option<(String, Range<usize>)>> {
+    /// Reads a declaration after its keyword; returns its name and, of a function, where its block begins.
+    fn declaration(
+        &mut self,
+        kind: Kind,
+    ) -> Parse<(Option<(String, Range<usize>)>, Option<usize>)> {
         if kind == Kind::Assertion {
             self.skip_to(b';')?;
-            return Ok(None);
+            return Ok((None, None));
         }
         if kind == Kind::Variable && self.next_is(b'<') {
             self.skip_to(b'>')?;
         }
         let name = self.expect_word("a name")?;
+        let mut body = None;
         match kind {
             Kind::Function | Kind::EntryPoint => {
+                let head = self.code[self.at - 1].start;
                 self.skip_to_brace()?;
-                self.block()?;
+                body = self.peek().map(|brace| brace.start);
+                self.block(head)?;
             }
             Kind::Struct => self.members()?,
             _ => self.skip_to(b';')?,
         }
-        Ok(Some(name))
+        Ok((Some(name), body))
     }
 
-    pub(super) fn references(
+    fn references(
         &self,
         first: usize,
         name: Option<&(String, Range<usize>)>,
