@@ -38,6 +38,14 @@ pub struct EntryPoint {
 struct Manifest {
     shared: Shared,
     variants: Vec<Variant>,
+    #[serde(default)]
+    libraries: Vec<FunctionLibrary>,
+}
+
+#[derive(Deserialize)]
+struct FunctionLibrary {
+    name: String,
+    files: Vec<File>,
 }
 
 #[derive(Deserialize)]
@@ -87,14 +95,11 @@ pub fn read_package(package: &Path, folder: &Path) -> Result<Vec<Subject>> {
         let features = requires.map(|requires| requires.features.clone()).unwrap_or_default();
         subjects.push(read(variant.id, wgsl, features, folder)?);
     }
-    let libraries = package.join("wgsl/lib");
-    if libraries.is_dir() {
-        for entry in fs::read_dir(&libraries).context(libraries.display())? {
-            let file = entry.context(libraries.display())?.path();
-            if file.extension().is_some_and(|extension| extension == "wgsl") {
-                let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-                subjects.push(read(format!("lib/{stem}"), file.clone(), Vec::new(), folder)?);
-            }
+    // The functions as one text; their modules are WESL, which these consumers do not read.
+    for library in manifest.libraries {
+        let mut files = library.files.into_iter();
+        if let Some(file) = files.find(|file| file.path.ends_with(".wgsl")) {
+            subjects.push(read(library.name, package.join(file.path), Vec::new(), folder)?);
         }
     }
     subjects.sort_by(|a, b| a.name.cmp(&b.name));
@@ -209,16 +214,16 @@ mod tests {
         let failure = read_package(package.path(), folder.path()).unwrap_err().to_string();
         assert!(failure.contains("manifest.json") && failure.contains("help: "), "{failure}");
 
-        fs::create_dir_all(package.path().join("wgsl/lib")).unwrap();
-        fs::write(package.path().join("wgsl/lib/one.wgsl"), "fn one() -> f32 { return 1.0; }")
-            .unwrap();
+        fs::create_dir_all(package.path().join("wgsl")).unwrap();
+        fs::write(package.path().join("wgsl/one.wgsl"), "fn one() -> f32 { return 1.0; }").unwrap();
         fs::write(package.path().join("wgsl/swap.wgsl"), SOUND).unwrap();
         let manifest = r#"{"shared": {"requires": {"swap": {"features": []}}}, "variants": [{"id": "swap",
-            "requires": "swap", "files": [{"target": "wgsl", "path": "wgsl/swap.wgsl"}]}]}"#;
+            "requires": "swap", "files": [{"target": "wgsl", "path": "wgsl/swap.wgsl"}]}],
+            "libraries": [{"name": "one", "files": [{"target": "wgsl", "path": "wgsl/one.wgsl"}]}]}"#;
         fs::write(package.path().join("manifest.json"), manifest).unwrap();
         let subjects = read_package(package.path(), folder.path()).unwrap();
         let names: Vec<&str> = subjects.iter().map(|subject| subject.name.as_str()).collect();
-        assert_eq!(names, ["lib/one", "swap"]);
+        assert_eq!(names, ["one", "swap"]);
         assert!(subjects[0].spirv.is_none() && subjects[1].spirv.is_some());
         assert_eq!(subjects[1].entry_points[0].stage, "compute");
     }

@@ -137,14 +137,14 @@ pub const FUNCTIONS: &[Bound] = &[
         reason: "the oracle's own are held against quadrature and series: 64 roundings of f64",
     },
     Bound {
-        functions: &["beckmann_masking"],
+        functions: &["g1_smith_beckmann"],
         regimes: &[],
         quantity: Quantity::ModelOverPeak,
         at_most: 3.5e-3,
         reason: "what Walter et al. promise of their rational function",
     },
     Bound {
-        functions: &["beckmann_visibility"],
+        functions: &["v_smith_beckmann"],
         regimes: &[],
         quantity: Quantity::ModelOverPeak,
         at_most: 7.1e-3,

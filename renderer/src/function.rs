@@ -19,7 +19,7 @@ pub enum FunctionError {
     Device(#[from] DeviceError),
 }
 
-/// Three vectors of four numbers; which means what stands at the function's call in `shaders/src/function`.
+/// Three vectors of four numbers; the function's `call` in `shaders/library.toml` says which means what.
 pub type Arguments = [f32; 12];
 
 /// A number of the arguments is NaN or infinite.

@@ -7,7 +7,9 @@ use crate::condition::Condition;
 use crate::error::{Code, Diagnostic};
 use crate::library::Library;
 use crate::link::{Candidate, Graph};
-use crate::parse::{Declaration, Item, Module};
+use crate::order::Order;
+use crate::parse::{Declaration, Module};
+use crate::resolve::resolve;
 use crate::source::Span;
 use crate::validate::Omitted;
 
@@ -52,8 +54,8 @@ pub(crate) struct Piece {
     pub(crate) declaration: usize,
     /// The bytes that stay.
     ranges: Vec<Range<usize>>,
-    /// Indices of the pieces that it names.
-    pub(crate) names: Vec<usize>,
+    /// Indices of the pieces that it names, each with the place where it does first, in their order.
+    pub(crate) names: Vec<(usize, usize)>,
 }
 
 /// All declarations of the modules that a variant imports, conditions decided.
@@ -98,8 +100,10 @@ impl<'a> Assembled<'a> {
             for directive in
                 module.directives.iter().filter(|item| holds(item.condition.as_ref(), flags))
             {
-                assembled.directives.push((module.file, ranges(directive, flags)));
+                let source = library.sources().text(module.file);
+                assembled.directives.push((module.file, resolve(source, directive, &[], flags)));
             }
+            let source = library.sources().text(module.file);
             for (number, declaration) in module.declarations.iter().enumerate() {
                 if !holds(declaration.item.condition.as_ref(), flags) {
                     continue;
@@ -108,7 +112,7 @@ impl<'a> Assembled<'a> {
                 assembled.pieces.push(Piece {
                     module: index,
                     declaration: number,
-                    ranges: ranges(&declaration.item, flags),
+                    ranges: resolve(source, &declaration.item, &declaration.references, flags),
                     names: Vec::new(),
                 });
                 let Some((name, range)) = &declaration.name else {
@@ -138,7 +142,7 @@ impl<'a> Assembled<'a> {
                         .then(|| indices.get(&(candidate.module, candidate.declaration)))?
                 });
                 match target {
-                    Some(target) => names.push(*target),
+                    Some(target) => names.push((at, *target)),
                     None => {
                         errors.push(missing(graph, piece.module, &link.name, at, &link.candidates))
                     }
@@ -181,18 +185,18 @@ impl<'a> Assembled<'a> {
         })
     }
 
-    /// The pieces for which `keep` says so, one after the other, after all directives.
-    pub(crate) fn text(&self, keep: &[bool]) -> Text {
+    /// The pieces of `order`, one after the other, after all directives.
+    pub(crate) fn text(&self, order: &Order) -> Text {
         let mut text = Text::default();
         self.write_directives(&mut text);
-        self.write_pieces(keep, &mut text);
+        self.write_pieces(order, &mut text);
         text
     }
 
-    /// The pieces for which `keep` says so, without directives.
-    pub(crate) fn rest(&self, keep: &[bool]) -> Text {
+    /// The pieces of `order`, without directives.
+    pub(crate) fn rest(&self, order: &Order) -> Text {
         let mut text = Text::default();
-        self.write_pieces(keep, &mut text);
+        self.write_pieces(order, &mut text);
         text
     }
 
@@ -212,34 +216,33 @@ impl<'a> Assembled<'a> {
         }
     }
 
-    fn write_pieces(&self, keep: &[bool], text: &mut Text) {
+    fn write_pieces(&self, order: &Order, text: &mut Text) {
         let graph = self.library.graph();
         let sources = self.library.sources();
         let mut before: Option<&Piece> = None;
-        let mut section = None;
-        for (piece, _) in self.pieces.iter().zip(keep).filter(|(_, keep)| **keep) {
+        let mut sections = HashSet::new();
+        for (number, piece) in order.pieces.iter().map(|piece| &self.pieces[*piece]).enumerate() {
             let module = &graph.modules()[piece.module];
             let source = sources.text(module.file);
             if !text.text.is_empty() {
                 let tight = before.is_some_and(|before| {
-                    before.module == piece.module
-                        && is_tight(module, source, before.declaration..piece.declaration)
+                    let both = [before, piece].map(|piece| self.declaration(piece));
+                    both.iter().all(|declaration| declaration.binding.is_some())
+                        || before.module == piece.module
+                            && is_tight(module, source, before.declaration..piece.declaration)
                 });
                 // Directives end with their line.
                 let first = before.is_none();
                 text.text.push_str(if tight || first { "\n" } else { "\n\n" });
             }
             let start = module.declarations[piece.declaration].item.whole.start;
-            let headed_by = module.sections.iter().rfind(|section| section.start < start);
-            if let Some(headed_by) = headed_by {
-                let headed_by = Some((module.file, headed_by.clone()));
-                if section != headed_by {
-                    section = headed_by;
-                    if let Some((file, range)) = &section {
-                        text.push(*file, source, range.clone());
-                        text.text.push_str("\n\n");
-                    }
-                }
+            let section = module.sections.iter().rfind(|section| section.start < start);
+            if let Some(section) = section
+                && number >= order.interface
+                && sections.insert((module.file, section.start))
+            {
+                text.push(module.file, source, section.clone());
+                text.text.push_str("\n\n");
             }
             for range in &piece.ranges {
                 text.push(module.file, source, range.clone());
@@ -300,26 +303,6 @@ fn holds(condition: Option<&Condition>, flags: &BTreeSet<&str>) -> bool {
     condition.is_none_or(|condition| condition.holds(flags))
 }
 
-/// The bytes of `item` that stay.
-fn ranges(item: &Item, flags: &BTreeSet<&str>) -> Vec<Range<usize>> {
-    let mut ranges = Vec::new();
-    let mut at = item.whole.start;
-    for edit in &item.edits {
-        let stays = edit.keep_if.as_ref().is_some_and(|condition| condition.holds(flags));
-        if edit.range.start < at || stays {
-            continue;
-        }
-        if at < edit.range.start {
-            ranges.push(at..edit.range.start);
-        }
-        at = edit.range.end;
-    }
-    if at < item.whole.end {
-        ranges.push(at..item.whole.end);
-    }
-    ranges
-}
-
 fn is_taken(graph: &Graph, user: usize, candidate: Candidate, flags: &BTreeSet<&str>) -> bool {
     candidate
         .import
@@ -328,12 +311,13 @@ fn is_taken(graph: &Graph, user: usize, candidate: Candidate, flags: &BTreeSet<&
 
 /// Whether the declarations of `module` from the first to the last of `range` stand on lines that follow each other.
 fn is_tight(module: &Module, source: &str, range: Range<usize>) -> bool {
-    range.clone().all(|number| {
-        let gap = module.declarations[number].item.whole.end
-            ..module.declarations[number + 1].item.whole.start;
-        let gap = &source[gap];
-        gap.trim().is_empty() && gap.bytes().filter(|byte| *byte == b'\n').count() <= 1
-    })
+    range.start < range.end
+        && range.clone().all(|number| {
+            let gap = module.declarations[number].item.whole.end
+                ..module.declarations[number + 1].item.whole.start;
+            let gap = &source[gap];
+            gap.trim().is_empty() && gap.bytes().filter(|byte| *byte == b'\n').count() <= 1
+        })
 }
 
 fn missing(

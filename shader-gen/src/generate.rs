@@ -1,15 +1,13 @@
 //! From a library and a list of variants to texts that are pruned, proved and valid.
 
-use std::collections::BTreeSet;
-
 use rayon::prelude::*;
 
 use crate::assemble::Assembled;
 use crate::error::{Code, Diagnostic, Report, merge};
-use crate::library::{FunctionLibrary, Library, Pass};
+use crate::library::{Library, Pass};
 use crate::matrix::Variant;
 use crate::parse::Kind;
-use crate::prune::{Difference, Whole, prove, prune, reachable};
+use crate::prune::{Difference, Whole, prove, prune};
 use crate::validate::{Validated, validate};
 
 /// Generates `variants`, on all cores, in their order, each held against what it imports.
@@ -128,75 +126,4 @@ fn check_overrides(
         }
     }
     if errors.is_empty() { Ok(()) } else { Err(errors) }
-}
-
-/// A file of functions for hosts that bring their own passes.
-#[derive(Clone, Debug)]
-pub struct ValidatedLibrary {
-    /// Stem of the file.
-    pub name: String,
-    /// WGSL: everything that its modules declare, and what that needs.
-    pub text: String,
-}
-
-/// Generates the function libraries of the `[package]` table, in their order. No flag holds in them.
-///
-/// # Errors
-///
-/// What is wrong with any of them; that they need bindings, overrides or entry points, too.
-pub fn libraries(library: &Library) -> Result<Vec<ValidatedLibrary>, Report> {
-    let mut validated = Vec::new();
-    let mut errors = Vec::new();
-    for declared in &library.package.lib {
-        match functions(library, declared) {
-            Ok(one) => validated.push(one),
-            Err(found) => {
-                errors.extend(found.into_iter().map(|error| {
-                    error.help(format!("in the function library `{}`", declared.name))
-                }))
-            }
-        }
-    }
-    if errors.is_empty() {
-        Ok(validated)
-    } else {
-        Err(Report::new(errors, library.sources().clone()))
-    }
-}
-
-fn functions(
-    library: &Library,
-    declared: &FunctionLibrary,
-) -> Result<ValidatedLibrary, Vec<Diagnostic>> {
-    let graph = library.graph();
-    let path = |module: &String| graph.module(module.trim_end_matches(".wesl"));
-    let roots: Vec<usize> = declared.modules.iter().filter_map(path).collect();
-    let assembled = Assembled::new(library, &roots, &BTreeSet::new())?;
-    let pieces = assembled.pieces();
-    let offered = |index: &usize| roots.contains(&pieces[*index].module);
-    let keep = reachable(&assembled, (0..pieces.len()).filter(offered));
-    let mut errors = Vec::new();
-    for (piece, _) in pieces.iter().zip(&keep).filter(|(_, keep)| **keep) {
-        let declaration = assembled.declaration(piece);
-        if let Some((name, range)) = &declaration.name
-            && matches!(declaration.kind, Kind::EntryPoint | Kind::Variable | Kind::Override)
-        {
-            let kind = declaration.kind.name();
-            errors.push(
-                Diagnostic::new(
-                    Code::Declaration,
-                    format!("a function library cannot hold {kind} `{name}`"),
-                )
-                .at(assembled.file(piece), range.clone(), "declared here")
-                .help("hand it over as a parameter"),
-            );
-        }
-    }
-    let text = assembled.text(&keep);
-    if errors.is_empty() {
-        validate(&text, &BTreeSet::new()).map_err(|error| vec![*error])?;
-        Ok(ValidatedLibrary { name: declared.name.clone(), text: text.text })
-    } else {
-        Err(errors)
-    }
 }

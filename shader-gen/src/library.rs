@@ -1,5 +1,6 @@
 //! `library.toml`: what a library offers, in the author's own words.
 
+mod calls;
 mod check;
 mod document;
 mod frame;
@@ -16,6 +17,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
+pub use self::calls::Calls;
 pub use self::frame::Frame;
 pub use self::inputs::Example;
 pub use self::overlay::Overlay;
@@ -57,6 +59,9 @@ pub struct Library {
     /// What exists only where something else does.
     #[serde(default)]
     pub presence: Vec<Presence>,
+    /// Functions that are evaluated over a buffer.
+    #[serde(default)]
+    pub calls: Option<Calls>,
     /// The committed selection.
     pub package: PackageSelection,
     /// What host inputs are for some arguments, by input or `input.member`.
@@ -157,6 +162,12 @@ pub struct AxisValue {
     /// WebGPU features that a device must have.
     #[serde(default)]
     pub requires: Vec<String>,
+    /// On the axis of [`Calls`]: the call that is evaluated when it is chosen.
+    #[serde(default)]
+    pub call: Option<String>,
+    /// What is stored of a struct that the call returns: members, with a swizzle or without, of at most 4 numbers.
+    #[serde(default)]
+    pub results: Vec<String>,
 }
 
 /// One or more entry points with their bindings.
@@ -174,12 +185,47 @@ pub struct Pass {
     /// Names of its axes; their order is the order of values in a variant's identifier.
     #[serde(default)]
     pub axes: Vec<String>,
-    /// Units and ranges of its inputs, one `name: text` each.
+    /// Units and ranges of its inputs.
     #[serde(default)]
-    pub contract: Vec<String>,
+    pub contract: Vec<ContractLine>,
     /// Numbers that may be set when a pipeline is made.
     #[serde(default, rename = "override")]
     pub overrides: Vec<Override>,
+}
+
+/// What a pass expects of an input, or promises of an output.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(from = "WrittenLine")]
+pub struct ContractLine {
+    /// `name: text`
+    pub text: String,
+    /// Per axis of the pass the values for which the line is part of the contract; every value of an axis that is not
+    /// named.
+    pub when: BTreeMap<String, Vec<String>>,
+}
+
+/// How a [`ContractLine`] is written.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a text, or a table of `text` and `when`")]
+enum WrittenLine {
+    Text(String),
+    Table(ConditionalLine),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ConditionalLine {
+    text: String,
+    when: BTreeMap<String, Vec<String>>,
+}
+
+impl From<WrittenLine> for ContractLine {
+    fn from(line: WrittenLine) -> Self {
+        match line {
+            WrittenLine::Text(text) => Self { text, when: BTreeMap::new() },
+            WrittenLine::Table(ConditionalLine { text, when }) => Self { text, when },
+        }
+    }
 }
 
 /// A number that may be set when a pipeline is made.

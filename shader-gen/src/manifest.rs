@@ -67,7 +67,8 @@ pub struct Manifest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Option<sglow_graph::Description>")]
     pub graph: Option<serde_json::Value>,
-    /// Files of functions for hosts that bring their own passes.
+    /// Functions for hosts that bring their own passes: first the file of all of them, then modules. Each function stands once
+    /// in that file and once in the modules.
     pub libraries: Vec<FunctionLibrary>,
     /// What variants refer to by key.
     pub shared: Shared,
@@ -131,7 +132,8 @@ pub struct Pass {
     pub axes: Vec<String>,
 }
 
-/// A file of functions.
+/// Functions for hosts that bring their own passes: a file that has all of them as WGSL, which has the library's name, or a
+/// module of WESL that imports its neighbours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FunctionLibrary {

@@ -293,6 +293,16 @@ impl Library {
         variants
     }
 
+    /// What a variant expects of its inputs: the lines of its pass that are about it, one `name: text` each.
+    #[must_use]
+    pub fn contract_of(&self, variant: &Variant) -> Vec<String> {
+        let holds = |(axis, values): (&String, &Vec<String>)| {
+            variant.value(axis).is_some_and(|value| values.iter().any(|own| own == value))
+        };
+        let lines = self.find_pass(&variant.pass).into_iter().flat_map(|pass| &pass.contract);
+        lines.filter(|line| line.when.iter().all(holds)).map(|line| line.text.clone()).collect()
+    }
+
     /// The flags that hold in a variant.
     #[must_use]
     pub fn flags_of(&self, variant: &Variant) -> BTreeSet<&str> {

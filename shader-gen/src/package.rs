@@ -18,11 +18,13 @@ use crate::bindings;
 use crate::emit::{spirv, wgsl};
 use crate::error::Report;
 use crate::frame;
-use crate::generate::{self, ValidatedLibrary};
+use crate::functions::{Functions, functions};
+use crate::generate;
 use crate::hash;
 use crate::library::Library;
 use crate::manifest::{self, Described, File, Layout, Manifest, Omissions, Shared, reflect};
 use crate::matrix::Variant;
+use crate::name;
 use crate::prune::Whole;
 use crate::validate::Validated;
 
@@ -219,12 +221,12 @@ pub fn generate(
     // A check takes the time to prove each variant against everything that its modules declare.
     let whole = if options.check { Whole::Modules } else { Whole::Imports };
     let validated = generate::variants_against(&library, &variants, whole)?;
-    let libraries = generate::libraries(&library)?;
+    let functions = functions(&library)?;
     progress(Progress::Targets(variants.len()));
     let parts = Parts {
         library: &library,
         variants: &validated,
-        libraries: &libraries,
+        functions: functions.as_ref(),
         changelog: changelog.as_deref(),
         source_hash: &source,
         purpose: options.purpose.as_ref(),
@@ -246,8 +248,8 @@ pub struct Parts<'a> {
     pub library: &'a Library,
     /// Its variants.
     pub variants: &'a [Validated],
-    /// Its files of functions.
-    pub libraries: &'a [ValidatedLibrary],
+    /// Its functions for hosts that bring their own passes.
+    pub functions: Option<&'a Functions>,
     /// What changed in which version; the first version alone if absent.
     pub changelog: Option<&'a str>,
     /// Stands in the manifest for all of this.
@@ -346,11 +348,9 @@ pub fn build(
         files.extend(std::mem::take(&mut one.files));
     }
     let mut libraries = Vec::new();
-    for functions in parts.libraries {
-        let text = wgsl::functions(library, &functions.name, &functions.text).into_bytes();
-        let (file, entry) = file(Target::Wgsl, format!("wgsl/lib/{}.wgsl", functions.name), text);
-        libraries
-            .push(manifest::FunctionLibrary { name: functions.name.clone(), files: vec![entry] });
+    for (name, path, text) in parts.functions.iter().flat_map(|of| wgsl::functions(library, of)) {
+        let (file, entry) = file(Target::Wgsl, path, text.into_bytes());
+        libraries.push(manifest::FunctionLibrary { name, files: vec![entry] });
         files.extend([file]);
     }
     if targets.contains(&Target::Rust) {
@@ -386,13 +386,13 @@ fn one(
     validated: &Validated,
     targets: &BTreeSet<Target>,
 ) -> Result<Written, Cause> {
-    let id = validated.variant.id();
+    let stem = name::stem(library, &validated.variant);
     let reflection = reflect(&validated.text, &validated.module, &validated.info)?;
     let text = wgsl::variant(library, &validated.variant, &validated.text).into_bytes();
-    let mut written = vec![file(Target::Wgsl, format!("wgsl/{id}.wgsl"), text)];
+    let mut written = vec![file(Target::Wgsl, format!("wgsl/{stem}.wgsl"), text)];
     if targets.contains(&Target::Spirv) {
         let words = spirv::write(&validated.module, &validated.info)?;
-        written.push(file(Target::Spirv, format!("spirv/{id}.spv"), spirv::bytes(&words)));
+        written.push(file(Target::Spirv, format!("spirv/{stem}.spv"), spirv::bytes(&words)));
     }
     let (files, entries) = written.into_iter().unzip();
     Ok(Written {

@@ -3,6 +3,11 @@
 //! The subset of WESL: `import package::a::b::{c};` at the top; `@if(…)`, `@elif(…)` and `@else` before imports,
 //! directives, declarations, struct members and statements. Everything else is left to naga.
 
+mod body;
+mod condition;
+mod extent;
+mod module;
+
 use std::ops::Range;
 
 use crate::condition::Condition;
@@ -49,6 +54,8 @@ pub struct Item {
     /// What goes even when it is kept (the condition's attribute and the space behind it), and what stands inside of it
     /// under a condition of its own.
     pub edits: Vec<Edit>,
+    /// The blocks in it that conditions are about, inner ones before those that hold them.
+    pub blocks: Vec<Block>,
 }
 
 /// A stretch of bytes that may have to go.
@@ -60,6 +67,26 @@ pub struct Edit {
     pub range: Range<usize>,
 }
 
+/// The braces of `@if(…) { … }`. When the condition holds they have nothing left to say; they go, and the statements
+/// within stand where the block stood, unless that would change what a name means.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// When the block is kept.
+    pub condition: Condition,
+    /// From its opening brace to its closing one.
+    pub range: Range<usize>,
+    /// The bytes that go with each brace.
+    pub braces: [Range<usize>; 2],
+    /// First bytes of the lines between the braces.
+    pub lines: Vec<usize>,
+    /// How many spaces each of these lines is indented by the block.
+    pub indent: usize,
+    /// What its own statements declare, those of blocks within not included.
+    pub declares: Vec<(String, Range<usize>)>,
+    /// The block around it; of a function's own block with the function's head.
+    pub around: Range<usize>,
+}
+
 /// A declaration at module scope.
 #[derive(Clone, Debug)]
 pub struct Declaration {
@@ -69,7 +96,11 @@ pub struct Declaration {
     pub kind: Kind,
     /// Its bytes and conditions.
     pub item: Item,
-    /// Identifiers inside of it, except for members behind a `.` and names of attributes.
+    /// Group and number of a variable that is bound; the greatest number for what is no plain number.
+    pub binding: Option<(u32, u32)>,
+    /// Where the block of a function begins; the end of any other declaration.
+    pub body: usize,
+    /// Words inside of it, except for members behind a `.` and names of attributes.
     pub references: Vec<(String, Range<usize>)>,
 }
 
@@ -118,7 +149,17 @@ pub fn parse(file: usize, path: &str, text: &str, errors: &mut Vec<Diagnostic>) 
         tokens.iter().copied().filter(|token| token.kind != TokenKind::Comment).collect();
     let comments: Vec<Token> =
         tokens.into_iter().filter(|token| token.kind == TokenKind::Comment).collect();
-    let mut parser = Parser { file, text, code, comments, at: 0, chain: None, edits: Vec::new() };
+    let mut parser = Parser {
+        file,
+        text,
+        code,
+        comments,
+        at: 0,
+        chain: None,
+        edits: Vec::new(),
+        blocks: Vec::new(),
+        scope: Scope::default(),
+    };
     let mut module = Module { file, path: path.to_owned(), ..Module::default() };
     if let Err(error) = parser.module(&mut module) {
         errors.push(*error);
@@ -129,9 +170,12 @@ pub fn parse(file: usize, path: &str, text: &str, errors: &mut Vec<Diagnostic>) 
 type Parse<T> = Result<T, Box<Diagnostic>>;
 
 /// The attributes before a node.
+#[derive(Default)]
 struct Attributes {
     condition: Option<Condition>,
     is_entry_point: bool,
+    group: Option<u32>,
+    binding: Option<u32>,
 }
 
 struct Parser<'a> {
@@ -144,6 +188,19 @@ struct Parser<'a> {
     chain: Option<Condition>,
     /// Edits inside the declaration that is being read.
     edits: Vec<Edit>,
+    /// Blocks inside of it that conditions are about.
+    blocks: Vec<Block>,
+    /// The block that is being read.
+    scope: Scope,
+}
+
+/// A block that is being read.
+#[derive(Default)]
+struct Scope {
+    /// What its statements have declared.
+    declares: Vec<(String, Range<usize>)>,
+    /// The blocks in it that conditions are about, by index.
+    blocks: Vec<usize>,
 }
 
 impl<'a> Parser<'a> {
@@ -205,491 +262,5 @@ impl<'a> Parser<'a> {
             self.at += 2;
         }
         found
-    }
-
-    // ------------------------------------------------------------ the file
-
-    fn module(&mut self, module: &mut Module) -> Parse<()> {
-        while let Some(first) = self.peek() {
-            if first.is(b';') {
-                self.at += 1;
-                continue;
-            }
-            self.edits.clear();
-            let attributes = self.attributes()?;
-            let keyword = self.word();
-            let kind = match keyword {
-                "import" => {
-                    if !module.declarations.is_empty() || !module.directives.is_empty() {
-                        return self.error("imports come before directives and declarations");
-                    }
-                    module.imports.push(self.import(attributes.condition)?);
-                    continue;
-                }
-                "enable" | "requires" | "diagnostic" => {
-                    if !module.declarations.is_empty() {
-                        return self.error("directives come before declarations");
-                    }
-                    self.skip_to(b';')?;
-                    let item = self.item(attributes.condition, first);
-                    module.directives.push(item);
-                    continue;
-                }
-                "fn" if attributes.is_entry_point => Kind::EntryPoint,
-                "fn" => Kind::Function,
-                "struct" => Kind::Struct,
-                "alias" => Kind::Alias,
-                "const" => Kind::Constant,
-                "override" => Kind::Override,
-                "var" => Kind::Variable,
-                "const_assert" => Kind::Assertion,
-                _ => return self.error("expected an import, a directive or a declaration"),
-            };
-            let first_token = self.at;
-            self.at += 1;
-            let name = self.declaration(kind)?;
-            let item = self.item(attributes.condition, first);
-            let references = self.references(first_token, name.as_ref())?;
-            module.declarations.push(Declaration { name, kind, item, references });
-        }
-        let standing: Vec<_> = self
-            .comments
-            .iter()
-            .map(Token::range)
-            .filter(|comment| {
-                let inside = |item: &Item| {
-                    item.whole.start <= comment.start && comment.end <= item.whole.end
-                };
-                self.begins_line(comment.start)
-                    && !module.declarations.iter().any(|declaration| inside(&declaration.item))
-                    && !module.directives.iter().any(inside)
-            })
-            .collect();
-        for comment in standing {
-            match module.sections.last_mut() {
-                Some(last) if self.is_next_line(last.end..comment.start) => last.end = comment.end,
-                _ => module.sections.push(comment),
-            }
-        }
-        Ok(())
-    }
-
-    /// What has just been read from `first` on, with its comments.
-    fn item(&mut self, condition: Option<Condition>, first: Token) -> Item {
-        let end = self.code[self.at - 1].end;
-        let whole = self.leading(first.start)..self.trailing(end);
-        let mut edits = std::mem::take(&mut self.edits);
-        edits.sort_by_key(|edit| (edit.range.start, std::cmp::Reverse(edit.range.end)));
-        Item { condition, whole, edits }
-    }
-
-    fn import(&mut self, condition: Option<Condition>) -> Parse<Import> {
-        self.at += 1;
-        let start = self.peek().map_or(self.text.len(), |token| token.start);
-        if self.word() != "package" {
-            return Err(Box::new(
-                self.fault("expected `package`")
-                    .help("a path is written from the top, as in `import package::a::b::{c};`"),
-            ));
-        }
-        self.at += 1;
-        let mut path = Vec::new();
-        let mut names = Vec::new();
-        let mut end = start;
-        while self.path_separator() {
-            if self.next_is(b'{') {
-                self.at += 1;
-                while !self.next_is(b'}') {
-                    names.push(self.expect_word("a name to import")?);
-                    self.no_alias()?;
-                    if !self.next_is(b'}') {
-                        self.expect(b',', "between imported names")?;
-                    }
-                }
-                self.at += 1;
-                break;
-            }
-            let (name, range) = self.expect_word("a module or a name")?;
-            path.push((name, range));
-            end = self.code[self.at - 1].end;
-        }
-        self.no_alias()?;
-        if names.is_empty() {
-            names.extend(path.pop());
-            end = path.last().map_or(start, |(_, range)| range.end);
-        }
-        if path.is_empty() {
-            return Err(Box::new(
-                self.fault("an import names a module and something in it")
-                    .help("write `import package::a::b::{c};`"),
-            ));
-        }
-        self.expect(b';', "after an import")?;
-        let parts: Vec<_> = path.into_iter().map(|(name, _)| name).collect();
-        Ok(Import { condition, path: parts.join("/"), path_range: start..end, names })
-    }
-
-    fn no_alias(&self) -> Parse<()> {
-        if self.word() == "as" {
-            return Err(Box::new(
-                self.fault("an import cannot rename").help("names are the same everywhere"),
-            ));
-        }
-        Ok(())
-    }
-
-    /// Reads a declaration after its keyword and returns its name.
-    fn declaration(&mut self, kind: Kind) -> Parse<Option<(String, Range<usize>)>> {
-        if kind == Kind::Assertion {
-            self.skip_to(b';')?;
-            return Ok(None);
-        }
-        if kind == Kind::Variable && self.next_is(b'<') {
-            self.skip_to(b'>')?;
-        }
-        let name = self.expect_word("a name")?;
-        match kind {
-            Kind::Function | Kind::EntryPoint => {
-                self.skip_to_brace()?;
-                self.block()?;
-            }
-            Kind::Struct => self.members()?,
-            _ => self.skip_to(b';')?,
-        }
-        Ok(Some(name))
-    }
-
-    fn references(
-        &self,
-        first: usize,
-        name: Option<&(String, Range<usize>)>,
-    ) -> Parse<Vec<(String, Range<usize>)>> {
-        let mut references = Vec::new();
-        let mut start = first;
-        // The attributes before the keyword may name constants, as in `@workgroup_size(SIZE)`.
-        while start > 0 && !matches!(self.code[start - 1].kind, TokenKind::Symbol(b';' | b'}')) {
-            start -= 1;
-        }
-        for index in start..self.at {
-            let token = self.code[index];
-            let before = index.checked_sub(1).map(|before| self.code[before]);
-            let is_name = name.is_some_and(|(_, range)| range.start == token.start);
-            if token.kind != TokenKind::Word
-                || is_name
-                || before.is_some_and(|before| before.is(b'.') || before.is(b'@'))
-            {
-                continue;
-            }
-            let word = &self.text[token.range()];
-            if word == "package" && self.code.get(index + 1).is_some_and(|next| next.is(b':')) {
-                return Err(Box::new(
-                    Diagnostic::new(Code::Syntax, "a path outside of an import")
-                        .at(self.file, token.range(), "found this")
-                        .help("import the name at the top of the file"),
-                ));
-            }
-            references.push((word.to_owned(), token.range()));
-        }
-        Ok(references)
-    }
-
-    // ------------------------------------------------------------ conditions
-
-    /// Reads attributes; a condition's own bytes become an edit.
-    fn attributes(&mut self) -> Parse<Attributes> {
-        let previous = self.chain.take();
-        let mut attributes = Attributes { condition: None, is_entry_point: false };
-        while self.next_is(b'@') {
-            let start = self.at;
-            self.at += 1;
-            let (name, range) = self.expect_word("the name of an attribute")?;
-            let conditional = matches!(name.as_str(), "if" | "elif" | "else");
-            if conditional && attributes.condition.is_some() {
-                return Err(Box::new(
-                    Diagnostic::new(Code::Syntax, "a second condition before the same thing")
-                        .at(self.file, range, "a second one")
-                        .help("join them with `&&`"),
-                ));
-            }
-            if matches!(name.as_str(), "elif" | "else") && previous.is_none() {
-                return Err(Box::new(
-                    Diagnostic::new(Code::Syntax, format!("`@{name}` without an `@if` before it"))
-                        .at(self.file, range, "nothing to be the opposite of")
-                        .help("it stands directly behind what the `@if` is about"),
-                ));
-            }
-            match name.as_str() {
-                "if" => {
-                    let condition = self.condition()?;
-                    self.chain = Some(condition.clone());
-                    attributes.condition = Some(condition);
-                }
-                "elif" => {
-                    let condition = self.condition()?;
-                    let before = previous.clone().unwrap_or(Condition::Literal(false));
-                    self.chain = Some(before.clone().or(condition.clone()));
-                    attributes.condition = Some(before.not().and(condition));
-                }
-                "else" => attributes.condition = previous.clone().map(Condition::not),
-                _ => {
-                    attributes.is_entry_point |=
-                        matches!(name.as_str(), "compute" | "vertex" | "fragment");
-                    if self.next_is(b'(') {
-                        self.at += 1;
-                        self.skip_to(b')')?;
-                    }
-                }
-            }
-            if conditional {
-                let start = self.code[start].start;
-                let end = self.code[self.at - 1].end;
-                let rest = &self.text[end..];
-                let space = rest.len() - rest.trim_start().len();
-                self.edits.push(Edit { keep_if: None, range: start..end + space });
-            }
-        }
-        Ok(attributes)
-    }
-
-    fn condition(&mut self) -> Parse<Condition> {
-        self.expect(b'(', "before a condition")?;
-        let condition = self.disjunction()?;
-        self.expect(b')', "after a condition")?;
-        Ok(condition)
-    }
-
-    fn double(&mut self, symbol: u8) -> bool {
-        let found = matches!(self.code.get(self.at..self.at + 2), Some([a, b]) if a.is(symbol) && b.is(symbol));
-        if found {
-            self.at += 2;
-        }
-        found
-    }
-
-    fn disjunction(&mut self) -> Parse<Condition> {
-        let mut condition = self.conjunction()?;
-        while self.double(b'|') {
-            condition = condition.or(self.conjunction()?);
-        }
-        Ok(condition)
-    }
-
-    fn conjunction(&mut self) -> Parse<Condition> {
-        let mut condition = self.negation()?;
-        while self.double(b'&') {
-            condition = condition.and(self.negation()?);
-        }
-        Ok(condition)
-    }
-
-    fn negation(&mut self) -> Parse<Condition> {
-        if self.next_is(b'!') {
-            self.at += 1;
-            return Ok(self.negation()?.not());
-        }
-        if self.next_is(b'(') {
-            return self.condition();
-        }
-        let (name, range) = self.expect_word("a flag, `true` or `false`")?;
-        Ok(match name.as_str() {
-            "true" => Condition::Literal(true),
-            "false" => Condition::Literal(false),
-            _ => Condition::Flag(name, range),
-        })
-    }
-
-    // ------------------------------------------------------------ inside declarations
-
-    /// Skips to behind the next `symbol` outside of brackets.
-    fn skip_to(&mut self, symbol: u8) -> Parse<()> {
-        self.skip(&[symbol])?;
-        self.at += 1;
-        Ok(())
-    }
-
-    /// Skips to the brace that opens a block.
-    fn skip_to_brace(&mut self) -> Parse<()> {
-        self.skip(b"{")
-    }
-
-    /// Skips to the next of `symbols` outside of brackets.
-    fn skip(&mut self, symbols: &[u8]) -> Parse<()> {
-        let opening = self.at;
-        let mut depth = 0usize;
-        while let Some(token) = self.peek() {
-            match token.kind {
-                TokenKind::Symbol(symbol) if depth == 0 && symbols.contains(&symbol) => {
-                    return Ok(());
-                }
-                TokenKind::Symbol(b'(' | b'[') => depth += 1,
-                TokenKind::Symbol(b')' | b']') if depth > 0 => depth -= 1,
-                TokenKind::Symbol(b'{' | b'}' | b';' | b')' | b']') if depth == 0 => break,
-                TokenKind::Symbol(b'{' | b'}') => break,
-                TokenKind::Symbol(b'@') => {
-                    self.at += 1;
-                    if matches!(self.word(), "if" | "elif" | "else") {
-                        return Err(Box::new(self.fault("a condition in the middle of something").help("a condition stands before an import, a directive, a declaration, a struct member or a statement")));
-                    }
-                    continue;
-                }
-                _ => {}
-            }
-            self.at += 1;
-        }
-        let expected: Vec<_> =
-            symbols.iter().map(|symbol| format!("`{}`", char::from(*symbol))).collect();
-        let expected = expected.join(" or ");
-        let fault = self.fault(format!("expected {expected}"));
-        Err(Box::new(match self.code.get(opening) {
-            Some(first) => fault.at(self.file, first.range(), "of what begins here"),
-            None => fault,
-        }))
-    }
-
-    fn members(&mut self) -> Parse<()> {
-        self.expect(b'{', "before the members of a struct")?;
-        let outer = self.chain.take();
-        while !self.next_is(b'}') {
-            let Some(first) = self.peek() else {
-                return self.error("expected `}` after the members of a struct");
-            };
-            let attributes = self.attributes()?;
-            self.expect_word("a member")?;
-            self.expect(b':', "after a member's name")?;
-            self.skip_type()?;
-            if self.next_is(b',') {
-                self.at += 1;
-            }
-            self.conditional(attributes.condition, first);
-        }
-        self.at += 1;
-        self.chain = outer;
-        Ok(())
-    }
-
-    /// Skips a type to the `,` or `}` behind it.
-    fn skip_type(&mut self) -> Parse<()> {
-        let mut templates = 0usize;
-        loop {
-            self.skip(b",<>}")?;
-            match self.peek() {
-                Some(token) if token.is(b'<') => templates += 1,
-                Some(token) if token.is(b'>') => templates = templates.saturating_sub(1),
-                Some(token) if token.is(b',') && templates > 0 => {}
-                _ => return Ok(()),
-            }
-            self.at += 1;
-        }
-    }
-
-    fn block(&mut self) -> Parse<()> {
-        let opening = self.expect(b'{', "before a block")?;
-        let outer = self.chain.take();
-        while !self.next_is(b'}') {
-            let Some(first) = self.peek() else {
-                let fault = self.fault("a block that does not end");
-                return Err(Box::new(fault.at(self.file, opening.range(), "it begins here")));
-            };
-            if first.is(b';') {
-                self.at += 1;
-                continue;
-            }
-            let attributes = self.attributes()?;
-            self.statement()?;
-            self.conditional(attributes.condition, first);
-        }
-        self.at += 1;
-        self.chain = outer;
-        Ok(())
-    }
-
-    fn statement(&mut self) -> Parse<()> {
-        match self.word() {
-            "if" => loop {
-                self.skip_to_brace()?;
-                self.block()?;
-                if self.word() != "else" {
-                    return Ok(());
-                }
-                self.at += 1;
-            },
-            "for" => {
-                // Its header holds semicolons inside of parentheses.
-                self.skip_to_brace()?;
-                self.block()
-            }
-            "while" | "switch" | "loop" | "continuing" | "case" | "default" => {
-                self.skip_to_brace()?;
-                self.block()
-            }
-            _ if self.next_is(b'{') => self.block(),
-            _ => self.skip_to(b';'),
-        }
-    }
-
-    /// Turns what has just been read from `first` on into an edit if it has a condition.
-    fn conditional(&mut self, condition: Option<Condition>, first: Token) {
-        let Some(condition) = condition else {
-            return;
-        };
-        let end = self.code[self.at - 1].end;
-        self.edits.push(Edit {
-            keep_if: Some(condition),
-            range: self.lines(self.leading(first.start)..self.trailing(end)),
-        });
-    }
-
-    // ------------------------------------------------------------ comments
-
-    /// Where the comments begin that stand directly before `start`, each at the beginning of its line.
-    fn leading(&self, mut start: usize) -> usize {
-        let before = self.comments.partition_point(|comment| comment.start < start);
-        for comment in self.comments[..before].iter().rev() {
-            if !self.is_next_line(comment.end..start) || !self.begins_line(comment.start) {
-                break;
-            }
-            start = comment.start;
-        }
-        start
-    }
-
-    /// Where the comment ends that stands behind `end` on the same line, as the last thing on it.
-    fn trailing(&self, end: usize) -> usize {
-        let next = self.comments.partition_point(|comment| comment.start < end);
-        match self.comments.get(next) {
-            Some(comment)
-                if self.text[end..comment.start].chars().all(|c| matches!(c, ' ' | '\t'))
-                    && self.text[comment.end..]
-                        .trim_start_matches([' ', '\t', '\r'])
-                        .starts_with('\n') =>
-            {
-                comment.end
-            }
-            _ => end,
-        }
-    }
-
-    /// Whether `gap` is white space with exactly one line break.
-    fn is_next_line(&self, gap: Range<usize>) -> bool {
-        let gap = &self.text[gap];
-        gap.trim().is_empty() && gap.bytes().filter(|byte| *byte == b'\n').count() == 1
-    }
-
-    fn begins_line(&self, start: usize) -> bool {
-        let line = self.text[..start].rfind('\n').map_or(0, |newline| newline + 1);
-        self.text[line..start].trim().is_empty()
-    }
-
-    /// `range` with its indentation and line break if nothing else stands on its lines; otherwise with the space
-    /// behind it.
-    fn lines(&self, range: Range<usize>) -> Range<usize> {
-        let rest = &self.text[range.end..];
-        let space = rest.len() - rest.trim_start_matches([' ', '\t', '\r']).len();
-        let after = range.end + space;
-        if self.begins_line(range.start) && self.text[after..].starts_with('\n') {
-            let line = self.text[..range.start].rfind('\n').map_or(0, |newline| newline + 1);
-            return line..after + 1;
-        }
-        range.start..after
     }
 }

@@ -11,6 +11,7 @@ use naga::compact::{KeepUnused, compact};
 use naga::{Block, Span, Statement};
 
 use crate::assemble::{Assembled, Text};
+use crate::order::Order;
 use crate::parse::Kind;
 
 /// What a pruned text is held against.
@@ -43,8 +44,11 @@ pub(crate) fn prune(assembled: &Assembled<'_>, entry_points: &[String], whole: W
         Whole::Modules => vec![true; keep.len()],
     };
     rest.iter_mut().zip(&keep).for_each(|(rest, keep)| *rest &= !keep);
-    let text = assembled.text(&keep);
-    let unpruned = rest.contains(&true).then(|| text.clone().followed_by(assembled.rest(&rest)));
+    let order = Order::of_reading(assembled, &keep, entry_points);
+    let text = assembled.text(&order);
+    let unpruned = rest
+        .contains(&true)
+        .then(|| text.clone().followed_by(assembled.rest(&Order::of_imports(&rest))));
     Pruned { text, unpruned, keep }
 }
 
@@ -58,12 +62,12 @@ pub(crate) fn reachable(
     let mut keep = vec![false; pieces.len()];
     while let Some(piece) = pending.pop() {
         if !std::mem::replace(&mut keep[piece], true) {
-            pending.extend(&pieces[piece].names);
+            pending.extend(pieces[piece].names.iter().map(|(_, name)| *name));
         }
     }
     for (index, piece) in pieces.iter().enumerate() {
         if assembled.declaration(piece).kind == Kind::Assertion {
-            keep[index] = piece.names.iter().all(|name| keep[*name]);
+            keep[index] = piece.names.iter().all(|(_, name)| keep[*name]);
         }
     }
     keep

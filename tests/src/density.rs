@@ -220,8 +220,8 @@ fn a_broken_shader_is_noticed() {
         (Density::Power, "id.xy, 1, 0).w", "id.xy, 1, 0).x", "another channel"),
         (
             Density::Reflectance,
-            "reflectance += surface.specular",
-            "reflectance += 0.99 * surface.specular",
+            "reflectance += surface.f0",
+            "reflectance += 0.99 * surface.f0",
             "less specular",
         ),
         (

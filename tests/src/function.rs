@@ -1,4 +1,4 @@
-//! Functions of the library on the device and on the CPU, against their oracles: `shaders/src/function` and what it calls.
+//! Functions of the library on the device and on the CPU, against their oracles: what the axis `function` calls.
 
 use std::sync::OnceLock;
 

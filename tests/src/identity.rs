@@ -212,7 +212,7 @@ fn a_product_is_the_same_from_both_sides() {
 #[test]
 fn facets_cover_the_plane_once() {
     // The integral of D(h) n.h over the hemisphere is 1: of GGX and of Beckmann, in u = sin^2, where h.n dw = pi du.
-    for name in ["ggx_distribution", "beckmann_distribution"] {
+    for name in ["d_ggx", "d_beckmann"] {
         for alpha in [0.05_f32, 0.2, 0.5, 1.0] {
             let mut nodes = Vec::new();
             let mut low = 0.0_f64;

@@ -113,7 +113,7 @@ fn broken_chains_are_noticed() {
         compare(&settings, Stress::Smooth, &broken(id, from, to)).assert_fails(to);
     }
     let settings = ChainSettings { start: Start::Uniform, ..lively() };
-    let package = broken("metropolis_start-uniform", "4294967295u", "0u");
+    let package = broken("metropolis_start-uniform", "0xffffffffu", "0u");
     compare(&settings, Stress::Smooth, &package).assert_fails("another start");
 }
 

@@ -19,26 +19,26 @@ fn distribution_peak(x: Numbers<f64>) -> Results<f64> {
 
 /// The functions of this folder.
 pub(super) const FUNCTIONS: &[Function] = &[
-    function!(ggx_distribution(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["density"],
+    function!(d_ggx(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["density"],
         peak: distribution_peak,
     ),
-    function!(ggx_visibility(UpperCosine @ 0, UpperCosine @ 1, Alpha @ 11) -> ["visibility"],
-        peak: |x| [ggx_visibility(x)[0]; 4],
+    function!(v_smith_ggx_correlated(UpperCosine @ 0, UpperCosine @ 1, Alpha @ 11) -> ["visibility"],
+        peak: |x| [v_smith_ggx_correlated(x)[0]; 4],
         monotone: Some(Monotone { component: 0, grows: false }),
     ),
-    function!(beckmann_distribution(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["density"],
+    function!(d_beckmann(Axis @ 0, OtherAxis @ 4, Alpha @ 11) -> ["density"],
         peak: distribution_peak,
     ),
-    function!(beckmann_masking(UpperCosine @ 0, Alpha @ 11) -> ["masking"],
-        truth: Some(|x| one(beckmann_masking_truth(x[0], x[11]))),
+    function!(g1_smith_beckmann(UpperCosine @ 0, Alpha @ 11) -> ["masking"],
+        truth: Some(|x| one(g1_smith_beckmann_truth(x[0], x[11]))),
         peak: unit,
     ),
-    function!(beckmann_visibility(UpperCosine @ 0, UpperCosine @ 1, Alpha @ 11) -> ["visibility"],
+    function!(v_smith_beckmann(UpperCosine @ 0, UpperCosine @ 1, Alpha @ 11) -> ["visibility"],
         truth: Some(|x| {
-            let masking = beckmann_masking_truth(x[0], x[11]) * beckmann_masking_truth(x[1], x[11]);
+            let masking = g1_smith_beckmann_truth(x[0], x[11]) * g1_smith_beckmann_truth(x[1], x[11]);
             one(masking / (4.0 * x[0] * x[1]))
         }),
-        peak: |x| [beckmann_visibility(x)[0]; 4],
+        peak: |x| [v_smith_beckmann(x)[0]; 4],
     ),
     function!(sg_reflection_mirror(Axis @ 0, FacingAxis @ 4, Alpha @ 11) -> ["sharpness", "axis x", "axis y", "axis z"],
         mirror,
@@ -92,7 +92,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
 
 /// Smith's masking of Beckmann, which Walter's rational function fits.
 // [Walter 2007, Eq. (26)]
-fn beckmann_masking_truth(cosine: f64, alpha: f64) -> f64 {
+fn g1_smith_beckmann_truth(cosine: f64, alpha: f64) -> f64 {
     let a = cosine / (alpha * (1.0 - cosine * cosine).max(0.0).sqrt());
     if a > 1e3 {
         return 1.0;
@@ -115,24 +115,24 @@ fn filtered_truth(x: Numbers<f64>) -> Results<f64> {
     truth
 }
 
-fn ggx_distribution<R: Real>(x: Numbers<R>) -> Results<R> {
-    one(ggx::distribution_about(vector(&x, 0), vector(&x, 4), x[11]))
+fn d_ggx<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(ggx::d_ggx_about(vector(&x, 0), vector(&x, 4), x[11]))
 }
 
-fn ggx_visibility<R: Real>(x: Numbers<R>) -> Results<R> {
-    one(ggx::visibility(x[0], x[1], x[11]))
+fn v_smith_ggx_correlated<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(ggx::v_smith_ggx_correlated(x[0], x[1], x[11]))
 }
 
-fn beckmann_distribution<R: Real>(x: Numbers<R>) -> Results<R> {
-    one(beckmann::distribution_about(vector(&x, 0), vector(&x, 4), x[11]))
+fn d_beckmann<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(beckmann::d_beckmann_about(vector(&x, 0), vector(&x, 4), x[11]))
 }
 
-fn beckmann_masking<R: Real>(x: Numbers<R>) -> Results<R> {
-    one(beckmann::masking(x[0], x[11]))
+fn g1_smith_beckmann<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(beckmann::g1_smith_beckmann(x[0], x[11]))
 }
 
-fn beckmann_visibility<R: Real>(x: Numbers<R>) -> Results<R> {
-    one(beckmann::visibility(x[0], x[1], x[11]))
+fn v_smith_beckmann<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(beckmann::v_smith_beckmann(x[0], x[1], x[11]))
 }
 
 fn lobe<R: Real>(lobe: reflection::Reflection<R>) -> Results<R> {

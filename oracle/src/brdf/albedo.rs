@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use crate::brdf::fresnel::grazing;
+use crate::brdf::fresnel::f90;
 use crate::brdf::ggx;
 use crate::{Real, Vector3};
 
@@ -55,13 +55,13 @@ fn schlick_share<R: Real>(cosine: R, alpha: R) -> R {
 /// cosine of the light and the roughness alpha (0.01 to 1). The cosine is moved into 0 to 1; 0 for a reflectance of 0.
 ///
 /// Within [`WHITE_ERROR`], [`DIELECTRIC_ERROR`] and [`FADING_ERROR`] of the [`truth`].
-// [Schlick 1994, Eq. (15)] with [`grazing`] for white, integrated over GGX; the fits are ours
+// [Schlick 1994, Eq. (15)] with [`f90`] for white, integrated over GGX; the fits are ours
 pub fn directional<R: Real>(specular: Vector3<R>, cosine: R, alpha: R) -> Vector3<R> {
     let cosine = cosine.clamp(0.0, 1.0);
     let added = schlick_share(cosine, alpha);
     let white = R::one() - lost(cosine, alpha);
     let own = (white - added).max(R::zero());
-    (specular * own + Vector3::splat(grazing(specular) * added)).map(|part| part.min(R::one()))
+    (specular * own + Vector3::splat(f90(specular) * added)).map(|part| part.min(R::one()))
 }
 
 /// The albedo of white facets and that of Schlick's weight alone, by quadrature over the facets that are visible from
@@ -100,7 +100,8 @@ pub fn truth(cosine: f64, alpha: f64) -> [f64; 2] {
 fn shadowing(cosine_light: f64, cosine_view: f64, alpha: f64) -> f64 {
     let root = (cosine_view.powi(2) * (1.0 - alpha * alpha) + alpha * alpha).sqrt();
     let masking = 2.0 * cosine_view / (cosine_view + root);
-    4.0 * cosine_light * cosine_view * ggx::visibility(cosine_light, cosine_view, alpha) / masking
+    4.0 * cosine_light * cosine_view * ggx::v_smith_ggx_correlated(cosine_light, cosine_view, alpha)
+        / masking
 }
 
 #[cfg(test)]

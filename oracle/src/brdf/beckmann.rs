@@ -6,7 +6,7 @@ use crate::{Real, Vector3};
 
 /// The density of facets, per steradian, at the cosine between normal and half vector; 0 at or below the horizon.
 // [Walter 2007, Eq. (25)]
-pub fn distribution<R: Real>(cosine: R, alpha: R) -> R {
+pub fn d_beckmann<R: Real>(cosine: R, alpha: R) -> R {
     if cosine.value() <= 0.0 {
         return R::zero();
     }
@@ -18,7 +18,7 @@ pub fn distribution<R: Real>(cosine: R, alpha: R) -> R {
 
 /// The density of facets from unit vectors, which keeps the digits of a small sine; 0 at or below the horizon.
 // [Walter 2007, Eq. (25)]
-pub fn distribution_about<R: Real>(normal: Vector3<R>, half: Vector3<R>, alpha: R) -> R {
+pub fn d_beckmann_about<R: Real>(normal: Vector3<R>, half: Vector3<R>, alpha: R) -> R {
     let cosine = normal.dot(half);
     // The tangent is above 1e4 below this, and nothing is left for any alpha up to 1.
     if cosine.value() <= 1e-4 {
@@ -31,7 +31,7 @@ pub fn distribution_about<R: Real>(normal: Vector3<R>, half: Vector3<R>, alpha: 
 
 /// Masking of one direction, 0 to 1.
 // [Walter 2007, Eq. (27)]
-pub fn masking<R: Real>(cosine: R, alpha: R) -> R {
+pub fn g1_smith_beckmann<R: Real>(cosine: R, alpha: R) -> R {
     (cosine * masking_over_cosine(cosine, alpha)).min(R::one())
 }
 
@@ -60,7 +60,7 @@ fn masking_over_cosine<R: Real>(cosine: R, alpha: R) -> R {
 
 /// Masking and shadowing over `4 (n.l) (n.v)`.
 // [Walter 2007, Eq. (23) with Section 5.2]
-pub fn visibility<R: Real>(cosine_light: R, cosine_view: R, alpha: R) -> R {
+pub fn v_smith_beckmann<R: Real>(cosine_light: R, cosine_view: R, alpha: R) -> R {
     R::constant(0.25)
         * masking_over_cosine(cosine_light, alpha)
         * masking_over_cosine(cosine_view, alpha)

@@ -25,16 +25,16 @@ impl Ndf {
     /// The density of facets, per steradian.
     pub fn distribution<R: Real>(self, cosine: R, alpha: R) -> R {
         match self {
-            Self::Ggx => ggx::distribution(cosine, alpha),
-            Self::Beckmann => beckmann::distribution(cosine, alpha),
+            Self::Ggx => ggx::d_ggx(cosine, alpha),
+            Self::Beckmann => beckmann::d_beckmann(cosine, alpha),
         }
     }
 
     /// Masking and shadowing over `4 (n.l) (n.v)`.
     pub fn visibility<R: Real>(self, cosine_light: R, cosine_view: R, alpha: R) -> R {
         match self {
-            Self::Ggx => ggx::visibility(cosine_light, cosine_view, alpha),
-            Self::Beckmann => beckmann::visibility(cosine_light, cosine_view, alpha),
+            Self::Ggx => ggx::v_smith_ggx_correlated(cosine_light, cosine_view, alpha),
+            Self::Beckmann => beckmann::v_smith_beckmann(cosine_light, cosine_view, alpha),
         }
     }
 }
@@ -102,7 +102,7 @@ impl<R: Real> Material<R> {
         let cosine_view = normal.dot(view).max(R::constant(MINIMUM_COSINE));
         // The cosine between the view and the half vector is half the length of the sum of the two unit vectors.
         let cosine_half = (view + light).length() * R::constant(0.5);
-        fresnel::schlick(self.specular, cosine_half)
+        fresnel::f_schlick(self.specular, cosine_half)
             * ndf.visibility(cosine_light, cosine_view, self.alpha)
     }
 }
@@ -171,8 +171,7 @@ mod tests {
             .with_azimuths(512)
             .integrate(|half| {
                 if half.z > 0.0 {
-                    masking * towards.dot(half).max(0.0) * ggx::distribution(half.z, alpha)
-                        / towards.z
+                    masking * towards.dot(half).max(0.0) * ggx::d_ggx(half.z, alpha) / towards.z
                 } else {
                     0.0
                 }

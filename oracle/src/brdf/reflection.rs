@@ -79,7 +79,7 @@ mod tests {
                 if half.z <= 0.0 {
                     return Vector3::zero();
                 }
-                let weight = ggx::distribution(half.z, alpha) * view.dot(half).max(0.0);
+                let weight = ggx::d_ggx(half.z, alpha) * view.dot(half).max(0.0);
                 view.mirrored(half) * weight
             });
         visible.normalized()

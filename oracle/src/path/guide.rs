@@ -194,7 +194,7 @@ impl Seen {
             [[red, 0.0, 0.0], [0.0, green, 0.0], [0.0, 0.0, blue]]
                 .map(|[x, y, z]| Lane::all(Vector3::new(x, y, z).luminance()))
         };
-        let grazing = Vector3::splat(fresnel::grazing(material.specular)) - material.specular;
+        let grazing = Vector3::splat(fresnel::f90(material.specular)) - material.specular;
         Self {
             receiver: Receiver::new(surface, eye, guide.ndf),
             weights: [material.diffuse_brdf(), material.specular, grazing].map(luminance),

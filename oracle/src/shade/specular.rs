@@ -97,13 +97,13 @@ impl Specular {
                 let reflected =
                     ndf_filtered_2024::reflection(view, normal, material.alpha, axis, sharpness);
                 let cosine = (view + axis).length() * R::constant(0.5);
-                let fresnel = fresnel::schlick(material.specular, cosine);
+                let fresnel = fresnel::f_schlick(material.specular, cosine);
                 return arriving.coefficient.times(fresnel) * reflected;
             }
             Self::NdfFiltered => {
                 let (axis, sharpness) = (arriving.axis, arriving.sharpness);
                 let found = ndf_filtered::reflection(view, normal, material.alpha, axis, sharpness);
-                let fresnel = fresnel::schlick(material.specular, found.cosine);
+                let fresnel = fresnel::f_schlick(material.specular, found.cosine);
                 return arriving.coefficient.times(fresnel) * found.radiance;
             }
         };

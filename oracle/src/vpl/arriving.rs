@@ -83,7 +83,7 @@ impl Block {
         set(&mut self.towards, towards);
         set(&mut self.diffuse, power.times(material.diffuse_brdf()));
         set(&mut self.specular, power.times(material.specular));
-        let grazing = Vector3::splat(fresnel::grazing(material.specular));
+        let grazing = Vector3::splat(fresnel::f90(material.specular));
         set(&mut self.grazing, power.times(grazing - material.specular));
         self.disc.0[lane] = disc;
         self.dull.0[lane] = dull(material.specular);
@@ -113,7 +113,7 @@ impl FixedFacet {
         let (width, kept) = (alpha * alpha, cosine.max(MINIMUM_COSINE));
         let masking = match ndf {
             Ndf::Ggx => (kept * kept * (1.0 - width) + width).sqrt(),
-            Ndf::Beckmann => beckmann_masking(kept, width),
+            Ndf::Beckmann => g1_smith_beckmann(kept, width),
         };
         Self { cosine, width, masking, kept }
     }
@@ -136,7 +136,7 @@ impl FixedFacet {
         let cosine_squared = (normal_part * normal_part / square).min(1.0);
         let exponent = (cosine_squared - 1.0) / (cosine_squared * self.width);
         let distribution = exponent.exp() / (PI * self.width * cosine_squared * cosine_squared);
-        0.25 * distribution * self.masking * beckmann_masking(cosine, self.width)
+        0.25 * distribution * self.masking * g1_smith_beckmann(cosine, self.width)
     }
 }
 
@@ -184,7 +184,7 @@ impl FixedFacet<Lane> {
 
 /// Beckmann's `G1/cos`, from alpha^2.
 // [Walter 2007, Section 5.2, after Eq. (27)]
-pub(crate) fn beckmann_masking(cosine: f64, width: f64) -> f64 {
+pub(crate) fn g1_smith_beckmann(cosine: f64, width: f64) -> f64 {
     let slope = (width * (1.0 - cosine * cosine).max(0.0)).sqrt();
     if cosine >= 1.6 * slope {
         1.0 / cosine
@@ -313,7 +313,7 @@ impl Sums {
             diffuse: sum(&self.irradiance).times(surface.material.diffuse_brdf()),
             specular: specular.times(surface.material.specular)
                 + grazing.times(
-                    Vector3::splat(fresnel::grazing(surface.material.specular))
+                    Vector3::splat(fresnel::f90(surface.material.specular))
                         - surface.material.specular,
                 ),
         }

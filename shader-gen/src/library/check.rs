@@ -146,6 +146,14 @@ impl Library {
     fn check_passes(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
         for (index, pass) in self.pass.iter().enumerate() {
             let index = index.to_string();
+            if pass.name == self.library.name {
+                let error = Diagnostic::new(
+                    Code::Duplicate,
+                    format!("pass `{}` has the name of the library", pass.name),
+                );
+                let error = error.help("a file of that name has the library's functions");
+                errors.push(places.mark(error, &["pass", &index, "name"], "here"));
+            }
             for (number, axis) in pass.axes.iter().enumerate() {
                 let path = ["pass", &index, "axes", &number.to_string()];
                 if !self.axis.contains_key(axis) {
@@ -183,6 +191,10 @@ impl Library {
                     &["pass", &index, "entry_points"],
                     "name at least one",
                 ));
+            }
+            for (number, line) in pass.contract.iter().enumerate() {
+                let path = ["pass", &index, "contract", &number.to_string(), "when"];
+                self.check_values(&line.when, Some(&pass.axes), &path, places, errors);
             }
             for (number, item) in pass.overrides.iter().enumerate() {
                 // A bound that is not a number makes an empty range, too.

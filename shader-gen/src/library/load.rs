@@ -93,6 +93,7 @@ impl Library {
             return Err(Report::new(errors, Arc::new(sources)));
         }
         let root = &roots[0];
+        library.flag_calls();
         library.read_frame(root, &places, &headers, &mut sources, &mut errors);
         library.read_inputs(root, &places, &mut sources, &mut errors);
         library.check(&places, &mut errors);
@@ -102,6 +103,8 @@ impl Library {
         for (overlay, header) in library.overlays.iter_mut().zip(&headers) {
             overlay.read_modules(header, &mut modules, &mut sources, &mut errors);
         }
+        let calls = library.call_module(&modules, &places, &mut sources, &mut errors);
+        modules.extend(calls);
         let sources = Arc::new(sources);
         let unread = errors.iter().any(|error| matches!(error.code, Code::Read | Code::Syntax));
         library.check_modules(&modules, &places, &mut errors);

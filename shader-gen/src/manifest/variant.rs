@@ -46,7 +46,6 @@ pub fn variant(
     files: Vec<File>,
 ) -> Described {
     let variant = &validated.variant;
-    let pass = library.pass.iter().find(|pass| pass.name == variant.pass);
     let values = variant.values.iter().filter_map(|(axis, value)| {
         library.axis.get(axis)?.value.iter().find(|known| known.name == *value)
     });
@@ -71,7 +70,7 @@ pub fn variant(
                 .collect(),
             limits: reflection.limits.clone(),
         },
-        contract: pass.map(|pass| pass.contract.clone()).unwrap_or_default(),
+        contract: library.contract_of(variant),
         files,
     }
 }

@@ -23,7 +23,11 @@ pub(super) fn readme(library: &Library, manifest: &Manifest) -> String {
     }
     if !manifest.libraries.is_empty() {
         text.push_str(
-            " `wgsl/lib/` has functions without bindings for hosts that bring their own passes.",
+            &format!(
+                " `wgsl/{}.wgsl` has the functions without bindings, for passes of your own; `wgsl/lib/` has the same as \
+                 modules of WESL.",
+                library.library.name
+            ),
         );
     }
     if manifest.targets.iter().any(|target| target == "spirv") {
@@ -61,7 +65,7 @@ pub(super) fn readme(library: &Library, manifest: &Manifest) -> String {
             let sum =
                 |of: fn(manifest::Cost) -> u64| variant.cost.values().copied().map(of).sum::<u64>();
             text.push_str(&format!(
-                "| [`{id}`](wgsl/{id}.wgsl) | {} | {} | {} + {} | {} | {} |\n",
+                "| [`{id}`]({path}) | {} | {} | {} + {} | {} | {} |\n",
                 variant
                     .entry_points
                     .iter()
@@ -74,6 +78,11 @@ pub(super) fn readme(library: &Library, manifest: &Manifest) -> String {
                 sum(|cost| cost.buffer_reads),
                 sum(|cost| cost.arithmetic + cost.transcendental),
                 id = variant.id,
+                path = variant
+                    .files
+                    .iter()
+                    .find(|file| file.target == "wgsl")
+                    .map_or("", |file| &file.path),
             ));
         }
     }

@@ -1,5 +1,6 @@
 //! The foreign library broken on purpose: every error says what, where, and what would be right.
 
+use sglow_shader_gen::functions::functions;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::validate::Validated;
 use sglow_shader_gen::{frame, generate, manifest};
@@ -16,7 +17,7 @@ fn report(edits: &[(&str, &str, &str)]) -> String {
             manifest::variant(&library, one, &reflection, Vec::new())
         };
         frame::check(&library, &variants.iter().map(reflected).collect::<Vec<_>>())?;
-        generate::libraries(&library)
+        functions(&library)
     });
     match result {
         Ok(_) => "nothing is wrong".to_owned(),
@@ -124,6 +125,11 @@ errors! {
     two_bindings_in_one_place: (SCAN, "@binding(1)", "@binding(0)");
     an_override_that_is_not_declared: (TOML, "name = \"tally_gain\"", "name = \"tally_loss\"");
     a_function_library_with_bindings: (TOML, "[\"image/bin.wesl\"]", "[\"sum/scan.wesl\"]");
+    functions_that_no_library_has: (TOML, "[\"image/bin.wesl\"]", "[\"image/channel.wesl\"]");
+    a_pass_with_the_name_of_the_library: (TOML, "name = \"scan\"\nde", "name = \"tally\"\nde");
+    a_contract_of_what_is_not_known:
+        (TOML, "contract = [\"image", "contract = [{ text = \"rounds: 1\", when = { counter = [\"group\"], order = [\"exclusive\"] } }, \"image");
+    a_contract_that_is_no_line: (TOML, "contract = [\"image", "contract = [{ text = \"rounds: 1\" }, \"image");
     a_field_that_is_not_known: (TOML, "default = \"mean\"", "defualt = \"mean\"");
     a_presence_that_leaves_nothing_out:
         (TOML, "only_with = [{ channel = [\"mean\"], counter = [\"workgroup\"] }, { channel = [\"largest\"] }]", "only_with = [{}]"),

@@ -9,10 +9,12 @@
 
 mod errors;
 mod foreign;
+mod functions;
 mod overlay;
 mod package;
 mod proof;
 mod second_opinion;
+mod texts;
 
 use std::fs;
 use std::path::{Path, PathBuf};

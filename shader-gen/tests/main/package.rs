@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
+use sglow_shader_gen::functions::functions;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Manifest, Saved};
@@ -17,11 +18,11 @@ use crate::{foreign_library, foreign_root};
 fn build(library: &Library, variants: &[Variant], targets: &[Target]) -> BTreeMap<String, Vec<u8>> {
     let validated =
         generate::variants(library, variants).unwrap_or_else(|report| panic!("{report}"));
-    let libraries = generate::libraries(library).unwrap_or_else(|report| panic!("{report}"));
+    let functions = functions(library).unwrap_or_else(|report| panic!("{report}"));
     let parts = Parts {
         library,
         variants: &validated,
-        libraries: &libraries,
+        functions: functions.as_ref(),
         changelog: None,
         source_hash: "the hash of the sources",
         purpose: None,
@@ -72,7 +73,7 @@ fn the_package_says_what_it_has() {
     let files = build(&library, &library.selected(), &Target::ALL);
     let paths: Vec<_> = files.keys().map(String::as_str).collect();
     snapshot("package/files", &paths.join("\n"));
-    for path in ["manifest.json", "README.md", "rust/lib.rs", "wgsl/count-mean-workgroup.wgsl"] {
+    for path in ["manifest.json", "README.md", "rust/lib.rs", "wgsl/count.wgsl"] {
         snapshot(&format!("package/{path}"), &text(&files, path));
     }
 }
@@ -167,7 +168,7 @@ fn the_manifest_says_what_it_was_made_for_and_what_that_left_out() {
         let parts = Parts {
             library: &library,
             variants: &validated,
-            libraries: &[],
+            functions: None,
             changelog: None,
             source_hash: "",
             purpose,
@@ -241,7 +242,7 @@ fn every_difference_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path();
     generate_into(out, None);
-    let shader = "wgsl/count-mean-direct.wgsl";
+    let shader = "wgsl/count-counter_direct.wgsl";
     let mut bytes = fs::read(out.join(shader)).unwrap();
     bytes[100] ^= 1;
     fs::write(out.join(shader), bytes).unwrap();
@@ -270,11 +271,11 @@ fn what_is_no_longer_generated_is_removed() {
     options.targets.insert(Target::Spirv);
     package::generate(&foreign_root(), &options, &mut |_| ()).unwrap();
     let found = differences(out);
-    assert!(found.contains(&("spirv/scan-inclusive.spv".to_owned(), Change::Stale)), "{found:?}");
+    assert!(found.contains(&("spirv/scan.spv".to_owned(), Change::Stale)), "{found:?}");
     assert!(found.contains(&("manifest.json".to_owned(), Change::Outdated)), "{found:?}");
     fs::write(out.join("notes.txt"), "mine").unwrap();
     let (outcome, _) = generate_into(out, None);
-    assert!(outcome.removed.contains(&"spirv/scan-inclusive.spv".to_owned()));
+    assert!(outcome.removed.contains(&"spirv/scan.spv".to_owned()));
     assert!(!out.join("spirv").exists());
     assert!(out.join("notes.txt").exists());
 }
@@ -407,7 +408,7 @@ fn names_that_collide_in_rust_are_refused() {
         let parts = Parts {
             library: &library,
             variants: &validated,
-            libraries: &[],
+            functions: None,
             changelog: None,
             source_hash: "",
             purpose: None,

@@ -1532,1462 +1532,1460 @@ pub static EMBEDDED: &[Embedded] = &[
     Embedded {
         id: "centres-warped-world",
         pass: centres::PASS,
-        text: include_str!("../wgsl/centres-warped-world.wgsl"),
-        sha256: "d55f3f8357ea6fb073eedc8cf2b24aee3814a20b390e965d143f0095b53161ae",
+        text: include_str!("../wgsl/centres-space_world.wgsl"),
+        sha256: "0d46c4c80b72ee2ea0d794725896581604afb9922b57dde92757f5681f9000b1",
     },
     Embedded {
         id: "check-both-f16",
         pass: check::PASS,
-        text: include_str!("../wgsl/check-both-f16.wgsl"),
-        sha256: "4a5f4d6c0c58410a3a4557673e320c9d476f70ab8923d6f87c7c1e43af212dac",
+        text: include_str!("../wgsl/check-precision_f16.wgsl"),
+        sha256: "65a5f6634faab0114491e762d3189d6c1afa51332713d052cbe9cd6ffbfdfcf8",
     },
     Embedded {
         id: "check-both-f32",
         pass: check::PASS,
-        text: include_str!("../wgsl/check-both-f32.wgsl"),
-        sha256: "7fee5a10fa206f70a724d6a017930cd14fb2ceb676095ef1dbd6a05a909bf277",
+        text: include_str!("../wgsl/check.wgsl"),
+        sha256: "cfb79bf2e65039cb12fd810b5624dc77c7ff9da995a8e6ca32c25975eca91683",
     },
     Embedded {
         id: "check-diffuse-f16",
         pass: check::PASS,
-        text: include_str!("../wgsl/check-diffuse-f16.wgsl"),
-        sha256: "6551655be0667ab2f487f52d4d9ea4f79a701532375ecf9886bc7273dc869ca8",
+        text: include_str!("../wgsl/check-lobes_diffuse-precision_f16.wgsl"),
+        sha256: "e377185d1266b5fb95a5d7ea6628afc5e91d080caee9181a657ee1304f9603bd",
     },
     Embedded {
         id: "check-diffuse-f32",
         pass: check::PASS,
-        text: include_str!("../wgsl/check-diffuse-f32.wgsl"),
-        sha256: "c6022a7af260d29a90a0b46631f6b440a39dbad1820ed87ac07865d4b8aee46c",
+        text: include_str!("../wgsl/check-lobes_diffuse.wgsl"),
+        sha256: "f205bc349e98454a9d690e3e55347bbe4f11830b39e9952c67edfe51e80bd1e9",
     },
     Embedded {
         id: "cluster_assign-world",
         pass: cluster_assign::PASS,
-        text: include_str!("../wgsl/cluster_assign-world.wgsl"),
-        sha256: "d37acbcfcfe5b8f8987aca1c6edfb88abb431e4e86a6ef00144822dad435b205",
+        text: include_str!("../wgsl/cluster_assign-space_world.wgsl"),
+        sha256: "cb6661938a1d8f0a59098a293a3118f192dd691d161a3ff03f30a69f0942331b",
     },
     Embedded {
         id: "cluster_boxes",
         pass: cluster_boxes::PASS,
         text: include_str!("../wgsl/cluster_boxes.wgsl"),
-        sha256: "594ce43d256bbc584539166797dc59eb4baf4704006db9f5596bfb69c9f44b98",
+        sha256: "b3ebf1c698e3a0d610097bc6495aaf1a06383f92064256cd11bf5ca6a91d6285",
     },
     Embedded {
         id: "cluster_codes-world",
         pass: cluster_codes::PASS,
-        text: include_str!("../wgsl/cluster_codes-world.wgsl"),
-        sha256: "86498b1ace9b6c1c60b744600f4efbbff4b73c6b4620ec94c3edec8f15667bc4",
+        text: include_str!("../wgsl/cluster_codes-space_world.wgsl"),
+        sha256: "40306388465de6abcca430a08aca03b035f74e496ed8f565aaecd6e78d5f939f",
     },
     Embedded {
         id: "cluster_starts",
         pass: cluster_starts::PASS,
         text: include_str!("../wgsl/cluster_starts.wgsl"),
-        sha256: "fcbaa4390f34731160189426dd9b6fdd972994de63a944c3dec7b7f8ca981859",
+        sha256: "728366b95ec07eb834c1b0b21d43dffec5f5c5e081aaf5bd3600f5ac2e9f8275",
     },
     Embedded {
         id: "cluster_sum-camera-trace-exact-both-f0",
         pass: cluster_sum::PASS,
-        text: include_str!("../wgsl/cluster_sum-camera-trace-exact-both-f0.wgsl"),
-        sha256: "ce760958c71263a7785684fa1ea9936585d14807a2c68728a4ea8c259567a6dc",
+        text: include_str!("../wgsl/cluster_sum-light_camera.wgsl"),
+        sha256: "de1ad649d9be655fc01fa585fa612d5bf507d6eeea557cb42f4da0dd9c5000de",
     },
     Embedded {
         id: "cluster_sum-camera-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
-        text: include_str!("../wgsl/cluster_sum-camera-trace-exact-diffuse-f0.wgsl"),
-        sha256: "c568fd0a2577e5e837b5fe5e799c614f8dcfe939de539215f1a21aab13e42a5a",
+        text: include_str!("../wgsl/cluster_sum-light_camera-lobes_diffuse.wgsl"),
+        sha256: "6860887f86bf759fdff4dbccc9dfa05f10da782c76299aec3a63fb5ecc2733ed",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-both-f0",
         pass: cluster_sum::PASS,
-        text: include_str!("../wgsl/cluster_sum-directional-trace-exact-both-f0.wgsl"),
-        sha256: "44b39e85190a3782cc190b3f21a79ef2aabec3b43e23fe62d81a2363399a11e9",
+        text: include_str!("../wgsl/cluster_sum-light_directional.wgsl"),
+        sha256: "5fd0965137c215bc84e9c663ff5a51648ee31660408580b1ce6f07cd15f1afe3",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
-        text: include_str!(
-            "../wgsl/cluster_sum-directional-trace-exact-diffuse-f0.wgsl"
-        ),
-        sha256: "d6f6589da26b8a035c8ef1820f7b4685717da07b486d4abf21b38d0954fcbd33",
+        text: include_str!("../wgsl/cluster_sum-light_directional-lobes_diffuse.wgsl"),
+        sha256: "e08dea66f31c58677b556eac42da3c9fd791b494bf9518c6d5cf7c53ff867320",
     },
     Embedded {
         id: "cluster_sum-point-trace-exact-both-f0",
         pass: cluster_sum::PASS,
-        text: include_str!("../wgsl/cluster_sum-point-trace-exact-both-f0.wgsl"),
-        sha256: "3ae9ece4e7db94af36266265d6f4e034b6509c8b5fd9f19ee4221296dc8ca8ef",
+        text: include_str!("../wgsl/cluster_sum-light_point.wgsl"),
+        sha256: "00f3f03291f1d5192588d39a8e12de80395917a4ed007977b4e07255b8233800",
     },
     Embedded {
         id: "cluster_sum-point-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
-        text: include_str!("../wgsl/cluster_sum-point-trace-exact-diffuse-f0.wgsl"),
-        sha256: "26fc685ed633aac5e0e742821c2beab986f7bc5233a2898338cd0fe9c30641bf",
+        text: include_str!("../wgsl/cluster_sum-light_point-lobes_diffuse.wgsl"),
+        sha256: "8da10c2c03f81026b98bce5ed3825b50db5526ac151b570bf2d5128715f006db",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-both-f0",
         pass: cluster_sum::PASS,
-        text: include_str!("../wgsl/cluster_sum-spot-trace-exact-both-f0.wgsl"),
-        sha256: "0330ddccc3dcf9c31ff8f26d76b9849f45581b3ac5e456e5c9387b36fa352881",
+        text: include_str!("../wgsl/cluster_sum.wgsl"),
+        sha256: "d0d30ed3e0bf3e5db45632a057316797367e0c18b660707abb573f58d765c619",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
-        text: include_str!("../wgsl/cluster_sum-spot-trace-exact-diffuse-f0.wgsl"),
-        sha256: "fec66bb4bb9428b6407f2cef39236b6830da8dba3a4b15848fef96a0ac9aeacd",
+        text: include_str!("../wgsl/cluster_sum-lobes_diffuse.wgsl"),
+        sha256: "fe1f817e74c5d888187ae2ce5dbc0fdc5597b6ee5c2616508ff97115e8440914",
     },
     Embedded {
         id: "cluster_tree",
         pass: cluster_tree::PASS,
         text: include_str!("../wgsl/cluster_tree.wgsl"),
-        sha256: "a5a6f0aa90a0d127f7b5e9ec865ddb325a6315f8a0ee971002a7f373452246c0",
+        sha256: "c82f3807beaa5675d436a66f66be17529a9f64addde31e4e530855e37a1c9e21",
     },
     Embedded {
         id: "compose-both-none",
         pass: compose::PASS,
-        text: include_str!("../wgsl/compose-both-none.wgsl"),
-        sha256: "180d242de0aea0d990b42979fcbaafd98240cfd60d4cf465cd3ee3bbfef745f6",
+        text: include_str!("../wgsl/compose.wgsl"),
+        sha256: "5cd5f561e1f4a76501eaff47a083cff522a643251178304a36ca1f98d8b604c7",
     },
     Embedded {
         id: "compose-both-seen",
         pass: compose::PASS,
-        text: include_str!("../wgsl/compose-both-seen.wgsl"),
-        sha256: "0de85d06049e13915d3383711f4373798dc71cdb68910944bd575f39ac18f41a",
+        text: include_str!("../wgsl/compose-emission_seen.wgsl"),
+        sha256: "502bf7942d6f89db379ca51249ce55cac022b7d549b659b4c5ac97ff287d74f0",
     },
     Embedded {
         id: "compose-diffuse-none",
         pass: compose::PASS,
-        text: include_str!("../wgsl/compose-diffuse-none.wgsl"),
-        sha256: "69e4118b490737bd299a7017637d4e64b3f00b7760313879fb9e6fe7ee3ce742",
+        text: include_str!("../wgsl/compose-indirect_diffuse.wgsl"),
+        sha256: "0b4c2582128e3b03c9784d41246f04badc2506a4fcf2f430c008f24bbf1e3403",
     },
     Embedded {
         id: "compose-diffuse-seen",
         pass: compose::PASS,
-        text: include_str!("../wgsl/compose-diffuse-seen.wgsl"),
-        sha256: "10edd6e9d5ebde7002134ddde0611c9bcdf6c8913a42418748d8aa98762a449e",
+        text: include_str!("../wgsl/compose-indirect_diffuse-emission_seen.wgsl"),
+        sha256: "ad698ed70705bb53b992a46603ce15257f7883fc374a7e6fba9fc4f93099099f",
     },
     Embedded {
         id: "compose-specular-none",
         pass: compose::PASS,
-        text: include_str!("../wgsl/compose-specular-none.wgsl"),
-        sha256: "3dff3434f55aa5e9c4d8287a0cba8033914c4f69428b5a1ef35e536f9a78be3f",
+        text: include_str!("../wgsl/compose-indirect_specular.wgsl"),
+        sha256: "99b03ce28065665db0996785d4e3d3dbc5565d16202b8d59bf6638f3eb0c2986",
     },
     Embedded {
         id: "compose-specular-seen",
         pass: compose::PASS,
-        text: include_str!("../wgsl/compose-specular-seen.wgsl"),
-        sha256: "821c847ee0014b87a1a30dd6b9ac8794f6e8b372146e64ec2d82a610ee737163",
+        text: include_str!("../wgsl/compose-indirect_specular-emission_seen.wgsl"),
+        sha256: "b05f17fd8a0886d9d91925d4459b8f65f45557654ec50a51cb867d024d5ec824",
     },
     Embedded {
         id: "density-bidirectional-cosine-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-cosine-both-f0.wgsl"),
-        sha256: "977eab703b25370ea3471283f032cda709bfc8dfbd25272307a427dc94707034",
+        text: include_str!(
+            "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
+        ),
+        sha256: "82bb73f464ba9983dd0e3eb4644975f8ebaa24b2316b1ec0b3a026613f732594",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-cosine-diffuse-f0.wgsl"),
-        sha256: "f10ad0a6ef0e913b44a42c5bcedb74defce896e78a42731380d4a6252fe55235",
+        text: include_str!(
+            "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
+        ),
+        sha256: "77e2c48a06836cbf8ea63e5bc1360184b2463489770494ff73a8672fcb6638f5",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-lobe-both-f0.wgsl"),
-        sha256: "0e07875e03ab574c7089572a55ddf6b14e003983fa4c3d858d81193834d9424e",
+        text: include_str!("../wgsl/density-density_bidirectional-importance_lobe.wgsl"),
+        sha256: "5c4142dbbcc978aaff56c83069bcf146983f17f7446b567f75ad350963ed4f56",
     },
     Embedded {
         id: "density-bidirectional-lobe-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-bidirectional-lobe-diffuse-f0.wgsl"),
-        sha256: "05d7dbbc67d0d1ae28199248c7362f7587da8f2fabb3a53c400c164aac6ef762",
+        text: include_str!(
+            "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse.wgsl"
+        ),
+        sha256: "c595ea5e6e4966044db59162873f6f884239f869ae1007a2bbeab95b4fe8712c",
     },
     Embedded {
         id: "density-power-none-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-power-none-both-f0.wgsl"),
-        sha256: "6a7323aa9ea7b057987b2abfeba17783fb6c7d1d474010554d6bb48be368e143",
+        text: include_str!("../wgsl/density.wgsl"),
+        sha256: "418c943ebe23bce93b99a9bdaf0da5b71309010455623cf18dbdc322ed45a9f1",
     },
     Embedded {
         id: "density-power-none-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-power-none-diffuse-f0.wgsl"),
-        sha256: "0cec08532ef41d3412d28c07598feec6c0cd51d6792bbe6f75e4f906859fb432",
+        text: include_str!("../wgsl/density-lobes_diffuse.wgsl"),
+        sha256: "73cb485ef007fbea1f21d0c70403899c3cc9d6a0d41529a538a83e33755e3f86",
     },
     Embedded {
         id: "density-reflectance-none-both-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-reflectance-none-both-f0.wgsl"),
-        sha256: "2c249ed9e035fc2c2e4e091cecc932ecac6f1d0310955323d9c565b875b72da5",
+        text: include_str!("../wgsl/density-density_reflectance.wgsl"),
+        sha256: "2be2939d9d0d3211a53c96a21762cdfbe7a062c438493167cc7d85e01402d70b",
     },
     Embedded {
         id: "density-reflectance-none-diffuse-f0",
         pass: density::PASS,
-        text: include_str!("../wgsl/density-reflectance-none-diffuse-f0.wgsl"),
-        sha256: "ee16f116d7424b0eafefdc83a61cb541eb422eac1aa40e21563598410cf14ad1",
+        text: include_str!("../wgsl/density-density_reflectance-lobes_diffuse.wgsl"),
+        sha256: "eafb026dacda8c95228c9ad0cc6a600c12c89aa90431cc8d046391397ef16faa",
     },
     Embedded {
         id: "direct-directional-beckmann",
         pass: direct::PASS,
-        text: include_str!("../wgsl/direct-directional-beckmann.wgsl"),
-        sha256: "3b0776476f630bda50218d2e97ebdfe596ca67017f5de6d9aee2c7bf0a358c1a",
+        text: include_str!("../wgsl/direct-light_directional-ndf_beckmann.wgsl"),
+        sha256: "78ae5aa737b77199bbcde87b3cc334d9d6a57135c7bacb4a0ad71c5defea3759",
     },
     Embedded {
         id: "direct-directional-ggx",
         pass: direct::PASS,
-        text: include_str!("../wgsl/direct-directional-ggx.wgsl"),
-        sha256: "059ccb336b666224b6b69b5b122ccf2dde4e0e914799b7ee6a27b6373bcfbbc8",
+        text: include_str!("../wgsl/direct-light_directional.wgsl"),
+        sha256: "951af834e133888947bbf744e75cfdb0e4816b83d1bb94035c6f8651e51c622a",
     },
     Embedded {
         id: "direct-directional-none",
         pass: direct::PASS,
-        text: include_str!("../wgsl/direct-directional-none.wgsl"),
-        sha256: "34cd169e5e97f7e321096831cd55d818a59039d94914c10bcad6fae32da9d8a2",
+        text: include_str!("../wgsl/direct-light_directional-ndf_none.wgsl"),
+        sha256: "7ef0c5ebabc861c24a99b4b4fbdadbbe9e234d254e8f30bc5cf8eecd39780ff3",
     },
     Embedded {
         id: "direct-point-beckmann",
         pass: direct::PASS,
-        text: include_str!("../wgsl/direct-point-beckmann.wgsl"),
-        sha256: "4d7d873276ce7af9d8808905bcd70f97a223b783f2480a972e24e919855cf011",
+        text: include_str!("../wgsl/direct-light_point-ndf_beckmann.wgsl"),
+        sha256: "2918c7a7f736fa74daf279bda8d48eeecdbd7618f2ee4ed9a450ddd33ad03fce",
     },
     Embedded {
         id: "direct-point-ggx",
         pass: direct::PASS,
-        text: include_str!("../wgsl/direct-point-ggx.wgsl"),
-        sha256: "aa7c26ad6d6f23cab5947594946b17ba749c40d2d1a4540512c85c4189899d72",
+        text: include_str!("../wgsl/direct-light_point.wgsl"),
+        sha256: "52649d5597b01e2db38b09e6d661a483a9a85a80cc2c542c5316dd5574ef77e2",
     },
     Embedded {
         id: "direct-point-none",
         pass: direct::PASS,
-        text: include_str!("../wgsl/direct-point-none.wgsl"),
-        sha256: "4e9113aed9cf840e23312df885ddff46a33813fc36a46e19041e3c83a9af21f4",
+        text: include_str!("../wgsl/direct-light_point-ndf_none.wgsl"),
+        sha256: "873d66843e149e3ec24bc67f35f7d630bba179a2cf273db5a525baceefa56b95",
     },
     Embedded {
         id: "direct-spot-beckmann",
         pass: direct::PASS,
-        text: include_str!("../wgsl/direct-spot-beckmann.wgsl"),
-        sha256: "ec73da4b129f0930f246da6ed4f77af3a8414604bcf3ef017432fead0d2d3703",
+        text: include_str!("../wgsl/direct-ndf_beckmann.wgsl"),
+        sha256: "6fe2dfb4b3472099b47b8775c3a38202ea0fd4f4aa4e4fc9f6c9724831db03f7",
     },
     Embedded {
         id: "direct-spot-ggx",
         pass: direct::PASS,
-        text: include_str!("../wgsl/direct-spot-ggx.wgsl"),
-        sha256: "73b7b0e13a7d39ac59b0a78804877ede0d6441d8c8097d44d4152ba806120bf6",
+        text: include_str!("../wgsl/direct.wgsl"),
+        sha256: "c2f7b25bf1f43ffff106af25f425e018d7bb701a135d9fe9ffe29afc14de8fa6",
     },
     Embedded {
         id: "direct-spot-none",
         pass: direct::PASS,
-        text: include_str!("../wgsl/direct-spot-none.wgsl"),
-        sha256: "ffd37438e9d5191005f5092d6142bbfe2c979c1cb84f12deaf9dbf8d84171517",
+        text: include_str!("../wgsl/direct-ndf_none.wgsl"),
+        sha256: "2bc0b9ea50ac8ddcf18f5d9d2e48be4937563f1fe7fa9343c73109b4bce4bfe5",
     },
     Embedded {
         id: "emission-constant-opaque",
         pass: emission::PASS,
-        text: include_str!("../wgsl/emission-constant-opaque.wgsl"),
-        sha256: "4d7b8dc09a8b1cbb800b4321bf2cd0bd7c552a769fe11c4af09541dd047cf1fb",
+        text: include_str!("../wgsl/emission.wgsl"),
+        sha256: "46bbab7e48ce5fa3ce388513dc184676e7c369f9b662bf1258cdd8083173c203",
     },
     Embedded {
         id: "emission-textured-cutout",
         pass: emission::PASS,
-        text: include_str!("../wgsl/emission-textured-cutout.wgsl"),
-        sha256: "b605e7c86a4c7b6c518a876f1d4eaf485b899e04ef64f63eaaf939dd7d8705fe",
+        text: include_str!("../wgsl/emission-material_textured-opacity_cutout.wgsl"),
+        sha256: "57585b2287b5aa16fe6d45a7ea07b8a9705c19a6e49fc1e0b90c3462868055af",
     },
     Embedded {
         id: "emission-textured-opaque",
         pass: emission::PASS,
-        text: include_str!("../wgsl/emission-textured-opaque.wgsl"),
-        sha256: "3e12aa083b80c89fb663663f14d04468ded4feab66313665f63f382ecc064ac4",
+        text: include_str!("../wgsl/emission-material_textured.wgsl"),
+        sha256: "6cbdeefe1b9273e301f323819247d9f170860298c949f82eecfdf2977514fcc4",
     },
     Embedded {
         id: "light_fill",
         pass: light_fill::PASS,
         text: include_str!("../wgsl/light_fill.wgsl"),
-        sha256: "ef25c4742fbe19cfcfaf0f6bb945f36f46bbe3645b60cf6e0568ac337f6fa259",
+        sha256: "5916c7ec3fe654dbe6855289937a6ff4eae90884e2d465fbd69db2e9027a7589",
     },
     Embedded {
         id: "light_points-both-f16",
         pass: light_points::PASS,
-        text: include_str!("../wgsl/light_points-both-f16.wgsl"),
-        sha256: "c79318f67aefa808af1a2f3ca25973a2d57a22db8e11b45b8816056c50c65712",
+        text: include_str!("../wgsl/light_points-precision_f16.wgsl"),
+        sha256: "8f6b12610c4f20c9de19dfd65ffe3e7fcbec133329ada80f338f6a838b8130aa",
     },
     Embedded {
         id: "light_points-both-f32",
         pass: light_points::PASS,
-        text: include_str!("../wgsl/light_points-both-f32.wgsl"),
-        sha256: "d2a3062d69f912ac895062f431fa6e7ae5893cd16c77f8630826eed197ec8770",
+        text: include_str!("../wgsl/light_points.wgsl"),
+        sha256: "2c0910e5b047d34a4de862704169a26dc10d9dce18afdc12d1793df44bc71a9e",
     },
     Embedded {
         id: "light_points-diffuse-f16",
         pass: light_points::PASS,
-        text: include_str!("../wgsl/light_points-diffuse-f16.wgsl"),
-        sha256: "381fbe3b5e745305f8347d1e451889b11e440b214f8603f84543728febc15d64",
+        text: include_str!("../wgsl/light_points-lobes_diffuse-precision_f16.wgsl"),
+        sha256: "a36ef21194f0e10ee5e344651bb35216d1dc4b0f26477498fe2c99c5651bda12",
     },
     Embedded {
         id: "light_points-diffuse-f32",
         pass: light_points::PASS,
-        text: include_str!("../wgsl/light_points-diffuse-f32.wgsl"),
-        sha256: "8013142105bbf7628695d36778b6d2f5afa6d916b578d2ba793b2f26406db8e2",
+        text: include_str!("../wgsl/light_points-lobes_diffuse.wgsl"),
+        sha256: "a0cae0d121d5725772a7159c2811f773817b7fae515f168d07d554c075e6a886",
     },
     Embedded {
         id: "light_shadow-both-f16",
         pass: light_shadow::PASS,
-        text: include_str!("../wgsl/light_shadow-both-f16.wgsl"),
-        sha256: "d8bdab141a336c06a70a3370e020ca8b883bf45d4886411baeb1a2cc05febf78",
+        text: include_str!("../wgsl/light_shadow-precision_f16.wgsl"),
+        sha256: "d0eb4094f18fd2889c084a51fbbfb1d1d2086408847b9f3261cdc49581207b5a",
     },
     Embedded {
         id: "light_shadow-both-f32",
         pass: light_shadow::PASS,
-        text: include_str!("../wgsl/light_shadow-both-f32.wgsl"),
-        sha256: "362959c8f0b70b1cdb5ed9f7643a881e62bb9605705817dda586eb6a63f10bc4",
+        text: include_str!("../wgsl/light_shadow.wgsl"),
+        sha256: "d3f247a913ac73d59189c435dbf911d6a2c5464411c8bcb68d5d2d61f7464102",
     },
     Embedded {
         id: "light_shadow-diffuse-f16",
         pass: light_shadow::PASS,
-        text: include_str!("../wgsl/light_shadow-diffuse-f16.wgsl"),
-        sha256: "5cfdc17d7f23658736c02fd307757fe34c1946b708699e0cdd73bc1aeeb0fedc",
+        text: include_str!("../wgsl/light_shadow-lobes_diffuse-precision_f16.wgsl"),
+        sha256: "131c660cb596ec11c0005806bbe3b0908246d031352f33efd54e1a74837258c9",
     },
     Embedded {
         id: "light_shadow-diffuse-f32",
         pass: light_shadow::PASS,
-        text: include_str!("../wgsl/light_shadow-diffuse-f32.wgsl"),
-        sha256: "3a3f98fdad83aba126b210a39fe4a745969064219baa3be56da8f9c120535432",
+        text: include_str!("../wgsl/light_shadow-lobes_diffuse.wgsl"),
+        sha256: "6b9dbdea496f495611e14c0c519a935c00a2b9c520aa7fe5a8e8dd5944b9173f",
     },
     Embedded {
         id: "mip-r32float-one",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-r32float-one.wgsl"),
-        sha256: "953712ea207d041baaace059353fe172ea8825df2167ff02796115fb442ff4c1",
+        text: include_str!("../wgsl/mip-texel_r32float-levels_one.wgsl"),
+        sha256: "752346c6fa21cadf808a21eb282f9a949d64965a792f1bf4a701161f750255be",
     },
     Embedded {
         id: "mip-r32float-three",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-r32float-three.wgsl"),
-        sha256: "b5768229368e34e7b33027ce7ba6fd7cbb050a464b55142c6bf570a0ed9b4910",
+        text: include_str!("../wgsl/mip-texel_r32float.wgsl"),
+        sha256: "0aa4b35a8de89c47d6f23282d7a55a46af0432cb8271b017b9b605c41c6cb84f",
     },
     Embedded {
         id: "mip-r32float-two",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-r32float-two.wgsl"),
-        sha256: "7ced12ea617c285b7404b076be588e697c7dc9cd744fe7af36273b0d06bfcd38",
+        text: include_str!("../wgsl/mip-texel_r32float-levels_two.wgsl"),
+        sha256: "dd52c3552fa3f6c6f6a44da31e176986f71b665cf89c92b88c731a57d3cf49d0",
     },
     Embedded {
         id: "mip-rgba16float-one",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-rgba16float-one.wgsl"),
-        sha256: "363814691d7946e13ba819703fb548776609e0ee2180dd1785e917d43c40a801",
+        text: include_str!("../wgsl/mip-texel_rgba16float-levels_one.wgsl"),
+        sha256: "abc8ffbc377cdfb0b99b10ab6aefed3c56faa62883822f46b9538115a31e071a",
     },
     Embedded {
         id: "mip-rgba16float-three",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-rgba16float-three.wgsl"),
-        sha256: "880c6fed995e8c67eb6e381731396f2668144c3ce17db69ac2c4e90b4c47eec1",
+        text: include_str!("../wgsl/mip-texel_rgba16float.wgsl"),
+        sha256: "a52a21d3a1216034b3fca930cb3334f1e64623e2e872d24085a50f5daa8d1f5c",
     },
     Embedded {
         id: "mip-rgba16float-two",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-rgba16float-two.wgsl"),
-        sha256: "17110f947107f03971ff91f188d5768c8ef7a2cc6ab862dc277e2472a426e9e8",
+        text: include_str!("../wgsl/mip-texel_rgba16float-levels_two.wgsl"),
+        sha256: "2fa93fc382d0cfd665beac049256d5d5530f1a05d9618c47dafc6ed86048801f",
     },
     Embedded {
         id: "mip-rgba32float-one",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-rgba32float-one.wgsl"),
-        sha256: "9c9548268c25f1e78eec90c907b0b87bc836144a9eaca263f10810526d523b57",
+        text: include_str!("../wgsl/mip-levels_one.wgsl"),
+        sha256: "dfdef2ea44d5f489393187ddf948471181159244ad00eaf7ce59140c50558b96",
     },
     Embedded {
         id: "mip-rgba32float-three",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-rgba32float-three.wgsl"),
-        sha256: "63c009117a901d5eeffe2fd45609edc72d21a984ff9a97057a3a69b8d9304c76",
+        text: include_str!("../wgsl/mip.wgsl"),
+        sha256: "4103464ab527739241a7383ff326fe3bf4a158ca8d635503b2a95b1ecb96e643",
     },
     Embedded {
         id: "mip-rgba32float-two",
         pass: mip::PASS,
-        text: include_str!("../wgsl/mip-rgba32float-two.wgsl"),
-        sha256: "5ba223a6927a8faa399d7341c5e71c38fa441d1261a21311cbd02329458401ba",
+        text: include_str!("../wgsl/mip-levels_two.wgsl"),
+        sha256: "3007737b1290493dc0799803b2a3c090233505e9902573e3a440dca7f44b31ed",
     },
     Embedded {
         id: "moments-camera-both-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-f0-exact-f16.wgsl"),
-        sha256: "f6917eaa42a3abe0604af2f8743b1b1a28e14055029170f169457792b07b9965",
+        text: include_str!("../wgsl/moments-light_camera-precision_f16.wgsl"),
+        sha256: "19bd2469fe00506d7c6fa6a561a1c90ce122bbabc2cce3d16856e88bba001816",
     },
     Embedded {
         id: "moments-camera-both-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-f0-exact-f32.wgsl"),
-        sha256: "6d1ca6544100cb4005d85056a9bf69179067215c8ad9fac5d4d433ead47a46c4",
+        text: include_str!("../wgsl/moments-light_camera.wgsl"),
+        sha256: "0d4720542d00dc6b6ba90985016d8a1cd46a7498dfe725c0e2bf42f7edc71990",
     },
     Embedded {
         id: "moments-camera-both-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-f0-toksvig-f16.wgsl"),
-        sha256: "f37561971355600a1d583808abc06c8327b2ede23180eb1f0e9ce02d6cc53839",
+        text: include_str!(
+            "../wgsl/moments-light_camera-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "8aecfe788248413f7567e457af584062924a60cc0b99c3f7a64d6d318ed96650",
     },
     Embedded {
         id: "moments-camera-both-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-both-f0-toksvig-f32.wgsl"),
-        sha256: "5f211b10cb8bf9638646804242a69cf5e79c25a1332b6286bbd3808593abfa29",
+        text: include_str!("../wgsl/moments-light_camera-sharpness_toksvig.wgsl"),
+        sha256: "7baaa984fbc27e5a77d4fb7585a689446efe6f5f4ef3654377ad953fba5c7afd",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-f0-exact-f16.wgsl"),
-        sha256: "434c5176db5fdf5996acc71acad9cdf87e1cd4e7426cc980d0050815f03ea82b",
+        text: include_str!(
+            "../wgsl/moments-light_camera-lobes_diffuse-precision_f16.wgsl"
+        ),
+        sha256: "39d14d49a4fb128765655e3261038a31354de5c19711dc099712fe93233b78b2",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-f0-exact-f32.wgsl"),
-        sha256: "7d12a537447274f28494a592e4e256bd1161934c1607fe1f20b5781332f41af2",
+        text: include_str!("../wgsl/moments-light_camera-lobes_diffuse.wgsl"),
+        sha256: "02b00853f761b68d601fe39a5263b425e64e869fdf3ee6c60cc6ffb1f7a7d642",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-f0-toksvig-f16.wgsl"),
-        sha256: "f14791270af0e35e6f3a736c65c5e24284c6a5b51445b83f7932debefceb4b4b",
+        text: include_str!(
+            "../wgsl/moments-light_camera-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "9e3ef86ec4584944538775d64c25fd342e7d7c11be977919cd3d1d6be97c1b91",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-camera-diffuse-f0-toksvig-f32.wgsl"),
-        sha256: "37a23963c4a3c4b0b899ce40bb58806772dfc65f40d3424181f807beadd3ef02",
+        text: include_str!(
+            "../wgsl/moments-light_camera-lobes_diffuse-sharpness_toksvig.wgsl"
+        ),
+        sha256: "8c0d6e594d1d174fb0d66dbf349f70420ee13ce92b2ede884027194fdab043c3",
     },
     Embedded {
         id: "moments-directional-both-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-f0-exact-f16.wgsl"),
-        sha256: "bf323e6d3d86c05791100acd91b65d5e9a0cb0604732fe095b404a6186c85fe2",
+        text: include_str!("../wgsl/moments-light_directional-precision_f16.wgsl"),
+        sha256: "265a718d86d849d7891c77d16cd5324a92c467aec42b3b06da203e130f7fa77e",
     },
     Embedded {
         id: "moments-directional-both-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-f0-exact-f32.wgsl"),
-        sha256: "d94488626d222b83242795ce80d3801d6f3a06f1d80ee85f99e8d0b855faed62",
+        text: include_str!("../wgsl/moments-light_directional.wgsl"),
+        sha256: "c08ad3824d71625178217045d06a53278a927a408e37aa4e436f9195537aa52f",
     },
     Embedded {
         id: "moments-directional-both-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-f0-toksvig-f16.wgsl"),
-        sha256: "fbfbe1231b87ff606a83c2b39c840306a1a0e13e206d1f8e442d055e0802532a",
+        text: include_str!(
+            "../wgsl/moments-light_directional-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "2dd90dfa19dc61a159b7f84c2e5b9197fe059cc8444af4f03a8a3ef8fc3cc791",
     },
     Embedded {
         id: "moments-directional-both-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-both-f0-toksvig-f32.wgsl"),
-        sha256: "02fd4de7f9404020d53f395eceebb6d070f80d3a652500645223d48395661b12",
+        text: include_str!("../wgsl/moments-light_directional-sharpness_toksvig.wgsl"),
+        sha256: "3051b9cdb36eeb1ddcc390f83266e05edd5c37b695df859e2f9da70b41800014",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-f0-exact-f16.wgsl"),
-        sha256: "1be9cebe0ecd850c42b543ef697ebe8fdab442842e50878ff4c479fe44718075",
+        text: include_str!(
+            "../wgsl/moments-light_directional-lobes_diffuse-precision_f16.wgsl"
+        ),
+        sha256: "8179ba061b7565f31d7063595e5bd608999ca01e40aee471909a5e4eb3762922",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-f0-exact-f32.wgsl"),
-        sha256: "43c1b1f6417173b2fa70192dff99a6b4861401db10efe4157d166a48438bfc20",
+        text: include_str!("../wgsl/moments-light_directional-lobes_diffuse.wgsl"),
+        sha256: "8fdb0635f7b5cb30d94ef5bdbe7ef49ef9038f02c3a058103149e7ff9b6c3df9",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-f0-toksvig-f16.wgsl"),
-        sha256: "bee547714947c1f1543c8cc351f09f2b39a9b67eb994ad1be55062ddae31c5c5",
+        text: include_str!(
+            "../wgsl/moments-light_directional-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "b1cfa4e43ba477c165083df36325cdb3fc807d602f5007e1c74ca67d6aff3b37",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-directional-diffuse-f0-toksvig-f32.wgsl"),
-        sha256: "1e8c674c01214785804e9a682cc064915858d67e7ce152040dc52144c8c20d49",
+        text: include_str!(
+            "../wgsl/moments-light_directional-lobes_diffuse-sharpness_toksvig.wgsl"
+        ),
+        sha256: "366f2482e15243a094dfb6071da9307b9ce9f7ac72cafda04682ea2bb7beee75",
     },
     Embedded {
         id: "moments-point-both-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-f0-exact-f16.wgsl"),
-        sha256: "c3d064290737cb93064c428ef32642b585af8a8fa832b62e90b3cd128235f764",
+        text: include_str!("../wgsl/moments-light_point-precision_f16.wgsl"),
+        sha256: "10e672bb0949e4fab7213fa591828b6151da040c34d4ff0a1704ac633827919a",
     },
     Embedded {
         id: "moments-point-both-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-f0-exact-f32.wgsl"),
-        sha256: "85d051d671fcc17f2d9e801eb3a30abf13b5fc4947faeb76031cd2a1651577c4",
+        text: include_str!("../wgsl/moments-light_point.wgsl"),
+        sha256: "b380f902a1208b7e53b4f548cf817b7b73bd7ce3c395d06d5734a109136e98bf",
     },
     Embedded {
         id: "moments-point-both-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-f0-toksvig-f16.wgsl"),
-        sha256: "80eaaf44c6283f08fcd5319ffa1db3a1052e1df2dbbaf57305789e8fac3166fe",
+        text: include_str!(
+            "../wgsl/moments-light_point-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "7e8bb79a5e4b3789181c804d25e315f470d42d709697d17a6c40b397539576de",
     },
     Embedded {
         id: "moments-point-both-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-both-f0-toksvig-f32.wgsl"),
-        sha256: "ea3b8872563fcb485acd16f90f40ff8cfae21de23deb598a7d5916a89d614fc7",
+        text: include_str!("../wgsl/moments-light_point-sharpness_toksvig.wgsl"),
+        sha256: "49803ee61e389cf02e20cd52d66e47b56249a8d061d65ebd409a4597f98e9cf7",
     },
     Embedded {
         id: "moments-point-diffuse-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-f0-exact-f16.wgsl"),
-        sha256: "08f2669a522ed4155a01afdebbab9efc820912d4b19a45cc57688c7e1175ca7e",
+        text: include_str!(
+            "../wgsl/moments-light_point-lobes_diffuse-precision_f16.wgsl"
+        ),
+        sha256: "c201beb280fb22a2543998bae177fc919a32d07736e7c7420cc3ec7db01a66cb",
     },
     Embedded {
         id: "moments-point-diffuse-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-f0-exact-f32.wgsl"),
-        sha256: "ca752218a08b3478351e0d8217bfbddd70f0cff1f2cce505eee967ce4c301061",
+        text: include_str!("../wgsl/moments-light_point-lobes_diffuse.wgsl"),
+        sha256: "6fc1072312a34148b8b6e7990e7230f8b96cb66e645671310c04b06868774e2d",
     },
     Embedded {
         id: "moments-point-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-f0-toksvig-f16.wgsl"),
-        sha256: "06a132d0a23aa2a187767194aa3880887130db310788fc9e16bedeed7e3354f1",
+        text: include_str!(
+            "../wgsl/moments-light_point-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "531042ad85a08ad3853c006c40556ce34a375456109e58faaf28a633e14e0e85",
     },
     Embedded {
         id: "moments-point-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-point-diffuse-f0-toksvig-f32.wgsl"),
-        sha256: "f675598f6e19c9e0428d1a435d4f6a64b0acc8c8df42f16bfb9650a96713d51d",
+        text: include_str!(
+            "../wgsl/moments-light_point-lobes_diffuse-sharpness_toksvig.wgsl"
+        ),
+        sha256: "72d8d5bca0d18d8878b71ab1b01ad7599791f7905dd876ee6e6905f0132e8fb1",
     },
     Embedded {
         id: "moments-spot-both-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-f0-exact-f16.wgsl"),
-        sha256: "267bf66c63f878d0ce02fdf0aaed34709430e445eea2adb03ba29bc22ba36602",
+        text: include_str!("../wgsl/moments-precision_f16.wgsl"),
+        sha256: "fdbb5421ad3a81e9fb41b1147b73a3cd23d62a3a87d2d6505e646e5981312f20",
     },
     Embedded {
         id: "moments-spot-both-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-f0-exact-f32.wgsl"),
-        sha256: "7eb807bcd573eefe1e441bf61861fee6239ee00489626b1c11b545f42bb3953d",
+        text: include_str!("../wgsl/moments.wgsl"),
+        sha256: "affcaf763cc7a3b1974271acf1a8c9327ab73416f7151366cf33ddfd95b0fc21",
     },
     Embedded {
         id: "moments-spot-both-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-f0-toksvig-f16.wgsl"),
-        sha256: "9144e53432ce595b157ed680839607f6e692c9fe78ce76793b894236fd503bb5",
+        text: include_str!("../wgsl/moments-sharpness_toksvig-precision_f16.wgsl"),
+        sha256: "87ed887d228b40051047c176eb5aa8030f9161824c2584a639bbc9184f706071",
     },
     Embedded {
         id: "moments-spot-both-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-both-f0-toksvig-f32.wgsl"),
-        sha256: "6091415254da02a28c77a5a65c9822629996d960fba96509b5435f52ef97ae5b",
+        text: include_str!("../wgsl/moments-sharpness_toksvig.wgsl"),
+        sha256: "f95dbb0b8cf0cb64cf7522c70641cfef0890759de00f94203d4ce6148f9a8b04",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-exact-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-f0-exact-f16.wgsl"),
-        sha256: "5351a98636c9a92b759598ba04e1ac246a440c45ef0eaf59d8195139bdf6417b",
+        text: include_str!("../wgsl/moments-lobes_diffuse-precision_f16.wgsl"),
+        sha256: "64cf145854745a0d8d355abf38c2aa05df18d3fdafb0b7133a7f3084d3ed11bf",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-exact-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-f0-exact-f32.wgsl"),
-        sha256: "45b2047cd1a653ca453a1584880a865e379d0a1eae0e253c5a7f58589c887ae4",
+        text: include_str!("../wgsl/moments-lobes_diffuse.wgsl"),
+        sha256: "ad87b0cf8ed7aa5584ce1de0b8572e96ad9b1815e02335a81d2c92c4c923e46e",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-toksvig-f16",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-f0-toksvig-f16.wgsl"),
-        sha256: "2aad575e0aa87e244b7411d6f6d135a39814fcaab4184d8594d5893f8d20ba00",
+        text: include_str!(
+            "../wgsl/moments-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "3bdf3a982d39691d124cd37cbb8ba8f71de701c2964aa759c9ec693906407681",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
-        text: include_str!("../wgsl/moments-spot-diffuse-f0-toksvig-f32.wgsl"),
-        sha256: "ace672d93157f2b90ed0df68059a77821ffaa214039ffb09d9387e94507cee20",
+        text: include_str!("../wgsl/moments-lobes_diffuse-sharpness_toksvig.wgsl"),
+        sha256: "1faa2485cf618c9e03478651cc62e909aeaa8a88516345338a29c9af16ea9e0c",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-exact-trace-exact-both-f32.wgsl"
-        ),
-        sha256: "4e7f82669b89a67303c54223c3685593931fa1f02fd68f4d1eb1af45b19ae725",
+        text: include_str!("../wgsl/sample-solver_bisection.wgsl"),
+        sha256: "30a42513f99cba32001fd38fc6d413f0d35ee6be9fd0b324302e250b2f23517e",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-exact-trace-exact-diffuse-f32.wgsl"
-        ),
-        sha256: "340ac8188bd2a087ad0b3b878f43d987f7045194224a932bfd8b27d5f23e902d",
+        text: include_str!("../wgsl/sample-solver_bisection-lobes_diffuse.wgsl"),
+        sha256: "accb99a0a05c81d45a7903241ddd3b99228bdf3c0f1388e209b9767d7b39fd1b",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-both-f32",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-exact-trace-toksvig-both-f32.wgsl"
-        ),
-        sha256: "c7a613b3fd5aeaa48249b05649a1d4641ce44a67cf4ee21ee6b00f7f578786d5",
+        text: include_str!("../wgsl/sample-solver_bisection-sharpness_toksvig.wgsl"),
+        sha256: "d39be142c31b42700e161d91781c1ec82f01a27a109e29cf97e3d30111d70c88",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32.wgsl"
+            "../wgsl/sample-solver_bisection-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "7b883eb3494819b82d968e5973ec77f7cedfe80be89432760345ac62c808ccdc",
+        sha256: "ee11b26b66c19b36b05b856de7b31d3b7fa6dc91c4cc2a20b307b242c7a35ea5",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-hardware-trace-exact-both-f32.wgsl"
-        ),
-        sha256: "485d96bf71e48d2570aa743b82b5dd4d59fe0df75d91f830e52cd5ca9b3ae779",
+        text: include_str!("../wgsl/sample-solver_bisection-filter_hardware.wgsl"),
+        sha256: "a95521f16799bf3f13061fcc088221f1094dcf6a2d8ae0378579577a6d4ad40a",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32.wgsl"
+            "../wgsl/sample-solver_bisection-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "edc0906e4909cc81c2659cf68c5d1b4bca8a19ee4ee86b314ca70125ee39f026",
+        sha256: "9c682656553d04d6627f41ab3faaa92837db58940379ecb677acf88c7d75e2ee",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-both-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-hardware-trace-toksvig-both-f32.wgsl"
+            "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig.wgsl"
         ),
-        sha256: "139aef81bd3627174834349476bf37b2af4c16f6a966d3657300e88b0698e158",
+        sha256: "fe95c854afafc5289d474d37b32779df7fa2e3930483a77a6c8fd09d1e895eba",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32.wgsl"
+            "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "53096fe9b8db4645636e04c244d4151c9464e41ba67ede1b5da6e14053e0d465",
+        sha256: "f9bf5dc059514c00818d22215cc6ae2267c0c4e8e057b5fd9a83275f6852dfc9",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-exact-trace-exact-both-f16.wgsl"
-        ),
-        sha256: "3daa5fae94999041986db08b8261436ed26c077724fa5f5be6b868c2a78484e6",
+        text: include_str!("../wgsl/sample-precision_f16.wgsl"),
+        sha256: "027a1f3b6615c203a5d4ce75120a5216b31add9c31ae6522c17d7e5c5c555145",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-exact-trace-exact-both-f32.wgsl"
-        ),
-        sha256: "2deb670815137e15f03dcda7f84dfe8d9ee898d4625cbea5e61599134c67e0ae",
+        text: include_str!("../wgsl/sample.wgsl"),
+        sha256: "fa9d2ea000ff290f0ac9742bf066bd2cd5b7007316b5d6c0fb55c0a317b172a5",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16.wgsl"
-        ),
-        sha256: "2a273aa9419eeb18b0bda18c56e0cdb9123ec83e590d3542eb389c650a3c2984",
+        text: include_str!("../wgsl/sample-lobes_diffuse-precision_f16.wgsl"),
+        sha256: "e9a28810eec76be2921b3218b15590a06abbb9889689ae307262cc40e966611f",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32.wgsl"
-        ),
-        sha256: "699827a8da7ae3b14571aa4b062e0f953486ffeb2f0aed1b81caaf6f423419ef",
+        text: include_str!("../wgsl/sample-lobes_diffuse.wgsl"),
+        sha256: "d0d5ce7edede43979c38832a668d6e5e0934cbff28fa5d77891afda3386a61b1",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-hardware-trace-exact-both-f32.wgsl"
-        ),
-        sha256: "784ab4a30467d24fe642d8f1aec0f8a869e4e329e428c2bcae6b6c6169be9831",
+        text: include_str!("../wgsl/sample-filter_hardware.wgsl"),
+        sha256: "09c80bbd4f02022cc455ab74f4d14ed1990bc28d1149196131f64f3e42287317",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32.wgsl"
-        ),
-        sha256: "93d8061a2d6e375feeac7d63a58f7300df9b444bc777c1fb923ae9d1a793b5cf",
+        text: include_str!("../wgsl/sample-filter_hardware-lobes_diffuse.wgsl"),
+        sha256: "502d01927e301eddcdca8cf979b4be75dc5866718a7fabbd2098642adef45d1a",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-both-f32",
         pass: sample::PASS,
-        text: include_str!(
-            "../wgsl/sample-warped-previous-none-exact-trace-exact-both-f32.wgsl"
-        ),
-        sha256: "0eee22faeac1f871521f345652460e1fd8402d48448135efe11a9a24d1211e48",
+        text: include_str!("../wgsl/sample-kernel_previous-solver_none.wgsl"),
+        sha256: "702ff6fed7043477448a9cb78ecd1052fe0b3390801124959d824b1a2f8cc323",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-previous-none-exact-trace-exact-diffuse-f32.wgsl"
+            "../wgsl/sample-kernel_previous-solver_none-lobes_diffuse.wgsl"
         ),
-        sha256: "da2e2710ba09a44be967ece721e39059081a76741828c626fc5e5d513f873815",
+        sha256: "803c4603a4e7241c8be6a8347843ddc8ed769200956e1b76ebc25db279cf2738",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-previous-none-hardware-trace-exact-both-f32.wgsl"
+            "../wgsl/sample-kernel_previous-solver_none-filter_hardware.wgsl"
         ),
-        sha256: "29991692d0ee181aababf987fd88520bc8ffe1930084cbfaafa595bca4ae94f9",
+        sha256: "055331d13ea9c3a2578fd813474514ae45c23cbc7bcee910280cef9806ac145e",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!(
-            "../wgsl/sample-warped-previous-none-hardware-trace-exact-diffuse-f32.wgsl"
+            "../wgsl/sample-kernel_previous-solver_none-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "c869a5e159de8859eece03d205c5db8df43161fec416eb8de3856857709979c7",
+        sha256: "21db5ca7c25f56ed66a69b29e70417cdd09c17de4aa62a4eaf0ec6eb029f0fae",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-both-f16-none.wgsl"),
-        sha256: "011a76ccb9a3a5a25bfdad4dc5bb56807bfa744c8145d9b5ddb0c9d5755c6075",
+        text: include_str!("../wgsl/shade-precision_f16.wgsl"),
+        sha256: "a5681557d8841d8286d84ac4a9252a8b61e8251764f0db083b7bf610a4aa3f94",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float.wgsl"
-        ),
-        sha256: "71b6a36ee010311d613e954cf00c8d499cb42e31da0068f84a99cbb9a86ac253",
+        text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
+        sha256: "2be8a47c28e0b916cbc2d53caae801c83af70e8f3d5d50da39df97f65fc6985c",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-imperfect.wgsl"
-        ),
-        sha256: "dba8ad004455aaa11c7685884b56f96cf65aa8ec2fc44be71bc973b29380a9c0",
+        text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
+        sha256: "fb48c97782faf26de5d8354608e647033bd698199394c3ea1ce9fb40d18a0ab6",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "a0c305de12c2bbe6aca9581bb843f087acc09db01b2cfca00706b57f02e8e3fd",
+        text: include_str!("../wgsl/shade.wgsl"),
+        sha256: "edb1adafe9e87bde057fea9bd56d589313ce9e33b0d8e64f1abf8e235255132d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float.wgsl"
-        ),
-        sha256: "f42e49f8257330c85058badd657739392b1d43b1502d7f69b31d955856004690",
+        text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
+        sha256: "5f5a2c45cac6a904f9bab38950f50805838395e322e0cd368fb6807a868a685d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-asg-ggx-both-f32-shadow_map.wgsl"
-        ),
-        sha256: "b054e95e9eb11a73175113220f523f140bb3e6f88c3e3de53d86493115cbd418",
+        text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
+        sha256: "457e80012a54faa4b4c3862e839403a3c78d4decb1eb4139385bb522ec7e8308",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f16-none.wgsl"),
-        sha256: "6f6df42db63d4c9b965870d9a1bd12a4179cd80bd392bbbe02def88eeafd0a49",
+        text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
+        sha256: "3effb8c5b9b637cd399645e5216c489fa31ee89e927c743bba6ff383f662555d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float.wgsl"
+            "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "16e8973dd10d2eae3e2fa70be2ff3ac5f2c822c72ad5db6ea75ccbae0d14b86f",
+        sha256: "32e31296480cb66eae250853eff34bddf5f70df909112b2581e7b453bd97f3fc",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
-        ),
-        sha256: "876f10290a8d5dc582d13e3f58f5a69a2edc9bc06d6b0f0101ae3556fe02560e",
+        text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
+        sha256: "2d8688359e71340573b5ef1dd2c8de52211b23d0309b4a6f2128b785bb7db872",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "0708110a78ec02d20e02d50ed96279b3c8a0ed36f0489b43f503db883fba100f",
+        text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
+        sha256: "604c5074659541524914f809c11ed19605b40f805493e0b17e34df45afa73786",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float.wgsl"
-        ),
-        sha256: "2951b96e54124fb4f79518d63e789a7481613f7c7de41c16e02622a2190e2c7b",
+        text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
+        sha256: "65d3a601ee030117be53cb3fe7fdda6ea1c483279cba4d61ddb81d860ba41bbb",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
-        ),
-        sha256: "79fb4297989716ad93a5075414cfb2840a8903857d6db0249adca0b96238237e",
+        text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
+        sha256: "1e5511900890b485d1e31919bd6ce3ce467b1c946366f48d319287e85db5b80f",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
+            "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "2e1a1dfd10b6edd52f8b1ed7be6d1d998d3619618519b200853f2a2c115756e3",
+        sha256: "1fce748fe20e49ee518096dc080afd562f9bd2a68542be2a8aeea51b63fdc6d2",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-none.wgsl"
-        ),
-        sha256: "57fd92579f302ccfbb3a3c9ff4dae5d81112af37b2206ecf02eedea93b68ea0b",
+        text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
+        sha256: "6d37144f69cc8322b2219acba512046201b9d153f8f7bc3940185996a37bcef7",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
+            "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "0218a9c119ab9fe767fb96d9985734af465bc28e7731890c7a052bc86bd48cf7",
+        sha256: "865ff2afe56f04940c09e091147134751c5b71253d7c3d95d397f89d5adffe0a",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
+            "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "8e14063fec895e6388ef0dec449e729795c204f9c715c7ede6e93b7ba8bc445d",
+        sha256: "ff3162692980414d3a9a461d83c5da66cceaf6f358df031188735483f625f0eb",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none.wgsl"
-        ),
-        sha256: "e8fefe9364b242d1ed93ea9348ae63ddc015873384dbbc2283db0590d53eb7e0",
+        text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
+        sha256: "9a30a40338dd987572ac9ddaa708640e88bb5bc4e2c6c3e536ed3cf49c76bb92",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
+            "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9cb45cc8ad8bcc5572b5bd1b5a82ac98261cf9ef5d16d11dffaf3d2f6b983425",
+        sha256: "608f1739098f904b686993d86c53ba8ac588ed2d86e63082151734ae871b1d25",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-fitted-none-none-both-f16-none.wgsl"),
-        sha256: "197ca1a9488cd97c506499395e0a110676ce6cc0ba5143ec0d22ea39e3c490c8",
+        text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
+        sha256: "bafa8edfa0fe357027ccd0914cde195b996af5ca7eb89d062323f0af9852b637",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-both-f16-none-rgba16float.wgsl"
+            "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "d217169885315523ba54beca8eba0b062ad03c2fce767f6371a25c5510b354b4",
+        sha256: "421a5f2fc0a32e7354d291c04b91b6bf2338ca4106d3bb92ccdead7f5eb0321d",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-both-f32-imperfect.wgsl"
+            "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "8d5012d7ecbd0aff8072074addb670e5159f6951eb6748cb1f769a86a441bdc8",
+        sha256: "e06dd12acefdee2fd2da348cc04ad7027196e14f60f1867dbff7becb999cc713",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-fitted-none-none-both-f32-none.wgsl"),
-        sha256: "5050d7885c265f4a3adb7382ea61e62f997598bd461492f16abf10029e3e5c01",
+        text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
+        sha256: "d33a8eac37e7a69f5a1a22de069ac5ddbafca0d668189dd6f00523d89b09b6cd",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-both-f32-none-rgba16float.wgsl"
+            "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "bc58e90eecc2d0bae293189fbaf8f6f032185b5c14c51fb17209f5afec49fde3",
+        sha256: "f5d7aa485abf3868cdccf3f6826a61324bf229c0595a1d998f8050e7724b1d74",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-both-f32-shadow_map.wgsl"
+            "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "9f0124179829c9621b3ccd90b1fdcb224131626a952cf6a8e97b9f3b22c278e0",
+        sha256: "c7cfe3fe7259938667d828d999d6f2d2baa28aff7e83fd4d23b869a1e6254c1b",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-diffuse-f16-none.wgsl"
+            "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "690483fa08e7b158f3214250b7be6c10739edbb21699f2d7d29ef352dc0c3223",
+        sha256: "d84e18816826ef4cef6d4e7314247078e63d768ed85979a1df131466b6dfe2fe",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float.wgsl"
+            "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "62495e62a361db320697023881ec596e4b0c523a9e32163bfa0056897d4de91b",
+        sha256: "b9e0e98fc42e052605af8b79d5c8db0fbe00d0272e43c32780bc312330364dd7",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-imperfect.wgsl"
+            "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "c29d9d34962a3a992eadde7302dfc4b62737d4de35667b3b6667da450c5d5177",
+        sha256: "465d62a1e8fce037827c67f3f16be51f430e3f5bdada47a0c424785ec7f5a760",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-none.wgsl"
-        ),
-        sha256: "9e5fdb0f1178e053f78b8addd8b4121d7dd9a0b08c0b0f877464354d6498e080",
+        text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
+        sha256: "4b326d507ec4593c295b5948978763786a9867fd4b591d2dc9d9dd590f40998b",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float.wgsl"
+            "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "d5f66b35207bef686d3ca421fd00580eda76b4dd46171bd4c6fb781c52913c7b",
+        sha256: "3c68f44de33535a45c11209b29d327526f96118b517c97ccffd46ca68764e371",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-fitted-none-none-diffuse-f32-shadow_map.wgsl"
+            "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "685f8262c5f770fd246f843429a1406d77fc3b85d536518243fdc7bed52cf793",
+        sha256: "65a0070f6a02fc978ae1eb84644aa3d88cbb3e4c65a0f9826fc9d4fe6df0fcfd",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-fitted-sg-ggx-both-f32-none.wgsl"),
-        sha256: "f364282bf5d7fa167107800e493fc9140ce00cdff3a4a5e8fe921d508fca4d3c",
+        text: include_str!("../wgsl/shade-specular_sg.wgsl"),
+        sha256: "88bc055dcf9ee26748fe32fa5f1de15eeb3d7366c087c0571023e3e8a07179f8",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-fitted-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "b625005f6b4a8de471614eb20ebe775dd05a0554bde3fc76aad21092d11f2e80",
+        text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
+        sha256: "169c5d42b9ddf850dfc6d54fb781cec8b0647bbc558d35847ba5f406580694ef",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-none-asg-ggx-both-f32-none.wgsl"),
-        sha256: "c47d8908dad119aab69e8a3eee34aa1f58d590d0995bc209738461e9b1b5a22b",
+        text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
+        sha256: "d9e4c5a07bcbdaead61726ad9db43f8bf420d3fa0bdeefeeafc7304bc08b700c",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-none-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "2dcd8b7c1d30e729e2a2f1b6fa1be16bc5b07379c1ec0aed3503328a5148120e",
+        text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
+        sha256: "0abc0601e7944d50eb3da5b018fd02e38fade0dc3888173889b58f8c2bd2697e",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine-none-ndf_filtered-ggx-both-f32-none.wgsl"
-        ),
-        sha256: "d9e1be55f507b527f0c829fd941a4292e4c4711cd195b9a84cd3fc28264140de",
+        text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
+        sha256: "34bd9a240c2d363a7a42a42f24ea739d2f5f5e70b3e1f7c739234009a48b1774",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none.wgsl"
+            "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "a728b8de42d8bdbe8f23e64ba78c93a2772443e845c407c8723162dde69d39ac",
+        sha256: "18b43ea400035f5b95ec4907c003432b0901701d82083ff2993191e972783404",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-none-sg-ggx-both-f32-none.wgsl"),
-        sha256: "6f1292a9cb531c1094bad7426a0eee46410a07a313b4f7fd824eb74da6eecef3",
+        text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
+        sha256: "4e74d07ae26d50916852c90283774728cae50a785402907562ebee557853c143",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-cosine-none-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "ebc09d26b3e48364ef32fb311e1a8f7d9a4b869d359dd5de40c07bb51babfcb4",
+        text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
+        sha256: "70a4a41bd5750def21492149b9aff52538e57fff4e844fa473972d08e194849b",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine_convolved-fitted-asg-ggx-both-f32-none.wgsl"
-        ),
-        sha256: "1aba21bcd72943a6f134026f566dae7cd37e22458a283e2b78c3bd7226c239bc",
+        text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
+        sha256: "49485b6950d743cc51e9a4a02b7377207cb35475277965bb5513e2608b70d691",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none.wgsl"
-        ),
-        sha256: "61dd6c4c2ed81c363197a4ddd0b1198afbf9a25bf1aa42bfbe03d72e597fd451",
+        text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
+        sha256: "ce5ac34f85f4d6abe0dbc6e9ebe78f61933abfd0e5f661654dde964671f884cc",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine_convolved-fitted-none-none-both-f32-none.wgsl"
+            "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "06365cb8edbe80aab57ea2e6dba59531d0b8847c53488f5fadb48dc82bffe485",
+        sha256: "5e0e7a089036c42aa15ac299f794c23e0d07484a16b030450f923d68ab5cfcdc",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine_convolved-fitted-none-none-diffuse-f32-none.wgsl"
+            "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "1e4a9cdc5d3e89afa2e26cc6cedbba8b78d1beb9288a5703d4af1696a88f26e9",
+        sha256: "77ca2a675f6c2dd6bbaef4bd68036e55ba9ab3ce5a9fed72be78ca4eca462371",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine_quadratic-fitted-asg-ggx-both-f32-none.wgsl"
-        ),
-        sha256: "7d9def185d8c1a1d571246cbf8d5492606948f8df4663514eebfba3d51d289a6",
+        text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
+        sha256: "1db2e242e8ba96c56cea63264d6cb96546db92aee329fda0ebd98f3aa8545a53",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none.wgsl"
-        ),
-        sha256: "5c5ffffc40065355230c85356c30a18ccfda350e8901185a848f3a475b584543",
+        text: include_str!("../wgsl/shade-emitter_cosine_quadratic-lobes_diffuse.wgsl"),
+        sha256: "dbbba10450b3eccbeaacb2fe5794caa30901ce681622fa07c6ef979f95f5087f",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine_quadratic-fitted-none-none-both-f32-none.wgsl"
+            "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "f92ae9184d85fc88c00fa7b6ccf4536b2db6a7db00ffc0952ddf0fbc4e6af8ae",
+        sha256: "6f3c3642bcbf5c600c745de8d07c4c710b2e0eb43fed54f9442a62ce5e415a16",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-cosine_quadratic-fitted-none-none-diffuse-f32-none.wgsl"
+            "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "07e41a98f5a5793fefd899ec27c913565d9193f4175614cc2f2043526671747a",
+        sha256: "d6e0f9642dd59f89bbbd46cf09781101a57c134e4a25e308a71ad89010306332",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "b87d5bc3ca77db9e2e4731d6dafe84fd24a42d8d2438017a8c32f4ceed735d0e",
+        text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
+        sha256: "5455781bdd49ae2538cbc9a883fb017f067aae85891628d360036ecef07fbc58",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "652e57228daaca9fac0f0ea33591ade3b9d5363f190ee1024b50ef13a5effe43",
+        text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
+        sha256: "467153898b7eea0804a82b5e9d759bf7c5eb7e1d3b2decaee97a9861cd6d4da0",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "ac47cc8f1bbae7cd6bfa1c1c17fcb30f73bfdcfbbeaccf4e85931b99d72e42d4",
+        text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
+        sha256: "7a7640e554ac99b605eef6d3f77a7703c44b6b70ace0d199b1030c35cf6cabb6",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float.wgsl"
+            "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "4d8cc430165a3c0ad50aaace169b1e291b10d9b916952bab567239c298253c68",
+        sha256: "6df280fb02e856ba5e1337f0d395ad8fd8882cd2cb19f0a9ac83b142b78bbc22",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "b070ce0cb4359d5d8f0b8fe81bd6ae5de7197d4585c4a4403e8a41ee3c6e5cd3",
+        sha256: "98e78bc50523532469978cb11c6678c58cd8d754ecd215dae063d03a5d6972e5",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "818e1e677501f291f892858ce80638b95553ed38f89299da32e31766bea95dac",
+        text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
+        sha256: "10cf9a40c278f78ac0a9b5783d813d950883a1d18a693fadd13f10c86668d415",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "7ce003c772c063ff44369568ab463a2ea7c7b35f594a8bbceb4442499c985a40",
+        sha256: "75cd72e1f2d56b0be61df9ab1cfd9e681275e7d9be1a3f28b55a41a855b6fb77",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float.wgsl"
+            "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "8109899704edb21bea6383dbed57ab5f0df744ecc25e7c75fbe73c94ca1eb6f3",
+        sha256: "11eccee28a6013f18d5828ce784819fa1cfc986aad9b05393692ac4c432e36f9",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "c0c172ccf34c7a1d8349a9853c4ad8f74b57022ff60faa4d1e44fcb7b21f9a1d",
+        sha256: "29f501a4a603ab284ebcc6012a14673ef0908dc3d90ac98d6dc4dc758f53de9c",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "b213e85eb7a7005bfdd8a2e14a2ab3fa6422932fc0b166e5eb503a7a6d42b277",
+        sha256: "2202fdf5228dbfb07fa50fee4109856be4c242db42036ad946457f16b5d20210",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "b69b5f203f645992cc70b050f470a276871ca54bb5bccab17933dafb4a1a5a0e",
+        sha256: "9afff2c168fee25ec05a68240d88eea520340802c2beaaaf03d3989a9a68e60a",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "b8914107269306bb390d486bb520651125a6091111f38787c5897a1c7816f531",
+        sha256: "bf074e2dc9a87fa610fe4d5ea87e41a1391f8f9ac070025e8c4593d67a811005",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-none-none-both-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "8a0ae63e8ffe891844d458cf04974938385dd57f290109177957af923be1140e",
+        sha256: "5fa57f46e8de25f0d5465dfe4dd23e7a7891d9fb08fa8d022c68eedce5a3b091",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-disc-fitted-none-none-both-f32-none.wgsl"),
-        sha256: "44de5c31c704b43ab18a0478f94a0327e997d099c86bbebb7a181b242439e29c",
+        text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
+        sha256: "d5d4c19bf625cd39553ca99e606c3ab77e29c994c7003915d8f08a446038cdd4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-none-none-both-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "f79ed9a4241c9528689d9ea9538b06e6b975026e10ab7c4e3cc5df233bac4ba3",
+        sha256: "b76c6ecc5739766d6fdade92631d7d6c985a621e9335119e716ceb5a5957e778",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float.wgsl"
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "4519919c3da320d984bc1006f72daa697f3e175f20f0013b3ca17576479f4a4c",
+        sha256: "1bf4f48a19c49a965f16fa02c60d1ab9c59f75122f41bc25b49776ed4ea4c7c6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-none-none-diffuse-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "cb4394c7fd5fa7cff0232466600703510453e62d7825475aa454b19eb94ea155",
+        sha256: "4bb7eced4e0c5be6d8a1c4b31f239570551b96a3985c69a3ab3f4824320812df",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-disc-fitted-none-none-diffuse-f32-none.wgsl"),
-        sha256: "27c9a20b12a54be053970d4d9e5f5f75b9e8b43bdceae3e5ee60fa50c35befba",
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
+        ),
+        sha256: "20e040f201029e1bb903a4504e0288697b97dfbeeeddca7069c1f961538114fc",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-none-none-diffuse-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "efbc3eb10155ed324b403c0237c69b7634aa930dbf41cda77185d1e8cc93cbd7",
+        sha256: "e678bf02b75de4ddc573a450d3d16dd3bcfbd2ca5d64b5236b371ad1c19017e8",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float.wgsl"
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "cb5125aef9d4f7f20ee40f3d16d2695e445b248435ef5fe7639a8ed737887b67",
+        sha256: "5aab07a913a3972670380de5f5b2e8b44bffcfbc295ae30f2af597444b5f31e3",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-constant-asg-ggx-both-f32-none.wgsl"),
-        sha256: "014ec547263e7e3599a427825011b4b631a283e6453c8fdbbf7f241b9154dd77",
+        text: include_str!("../wgsl/shade-emitter_lobe-diffuse_constant.wgsl"),
+        sha256: "9a599bfacb4c3f0733e7bbf5361cd7f529c8c0498027262d634a80d3b9594ed7",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-constant-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "ce94f75f672d12de58c2741967790320483fbc4a550145418f0539b980b5713a",
+        text: include_str!(
+            "../wgsl/shade-emitter_lobe-diffuse_constant-lobes_diffuse.wgsl"
+        ),
+        sha256: "37a95ae178b1aebf3e8f47c1caf3ae1310edf0a1f03eb08ed26dbcc6d016c134",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-constant-none-none-both-f32-none.wgsl"),
-        sha256: "e87df0f280ac4989c6024714eab2e0f3543bbf306348d877e3dc5a199b4a89c4",
+        text: include_str!(
+            "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none.wgsl"
+        ),
+        sha256: "99bac5be53fba807d5c6075bf746cce7e907b82da5013bb593d303b2542fa59a",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-constant-none-none-diffuse-f32-none.wgsl"
+            "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "9181f318c15c95015c36e60a2c5196427e34d73a8f0a9bd58f2deb334911d84d",
+        sha256: "462de970c5fab2c3112ac712dab84f5f1309d9b149a85c38ce6a6d6127307ad7",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-constant-sg-ggx-both-f32-none.wgsl"),
-        sha256: "0268e7249f4cc9e901792fcec4fabd50728a0beab15317744abbb62dee7af0da",
+        text: include_str!(
+            "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg.wgsl"
+        ),
+        sha256: "60c85e3b25d276a9174dd812481955425ba792a082c171fc329ce958400ea7e4",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-constant-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "09e16ef476fef930599e6b032020b9fa47d8866d1a70ee9a76cfe2a7b04edc3a",
+        text: include_str!(
+            "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg-lobes_diffuse.wgsl"
+        ),
+        sha256: "cd2c0e0a3e65d9ee887a74d3dd9f430b49ff98715a45a3b853d00fd958746710",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-imperfect.wgsl"),
-        sha256: "4a99a1412901051887900dea358000b0af01ed8c8f96a963bab031437a08ec58",
+        text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
+        sha256: "a7970b038da89fe27b2243cf109d903fd69429747c5886bcf3ec9d83521b6956",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-none.wgsl"),
-        sha256: "dd6cd3a7c95eaf69c2a4a4227990dffbf0f6a14b00d5d80384a3c01b0f6e108a",
+        text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
+        sha256: "f82c6510471b8cbb24255f7d437dd1f10ef62fe09ede69e547e17285f639b2b9",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-both-f32-shadow_map.wgsl"),
-        sha256: "2c8438f441204d7e2c46c76db06eb2c4e693f92510ae4f393740f6f21a088f5b",
+        text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
+        sha256: "56cf5f54330f460e3977b2e5fa395bf1cc2523f68f03b480235d48bc63227288",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "a71e8b20ffe88a99c9b58948c40a149aa22db57a414eeede928c62463e6a44cd",
+        sha256: "3984f440c9237bb470f0af98a982590928eef69cdbca6c6bf748b447e7a58ed9",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "9df77a14974e60cc067d8f169259033ccf3d7ade6eafdee5c99af3e7b5baf1a2",
+        text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
+        sha256: "1713ef5b0187a86ea9a1f45c46ba1148e6186f77418d36fbd42ae5837d7f21e6",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "4e3b767b814b4f31f0f206c026cff6da79d6d1b1228e427d1a3f6513f135da64",
+        sha256: "bedd2f0f49db162904b434b6928c051f54df94bffbdf85de6fb765b43c155f37",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "ef3144f431493922a5c3d7aa5046848e0233d737cbecbc6be0c6a1bf3fb19919",
+        sha256: "779999390482298bfbb0e6cf5eaaacf9288fca86d31fa328d67307a0bde987fd",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "36275397ed9d2ed5df68e59a1cdd9146fd0c8ff4bf119135492ad55d0cbdcfad",
+        sha256: "d41b8874c9985ba13d3f40aa8172b615772cad2ae7e6a49cb20458f313bc0b37",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "fc035bcd5324225a4776f99159ed2a7d559e42a5aed3dda92a5f76b4b81a82d9",
+        sha256: "a152c15c990325483c162b5aa719c44c5c9939f39e764e61c33745124cb5baa5",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "7c51f59c3d7bc0606686e95c8d3ee2188ee5de6eba264ed33f1ebabf054a13b7",
+        sha256: "01686431e65687f93cac17fa1cd7d281335e8caac6446cb694e60ec63e11033d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-none-none-both-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "df5939d839ab52da61555464b73c742d0c87c08ad1f3036ecf0e8317d9143ef2",
+        sha256: "32401ecd3f30ebed629debf66b950b4b24ef25344619f7f5b43724e16233bad4",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-fitted-none-none-both-f32-none.wgsl"),
-        sha256: "16fbe2bcb416e279994ea06f7ae2465e8c3138cc7a5c58a627a2c7ecc835f1cc",
+        text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
+        sha256: "78833464747b0adeac0a07682d9e9ce3b922896bfec9a0f6e517d5b9762b935f",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-none-none-both-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "fb1416605b63f8cf3868ea3c1a59134b747f3015817f5f6f990e44e386e68f23",
+        sha256: "583575715c2f4ea9fa4620203401ebf4b991c448a1ab382b96c86e9b2bcb2ba8",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-none-none-diffuse-f32-imperfect.wgsl"
+            "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "cb774121b2efe24617ad4e76dbb715e72ebedb2f8cff2e096835cf67864a2252",
+        sha256: "85293dce660b5d8084ff3caa579cdacbce15b7a196aa7245d3c6ed0ddcf3aa8d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-fitted-none-none-diffuse-f32-none.wgsl"),
-        sha256: "7aa9556f3793d2374affca3bf4285c2bf519d42c5562af236b85fdae4f1ae386",
+        text: include_str!(
+            "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
+        ),
+        sha256: "dcfea0833e422a4afe1f6e4ac4801459fe01ccc8412cb4c71d4fc6a114f1993d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-fitted-none-none-diffuse-f32-shadow_map.wgsl"
+            "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "f9fa76323b0d4685bf06d963c2531cd09386f6851255c4fb2c26e56ccdd884f3",
+        sha256: "5b84cec7780f82c8e95163111eaf3354ca6b7e2ef2ced97eda68830f17aa76c2",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-fitted-sg-ggx-both-f32-none.wgsl"),
-        sha256: "58691039ac51123442e52ce05e3499dbb07e92532dda0eb3401359d385d6fc48",
+        text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
+        sha256: "1d4c2f535b2ac6d26bfba78c324e52b045869543cc55dd366e5ceb5e62b39847",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-fitted-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "74fc94966b647cac9c22b934ebf676adf0eea9961d7d96ee71a45d75d006edfe",
+        text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
+        sha256: "265f85b2d3768f3538e07f72fde0e8c64e86896198ee2557d510004a69c34dd6",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-gaussian-asg-ggx-both-f32-none.wgsl"),
-        sha256: "367a4c504fbb003f18eea4793e988e695b96d98db0336b5573fce36800b4f5db",
+        text: include_str!("../wgsl/shade-emitter_lobe-diffuse_gaussian.wgsl"),
+        sha256: "e74cb87f41069ec5b2d4484a84e7b85ee50588b745e859a6e85bd99edebccec5",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-gaussian-asg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "a202e504b2e94d34f8ed9ce8c2f34ce5205e5dc648dbaec8fb331e9cc3265925",
+        text: include_str!(
+            "../wgsl/shade-emitter_lobe-diffuse_gaussian-lobes_diffuse.wgsl"
+        ),
+        sha256: "18ab9c1a36a96000277b6704cf9baa1468535e5968a26a6fe4461e62513a3a32",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-gaussian-none-none-both-f32-none.wgsl"),
-        sha256: "811f182f841f34433926502e6472a1907ad05e103f5bfc64d7f9debf50c6ae86",
+        text: include_str!(
+            "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none.wgsl"
+        ),
+        sha256: "4b8d42de6aecd49ae4696a0a699c2e811353d36c364bf09562e2846710a142ea",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!(
-            "../wgsl/shade-lobe-gaussian-none-none-diffuse-f32-none.wgsl"
+            "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "193ea0eab82aa5372c16bec45cbb6e98beac0f585010b44360a2502ba352dd61",
+        sha256: "51f92f503f92b01372ca3ff09e49415e5817c43f8c772ea661d98fbac73c1f34",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-gaussian-sg-ggx-both-f32-none.wgsl"),
-        sha256: "da54a456b715512815b59c481a5606d27fe8ce1b0f4842d4aab5e642b71f94f6",
+        text: include_str!(
+            "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg.wgsl"
+        ),
+        sha256: "67dda911277354a103fe207da9b2dfef5975edabb64331c02de094b0fb088153",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
-        text: include_str!("../wgsl/shade-lobe-gaussian-sg-ggx-diffuse-f32-none.wgsl"),
-        sha256: "1a4789273959451f5ab3f8cb2a36d7631171e49150aa56e23fd3f05e614caf34",
+        text: include_str!(
+            "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg-lobes_diffuse.wgsl"
+        ),
+        sha256: "f84cd22c5dac7699f29c5e2c80658c339f2f7178d6cb065af952179407aca1c9",
     },
     Embedded {
         id: "shadow-constant-opaque",
         pass: shadow::PASS,
-        text: include_str!("../wgsl/shadow-constant-opaque.wgsl"),
-        sha256: "c7ff08cb430c8d6aca6a5ba16f838e1600d827fafc3f3c0942296da9ab64a78d",
+        text: include_str!("../wgsl/shadow.wgsl"),
+        sha256: "b29e5d2d3204cb74675077658f86d29eeb0aadad45cef8fe6b2d2d3cb435347c",
     },
     Embedded {
         id: "shadow-textured-cutout",
         pass: shadow::PASS,
-        text: include_str!("../wgsl/shadow-textured-cutout.wgsl"),
-        sha256: "94f44f908ad9a2bff7680df1b13a13ba289d1b63091e6e7be265c75b37b6aa45",
+        text: include_str!("../wgsl/shadow-material_textured-opacity_cutout.wgsl"),
+        sha256: "a6f28e07ec2aa137fbfa8590a20152fd048a30f08d996476a3d19f6e6c822790",
     },
     Embedded {
         id: "shadow-textured-opaque",
         pass: shadow::PASS,
-        text: include_str!("../wgsl/shadow-textured-opaque.wgsl"),
-        sha256: "66d5bdf09eedb5b67554e087f3abb0f1e91082ad4d45119ed216b64313f766f4",
+        text: include_str!("../wgsl/shadow-material_textured.wgsl"),
+        sha256: "1b14de45f261a7fe389870a5ee434149f9139fead2e682f3b35589f42dda7104",
     },
     Embedded {
         id: "sort_count",
         pass: sort_count::PASS,
         text: include_str!("../wgsl/sort_count.wgsl"),
-        sha256: "d2568c1cfa8bebca1688d00f5d16e0c471068e7678ea69d496be7a527eb96d23",
+        sha256: "ee7304bc5016b85281989d6c28ededf6a8b4011570033ff0d07585c57e8f0161",
     },
     Embedded {
         id: "sort_scan",
         pass: sort_scan::PASS,
         text: include_str!("../wgsl/sort_scan.wgsl"),
-        sha256: "b60b9b2316748a26a091dbb43e12ac355605e80ca32987e30ce422aef5580fa2",
+        sha256: "799716cfc1098056c0728fb3066dd6e64f17cc465247bd15cebdc50f46e1c3bc",
     },
     Embedded {
         id: "sort_scatter",
         pass: sort_scatter::PASS,
         text: include_str!("../wgsl/sort_scatter.wgsl"),
-        sha256: "b7ea0512919bc2bf4d32bf2ea84f9a1be10e19e77b9fbbc366f850d2a859e1ef",
+        sha256: "4797cf747b8defe810880cf52e116bd35ef5abe6e3df59d20b6151ed1b18be09",
     },
     Embedded {
         id: "surface-constant-opaque",
         pass: surface::PASS,
-        text: include_str!("../wgsl/surface-constant-opaque.wgsl"),
-        sha256: "d1f4d8ffc84e7f8ec04de9ec47d1ce39e96bed330e5fc323a793b013cdfb481a",
+        text: include_str!("../wgsl/surface.wgsl"),
+        sha256: "e3debf77e6af0ded330add2c6b9c087f039cd592e24bb53b5fbe11c5b728ca34",
     },
     Embedded {
         id: "surface-textured-cutout",
         pass: surface::PASS,
-        text: include_str!("../wgsl/surface-textured-cutout.wgsl"),
-        sha256: "a8bc11e51f691c5a7c8b9d22d029476632f72d3021aa069634286482bb14381a",
+        text: include_str!("../wgsl/surface-material_textured-opacity_cutout.wgsl"),
+        sha256: "b50552210dad6b5213a688f45077a9f13911ceb25959f22ded981554c645862a",
     },
     Embedded {
         id: "surface-textured-opaque",
         pass: surface::PASS,
-        text: include_str!("../wgsl/surface-textured-opaque.wgsl"),
-        sha256: "81df8f3c6d4703c9428d30218818de416630eab6a3b59312eb02043e0d1f0bcc",
+        text: include_str!("../wgsl/surface-material_textured.wgsl"),
+        sha256: "613c4c825eeabf9e3f924049003f2e839da406f3e13617c56de37cb7fd8d036c",
     },
 ];
 /// What a host has to know of a variant to make a pipeline of it.
@@ -3809,15 +3807,15 @@ pub enum Function {
     /// The same, constant at alpha 1.
     AsgReflectionFlat,
     /// GGX.
-    GgxDistribution,
+    DGgx,
     /// Its masking and shadowing.
-    GgxVisibility,
+    VSmithGgxCorrelated,
     /// Beckmann.
-    BeckmannDistribution,
+    DBeckmann,
     /// Its masking.
-    BeckmannMasking,
+    G1SmithBeckmann,
     /// Its masking and shadowing.
-    BeckmannVisibility,
+    VSmithBeckmann,
     /// The reflection lobe about the mirror direction.
     SgReflectionMirror,
     /// About the dominant visible normal.
@@ -3880,11 +3878,11 @@ impl Function {
         Self::AsgConvolution,
         Self::AsgReflection,
         Self::AsgReflectionFlat,
-        Self::GgxDistribution,
-        Self::GgxVisibility,
-        Self::BeckmannDistribution,
-        Self::BeckmannMasking,
-        Self::BeckmannVisibility,
+        Self::DGgx,
+        Self::VSmithGgxCorrelated,
+        Self::DBeckmann,
+        Self::G1SmithBeckmann,
+        Self::VSmithBeckmann,
         Self::SgReflectionMirror,
         Self::SgReflectionDominant,
         Self::NdfFilteredReflection,
@@ -3935,11 +3933,11 @@ impl Function {
             Self::AsgConvolution => "asg_convolution",
             Self::AsgReflection => "asg_reflection",
             Self::AsgReflectionFlat => "asg_reflection_flat",
-            Self::GgxDistribution => "ggx_distribution",
-            Self::GgxVisibility => "ggx_visibility",
-            Self::BeckmannDistribution => "beckmann_distribution",
-            Self::BeckmannMasking => "beckmann_masking",
-            Self::BeckmannVisibility => "beckmann_visibility",
+            Self::DGgx => "d_ggx",
+            Self::VSmithGgxCorrelated => "v_smith_ggx_correlated",
+            Self::DBeckmann => "d_beckmann",
+            Self::G1SmithBeckmann => "g1_smith_beckmann",
+            Self::VSmithBeckmann => "v_smith_beckmann",
             Self::SgReflectionMirror => "sg_reflection_mirror",
             Self::SgReflectionDominant => "sg_reflection_dominant",
             Self::NdfFilteredReflection => "ndf_filtered_reflection",
@@ -4792,7 +4790,7 @@ impl core::str::FromStr for Variance {
 /// What hides a virtual light from a shading point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Visibility {
-    /// Nothing: a virtual light shines through walls.
+    /// Virtual lights are unshadowed.
     #[default]
     None,
     /// A map of each light, its triangles rasterised.
@@ -10334,7 +10332,7 @@ pub struct SglowDirectParametersPoint {
     pub normal_offset: f32,
     /// Not read by the shaders.
     pub _padding_0: [u8; 12],
-    /// The shadow map's projection, of positions relative to the light's; of a point light one for each of its six faces. (`array<mat4x4<f32>, 6>` at byte 112)
+    /// The projections of the shadow map's six faces, of positions relative to the light's. (`array<mat4x4<f32>, 6>` at byte 112)
     pub clip_from_light: [[[f32; 4]; 4]; 6],
 }
 impl Default for SglowDirectParametersPoint {
@@ -10365,7 +10363,7 @@ pub struct SglowDirectParametersSpot {
     pub normal_offset: f32,
     /// Not read by the shaders.
     pub _padding_0: [u8; 12],
-    /// `mat4x4<f32>` at byte 112.
+    /// The shadow map's projection, of positions relative to the light's. (`mat4x4<f32>` at byte 112)
     pub clip_from_light: [[f32; 4]; 4],
 }
 impl Default for SglowDirectParametersSpot {
