@@ -228,7 +228,7 @@ fn run(
         given.view(name, &texture.create_view(&wgpu::TextureViewDescriptor::default()));
     }
     let mut encoder = gpu().device.create_command_encoder(&Default::default());
-    let encoded = indirect.encode_where(|_| true, &mut encoder, &given, None);
+    let encoded = indirect.executor().encode(&mut encoder, &given, None);
     gpu().queue.submit([encoder.finish()]);
     gpu().finish().unwrap();
     encoded.map_err(|error| error.to_string())
