@@ -252,13 +252,15 @@ mod tests {
 
     #[test]
     fn what_is_not_an_axis_or_a_value_is_told_with_what_is() {
-        let wrong = ["colour=red", "kernel=cubic", "kernel", "light=spot"].map(str::to_owned);
+        let wrong = ["colour=red", "kernel=cubic", "kernel", "light=spot", "output=rgba16float"];
+        let wrong = wrong.map(str::to_owned);
         let text = allowed(&wrong, &Settings::default()).unwrap_err().join("\n");
         let parts = [
             "unknown axis 'colour'",
             "previous, modified",
             "not AXIS=VALUE",
             "unknown axis 'light'",
+            "unknown axis 'output'",
         ];
         for part in parts {
             assert!(text.contains(part), "{text}");
