@@ -1,8 +1,10 @@
 //! The photon of every texel of a light's map: its power and its direction.
 
-use crate::light::ray::LEAST_COSINE;
 use crate::surface::Camera;
 use crate::{Real, Vector3};
+
+/// The least cosine of light at a surface that a texel's piece of it is stretched by.
+pub const LEAST_COSINE: f64 = 0.05;
 
 /// What a light is.
 #[derive(Clone, Copy, Debug, PartialEq)]

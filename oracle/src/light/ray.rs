@@ -1,11 +1,8 @@
 //! The rays of a light through the points of its map, and back.
 
 use crate::Vector3;
-use crate::light::{Light, LightKind, TILES};
+use crate::light::photon::{LEAST_COSINE, Light, LightKind, TILES};
 use crate::surface::{Camera, Ray};
-
-/// The least cosine of light at a surface that a texel's piece of it is stretched by.
-pub const LEAST_COSINE: f64 = 0.05;
 
 /// A point of a light's map.
 #[derive(Clone, Copy, Debug, PartialEq)]
