@@ -81,7 +81,11 @@ fn generated(library: &Library) -> Result<Functions, Vec<Diagnostic>> {
             .into_iter()
             .map(|(module, names)| {
                 let names: Vec<_> = names.into_iter().collect();
-                format!("import super::{module}::{{{}}};\n", names.join(", "))
+                let line = format!("import super::{module}::{{{}}};\n", names.join(", "));
+                if line.len() <= 120 {
+                    return line;
+                }
+                format!("import super::{module}::{{\n    {},\n}};\n", names.join(",\n    "))
             })
             .collect();
         if !text.is_empty() {
