@@ -2185,37 +2185,37 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-precision_f16.wgsl"),
-        sha256: "027a1f3b6615c203a5d4ce75120a5216b31add9c31ae6522c17d7e5c5c555145",
+        sha256: "a4432a02333df59169310d5e8499b119bca825e1cfca6da34d7fdf7ea8efd519",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample.wgsl"),
-        sha256: "fa9d2ea000ff290f0ac9742bf066bd2cd5b7007316b5d6c0fb55c0a317b172a5",
+        sha256: "7ff50638d503c9dc8a4b3a065592c6cc434706a481381f0a043a584536e17add",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "e9a28810eec76be2921b3218b15590a06abbb9889689ae307262cc40e966611f",
+        sha256: "d5f33b418a960b931f868a6963dd2905661f77fc622a67a210b6642d98264d36",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse.wgsl"),
-        sha256: "d0d5ce7edede43979c38832a668d6e5e0934cbff28fa5d77891afda3386a61b1",
+        sha256: "c74938de166366c222e64414c8c7f092a76487913fe4906120f7a1871b014148",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware.wgsl"),
-        sha256: "09c80bbd4f02022cc455ab74f4d14ed1990bc28d1149196131f64f3e42287317",
+        sha256: "d21048de1befabc01dcf4a1a4a2b33a36097204feba7a8ea077e2545e565353a",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware-lobes_diffuse.wgsl"),
-        sha256: "502d01927e301eddcdca8cf979b4be75dc5866718a7fabbd2098642adef45d1a",
+        sha256: "1b3714fc6e981c0407ece693f9600d99e10738886b5acf76d6ac7772a4924bbe",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-both-f32",
@@ -2251,43 +2251,43 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "a5681557d8841d8286d84ac4a9252a8b61e8251764f0db083b7bf610a4aa3f94",
+        sha256: "366d9b2ae723b6a39f51a78e64eff284226fd08fd3a3371a13796a421fe68781",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "2be8a47c28e0b916cbc2d53caae801c83af70e8f3d5d50da39df97f65fc6985c",
+        sha256: "52d7fd6507659b6ce71b7b13685fa54d7af5a3d6e3196d141dc88a491829d8df",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "fb48c97782faf26de5d8354608e647033bd698199394c3ea1ce9fb40d18a0ab6",
+        sha256: "09889305aa97f822a0169660b8b9151d0579968c530ddd7ad05aac2f0f3869ad",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "edb1adafe9e87bde057fea9bd56d589313ce9e33b0d8e64f1abf8e235255132d",
+        sha256: "53f4c539be5567b2741004765297d38fbfa2c0d89235bb6e5370e07a19b3338e",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "5f5a2c45cac6a904f9bab38950f50805838395e322e0cd368fb6807a868a685d",
+        sha256: "ea4ca7b47c911811a50980712d04ba1e39f576d05a3c5b6d1762728d886ac784",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "457e80012a54faa4b4c3862e839403a3c78d4decb1eb4139385bb522ec7e8308",
+        sha256: "2215483f9696b68267882751aa94a166e16f55e38c95c790aa00893dcfc80993",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "3effb8c5b9b637cd399645e5216c489fa31ee89e927c743bba6ff383f662555d",
+        sha256: "b4cf8540f48ab9b95db05a6dd662cdf28ae1203d24ec89d38d1b4ef8975566e2",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -2295,31 +2295,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "32e31296480cb66eae250853eff34bddf5f70df909112b2581e7b453bd97f3fc",
+        sha256: "1a5f02cb4f5aec644261bbf4e5512c42a3b659aaef63df727c42aab3f11a4996",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "2d8688359e71340573b5ef1dd2c8de52211b23d0309b4a6f2128b785bb7db872",
+        sha256: "da9f00e08cb40536e07f81f21b2229a6b14e13b481a377b2ed6184521fa3172c",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "604c5074659541524914f809c11ed19605b40f805493e0b17e34df45afa73786",
+        sha256: "e363cbe6a989e445301cacefe4dfca94e6f7ef0ffe55b303db20f72c691c89bf",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "65d3a601ee030117be53cb3fe7fdda6ea1c483279cba4d61ddb81d860ba41bbb",
+        sha256: "04563846182e9f28a920eb157e835017a1d22f91aad4786a4b481b2a01244f07",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "1e5511900890b485d1e31919bd6ce3ce467b1c946366f48d319287e85db5b80f",
+        sha256: "15c8ae15313729138dbf37ce23d3586d660e90c9ac5585ff4749ee82bd0e8d4e",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2327,13 +2327,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "1fce748fe20e49ee518096dc080afd562f9bd2a68542be2a8aeea51b63fdc6d2",
+        sha256: "1cbdf5c70f0fcfc945f171168a14ddc44cad091460c4f7d8413c42f23ef8a3ad",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "6d37144f69cc8322b2219acba512046201b9d153f8f7bc3940185996a37bcef7",
+        sha256: "d148251469d02af73e1a7218e5fc50a473a8a205ca1fbfbab1c455d6eec49806",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2341,7 +2341,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "865ff2afe56f04940c09e091147134751c5b71253d7c3d95d397f89d5adffe0a",
+        sha256: "96dff49ee321824a8ad877ff67cf4bd77362c0a27e947d3c5767c1218e263933",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2349,13 +2349,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "ff3162692980414d3a9a461d83c5da66cceaf6f358df031188735483f625f0eb",
+        sha256: "d8f2eea75a985d24670d4dc456cb295f10b1a1d25c5e7607789459f0f764fe91",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "9a30a40338dd987572ac9ddaa708640e88bb5bc4e2c6c3e536ed3cf49c76bb92",
+        sha256: "b6baa66393627dcc26bdc35fb78ce974df6d9793d006b94c7a08547a6bfe37c9",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2363,13 +2363,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "608f1739098f904b686993d86c53ba8ac588ed2d86e63082151734ae871b1d25",
+        sha256: "23fa2dda3722c94aaa9204fbc4adbe15fe99a691268fef6f8d082df721a3e2bf",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "bafa8edfa0fe357027ccd0914cde195b996af5ca7eb89d062323f0af9852b637",
+        sha256: "33a3fb4d0e3023f8027e0b05e10440f56ed1dfe9649a17c1d334cd2c589b6dbe",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -2377,7 +2377,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "421a5f2fc0a32e7354d291c04b91b6bf2338ca4106d3bb92ccdead7f5eb0321d",
+        sha256: "2a6e597c5ca691c3170bfd6541d5c6253f395f2c9a119e0783ae2cc8636f9283",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -2385,13 +2385,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "e06dd12acefdee2fd2da348cc04ad7027196e14f60f1867dbff7becb999cc713",
+        sha256: "fa559821148b5be5e7d9c8dbc352df9ce31e670d708ca71f984dcb7efc7c2dfe",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "d33a8eac37e7a69f5a1a22de069ac5ddbafca0d668189dd6f00523d89b09b6cd",
+        sha256: "82fc792ca8e3709a585898eef96dc1472dafd7f5fad0f4711dbd2a34a7f7c768",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -2399,7 +2399,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "f5d7aa485abf3868cdccf3f6826a61324bf229c0595a1d998f8050e7724b1d74",
+        sha256: "6a553072a28a4cfe66e01e2496e2b83f008f4144a5eabf306e7ed34962733f4d",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -2407,7 +2407,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "c7cfe3fe7259938667d828d999d6f2d2baa28aff7e83fd4d23b869a1e6254c1b",
+        sha256: "fa64d61699f687d253847c3c32e885e09d3fb554d9a5a54d79e1265f09dcb293",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -2415,7 +2415,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "d84e18816826ef4cef6d4e7314247078e63d768ed85979a1df131466b6dfe2fe",
+        sha256: "3f10c73c7e0f8c909221ea102562cbb9d8a0cce95c4e4521382fa831053a40b6",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -2423,7 +2423,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "b9e0e98fc42e052605af8b79d5c8db0fbe00d0272e43c32780bc312330364dd7",
+        sha256: "d7e51e2cdff590f418fe8ea22a740891285e9dc2d2c8372f57e5a3a5a385da87",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -2431,13 +2431,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "465d62a1e8fce037827c67f3f16be51f430e3f5bdada47a0c424785ec7f5a760",
+        sha256: "59659ac3eec98ca5438b6aa243edadab58872cf2c2543d330fec7a8ade5ae064",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "4b326d507ec4593c295b5948978763786a9867fd4b591d2dc9d9dd590f40998b",
+        sha256: "b821f223ebc6542debdc2ebf6130b74cc8da64b7e01a872eac7c74d4e1ac25cc",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -2445,7 +2445,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "3c68f44de33535a45c11209b29d327526f96118b517c97ccffd46ca68764e371",
+        sha256: "91d6cd92ef161fddcd9aeea31fcd44148d3f6328bf457a7ea0834f430c543fe2",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -2453,37 +2453,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "65a0070f6a02fc978ae1eb84644aa3d88cbb3e4c65a0f9826fc9d4fe6df0fcfd",
+        sha256: "e8d4a746edf031bc054e23b0a610434aac7a757edaba5a7b6ab89e95ddcaf1fe",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "88bc055dcf9ee26748fe32fa5f1de15eeb3d7366c087c0571023e3e8a07179f8",
+        sha256: "fc9f5f3eb128ab88d4cf4b3d7a3d093692688b6f11bb18d18b2150dafce1b8a7",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "169c5d42b9ddf850dfc6d54fb781cec8b0647bbc558d35847ba5f406580694ef",
+        sha256: "4867db71c8fe27525fcef24bec5e7e6bfd1e17095f969a506ed700720abefd18",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "d9e4c5a07bcbdaead61726ad9db43f8bf420d3fa0bdeefeeafc7304bc08b700c",
+        sha256: "47643b02ecc0df0ef9c032bdfb721c09c975a4191f6ee5d8191f10b583d8df94",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "0abc0601e7944d50eb3da5b018fd02e38fade0dc3888173889b58f8c2bd2697e",
+        sha256: "94d9b6ee46191ae59387e37ea82865cd7e6502de1c22f3935d88bc87cc375060",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "34bd9a240c2d363a7a42a42f24ea739d2f5f5e70b3e1f7c739234009a48b1774",
+        sha256: "d0878bb4c6f85010f8e7a9090148e053c9abdd771047a20f52e6d7665f92971f",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -2491,31 +2491,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "18b43ea400035f5b95ec4907c003432b0901701d82083ff2993191e972783404",
+        sha256: "5cbb7fb632af3ab641b187485d5a706baadd017f198803155cfb94074ec8b244",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "4e74d07ae26d50916852c90283774728cae50a785402907562ebee557853c143",
+        sha256: "bf8565effa42ded874556b56e5a8e36b950a75325f88e2af75a6f74ad3ba385b",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "70a4a41bd5750def21492149b9aff52538e57fff4e844fa473972d08e194849b",
+        sha256: "f85d1010a8e648a4af3183d640220467de01ba5dbda9c9da612b16ec35fe5778",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "49485b6950d743cc51e9a4a02b7377207cb35475277965bb5513e2608b70d691",
+        sha256: "40dfab0594c96c3dfe46c3dfb5b3eb7e58e13f810603dea729f7bcb50182d3b0",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "ce5ac34f85f4d6abe0dbc6e9ebe78f61933abfd0e5f661654dde964671f884cc",
+        sha256: "4fa26a82d833403d0ef6ae59a15f221d9c9f97a6790ab5281e8de9d7131c8ad6",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -2523,7 +2523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "5e0e7a089036c42aa15ac299f794c23e0d07484a16b030450f923d68ab5cfcdc",
+        sha256: "aa1206391b2cf4963200918d59b8c920056143a9f3a70102f33a327bc8c7def8",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -2531,13 +2531,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "77ca2a675f6c2dd6bbaef4bd68036e55ba9ab3ce5a9fed72be78ca4eca462371",
+        sha256: "da42539a69b654e34d03cdf558b32b890a0ef98d5db30dc1d0f09de49ad84d99",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "1db2e242e8ba96c56cea63264d6cb96546db92aee329fda0ebd98f3aa8545a53",
+        sha256: "ce481ae9ca35b04c428fa4da04f81a75120fdd380e94636c9b6e3738cf2b36e3",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
@@ -2551,7 +2551,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "6f3c3642bcbf5c600c745de8d07c4c710b2e0eb43fed54f9442a62ce5e415a16",
+        sha256: "a500b6c885688fdf9ead38aa30baddcb3ffd3b2548322a3f029b6e1ab1a23a5f",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -2565,19 +2565,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "5455781bdd49ae2538cbc9a883fb017f067aae85891628d360036ecef07fbc58",
+        sha256: "6d6775d5bce94809531d71a0f367f495c68525ff98d258adcec9b92bbc0ae6d6",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "467153898b7eea0804a82b5e9d759bf7c5eb7e1d3b2decaee97a9861cd6d4da0",
+        sha256: "d9e10ca98acfa226a71cb925e4621ac6e28f70aa4f6bad0c9d9f135fc84aa7e8",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "7a7640e554ac99b605eef6d3f77a7703c44b6b70ace0d199b1030c35cf6cabb6",
+        sha256: "691d7aff4471603408e24ebfc07bd763348944752c6beef2d85f22428536d6f7",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -2585,7 +2585,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "6df280fb02e856ba5e1337f0d395ad8fd8882cd2cb19f0a9ac83b142b78bbc22",
+        sha256: "a670dc97a282edc3b0dcb9c7de159513252fcaa8aea5be51a300ab8173d190d2",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2593,13 +2593,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "98e78bc50523532469978cb11c6678c58cd8d754ecd215dae063d03a5d6972e5",
+        sha256: "01b504abd37a99b392be51c8e8a40be293b90f67345d7137d555b03a48e84fb3",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "10cf9a40c278f78ac0a9b5783d813d950883a1d18a693fadd13f10c86668d415",
+        sha256: "9f71b3d0772df2ecdc224ecf61202354bb56e55dd25bec5c010261484f8a4fb7",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2607,7 +2607,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "75cd72e1f2d56b0be61df9ab1cfd9e681275e7d9be1a3f28b55a41a855b6fb77",
+        sha256: "2ca6e666ac8e8e8063cdc167a7f87d682daf96ff2a7c8ea4ebb92de01e631983",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -2615,7 +2615,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "11eccee28a6013f18d5828ce784819fa1cfc986aad9b05393692ac4c432e36f9",
+        sha256: "746b4c53f9605431a584e502c35014c39e1e25c4c849ac222d2175d4c9d8f74d",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2623,7 +2623,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "29f501a4a603ab284ebcc6012a14673ef0908dc3d90ac98d6dc4dc758f53de9c",
+        sha256: "1526c91a8f4517e24d8d4038ab5f3b090551d7c7aaa53929eb8963f61383222e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2631,7 +2631,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "2202fdf5228dbfb07fa50fee4109856be4c242db42036ad946457f16b5d20210",
+        sha256: "b26b3617085cc60290655b921fa0002b3b99aade8f54ee1ecc148be338462b9d",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2639,7 +2639,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "9afff2c168fee25ec05a68240d88eea520340802c2beaaaf03d3989a9a68e60a",
+        sha256: "e649805920ae0e37120cf73ec372a1d3cafda61b3edea6b803ef03c4c14fe62c",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2647,7 +2647,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "bf074e2dc9a87fa610fe4d5ea87e41a1391f8f9ac070025e8c4593d67a811005",
+        sha256: "db21154daec0607ed12b7eb294ba0b032405a0bf17d95238b12f1dad3d744827",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -2655,13 +2655,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "5fa57f46e8de25f0d5465dfe4dd23e7a7891d9fb08fa8d022c68eedce5a3b091",
+        sha256: "e38a43fcf2d691b799fcc3ad05e6c100f0a781fc46a98b5a10f0968033e36ac4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "d5d4c19bf625cd39553ca99e606c3ab77e29c994c7003915d8f08a446038cdd4",
+        sha256: "b8e869da645a0984d5bc167a2f7aa40eb4afb1f7a6f0360e1331a999aa580aa2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -2669,7 +2669,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "b76c6ecc5739766d6fdade92631d7d6c985a621e9335119e716ceb5a5957e778",
+        sha256: "fb82c88ac088bf3ac8465ba42de7707207fc02424387602b4b20ff845ecf2b8a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -2677,7 +2677,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "1bf4f48a19c49a965f16fa02c60d1ab9c59f75122f41bc25b49776ed4ea4c7c6",
+        sha256: "118690a7ef5265f56435917fd62aa408cfbd12c1399762a2b24746397beef803",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -2685,7 +2685,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "4bb7eced4e0c5be6d8a1c4b31f239570551b96a3985c69a3ab3f4824320812df",
+        sha256: "9cfcd9f6d80aef65c130eaba0c8719dbb09d58dfdbcb5af775c546c4fd795348",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -2693,7 +2693,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "20e040f201029e1bb903a4504e0288697b97dfbeeeddca7069c1f961538114fc",
+        sha256: "04949ef8d3b51d64600a5698118d3e6ede2aeef02b66af62901fff94217a1be7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -2701,7 +2701,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "e678bf02b75de4ddc573a450d3d16dd3bcfbd2ca5d64b5236b371ad1c19017e8",
+        sha256: "ac9dc94f0d870082a2229656e6bf5329a76bf09a51c8136c9c858ad9a87d771a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -2709,7 +2709,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "5aab07a913a3972670380de5f5b2e8b44bffcfbc295ae30f2af597444b5f31e3",
+        sha256: "83210c3895b3e423040df7fdc26c4775745f83a09876a8f474d9e0e16cf35bc8",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -2761,19 +2761,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "a7970b038da89fe27b2243cf109d903fd69429747c5886bcf3ec9d83521b6956",
+        sha256: "31749be5232e2b79e5c24ecc8fef0eb7a8c644c9de9d4f9bffbc65fed8bd7b97",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "f82c6510471b8cbb24255f7d437dd1f10ef62fe09ede69e547e17285f639b2b9",
+        sha256: "b7d2260859094043b5d4d1753ae3003d211f8ceba47b8e824f57393bc2ee8a32",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "56cf5f54330f460e3977b2e5fa395bf1cc2523f68f03b480235d48bc63227288",
+        sha256: "8b074d8303279376c677520ff00a4daf24033ae36596cc73fec54c272638365a",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2781,13 +2781,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "3984f440c9237bb470f0af98a982590928eef69cdbca6c6bf748b447e7a58ed9",
+        sha256: "676a5466db243468ea48853d960457235327b3cfd14fbb44449cec965ed7afb1",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "1713ef5b0187a86ea9a1f45c46ba1148e6186f77418d36fbd42ae5837d7f21e6",
+        sha256: "45737686131e92cf91b97c18ad56ff05e9bc4812f3a63c99e9d46309b690f9dd",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2795,7 +2795,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "bedd2f0f49db162904b434b6928c051f54df94bffbdf85de6fb765b43c155f37",
+        sha256: "05418ca8d9d9cabf34972a1dbfa40ca3a085ea30694848d32622db4fb2e5cd12",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2803,7 +2803,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "779999390482298bfbb0e6cf5eaaacf9288fca86d31fa328d67307a0bde987fd",
+        sha256: "abbea17acd1c3f667c234838280de859e4f649feb2a8a6501b112bfb4aa6ec24",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2811,7 +2811,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "d41b8874c9985ba13d3f40aa8172b615772cad2ae7e6a49cb20458f313bc0b37",
+        sha256: "297cb6f7e76e785f4fd9cac14901506a0190b6eb820c785adacbcb50a1cda029",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2819,7 +2819,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "a152c15c990325483c162b5aa719c44c5c9939f39e764e61c33745124cb5baa5",
+        sha256: "203040657fd8ef83bb55e136a528534589f98b0ffcfb369d7f35eb1e31bbbb89",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2827,7 +2827,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "01686431e65687f93cac17fa1cd7d281335e8caac6446cb694e60ec63e11033d",
+        sha256: "122dbbae7cdb20ae7221bc9403b0831ace5726f23dde3b44c76c43c9e6212c5b",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -2835,13 +2835,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "32401ecd3f30ebed629debf66b950b4b24ef25344619f7f5b43724e16233bad4",
+        sha256: "94bfe0edf99adf439442a2e6ba356fb6cecbd5b4a7a1170446ea1d63fec9da5f",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "78833464747b0adeac0a07682d9e9ce3b922896bfec9a0f6e517d5b9762b935f",
+        sha256: "da222c2c6fe82378d08b0110f34f801b86ac1a52015b7f893b405a0c924b9a99",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -2849,7 +2849,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "583575715c2f4ea9fa4620203401ebf4b991c448a1ab382b96c86e9b2bcb2ba8",
+        sha256: "8d8a557be4a1fdd23efdbd880ebde750be22c01ffa70a8aa76778f4f7985363f",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -2857,7 +2857,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "85293dce660b5d8084ff3caa579cdacbce15b7a196aa7245d3c6ed0ddcf3aa8d",
+        sha256: "8be543ba68e289c562f22c9b036a3fb6cbeeaa0b2cf948b0f26cc23e961d72fa",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -2865,7 +2865,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "dcfea0833e422a4afe1f6e4ac4801459fe01ccc8412cb4c71d4fc6a114f1993d",
+        sha256: "1d7b615d900acc64d13058f43ecee97c35b0d8084705c6e89cb5b408877de199",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -2873,19 +2873,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "5b84cec7780f82c8e95163111eaf3354ca6b7e2ef2ced97eda68830f17aa76c2",
+        sha256: "e0998beda9726630ac4165e74904a3d83dcf0d30ed44f6b58978ec30560625f6",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "1d4c2f535b2ac6d26bfba78c324e52b045869543cc55dd366e5ceb5e62b39847",
+        sha256: "bd10042ef25379059ebe82679a663cc09fd299a8762b17104390138f8c40c639",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "265f85b2d3768f3538e07f72fde0e8c64e86896198ee2557d510004a69c34dd6",
+        sha256: "9cfb8fcf32aa22a0b8a1313e1dabd97420b146fec25f9f23be9fa493ce610a00",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",

@@ -330,8 +330,8 @@ struct SglowGuidedCentre {
 
 /// Hierarchical sample warping that looks out for a mass.
 ///
-/// density: means, at least 0, a power-of-two square with all its levels; point: in [0, 1)^2; inverse_mean: one over the
-/// top level's texel, which is above 0; mass: above 0, in texels of mean density.
+/// density: means, at least 0, a power-of-two square with all its levels; point: in [0, 1)^2; inverse_mean: one over
+/// the top level's texel, which is above 0; mass: above 0, in texels of mean density.
 fn sglow_warp_guided(
     density: texture_2d_array<f32>,
     point: vec2<f32>,

@@ -240,9 +240,9 @@ fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
 /// that faces away from it.
 ///
 /// The odd part of I is exactly (A_u - A_b) z/2, so that I(z) = (A_u - A_b) max(z, 0) + J with J = I(-|z|). Over the
-/// line instead of the sphere J would be exp(-x^2) h(x)/t with x = t |z| and h(x) = 1/sqrt(pi) - x exp(x^2) erfc(x). On the
-/// sphere t grows with |z|, for the exponent goes with the chord: t^2 = t_0^2 (1 + w (1 - r)/(1 + r)), r = sqrt(1 - p
-/// z^2), where p and w go to 1 for a sharp lobe. J at the horizon, 2 pi exp(-l) I_1(l)/l with the modified Bessel
+/// line instead of the sphere J would be exp(-x^2) h(x)/t with x = t |z| and h(x) = 1/sqrt(pi) - x exp(x^2) erfc(x). On
+/// the sphere t grows with |z|, for the exponent goes with the chord: t^2 = t_0^2 (1 + w (1 - r)/(1 + r)), r = sqrt(1 -
+/// p z^2), where p and w go to 1 for a sharp lobe. J at the horizon, 2 pi exp(-l) I_1(l)/l with the modified Bessel
 /// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
 /// falls with |z|.
 ///
