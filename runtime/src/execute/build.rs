@@ -68,7 +68,7 @@ impl<'a> Builder<'a> {
             }
             frame::Action::Draw(draw) => {
                 let variant = draw.variants.first().map(|(variant, _)| variant);
-                (Action::Draw(self.draw(&place, draw)?), variant)
+                (Action::Draw(Box::new(self.draw(&place, draw)?)), variant)
             }
         };
         let label = match variant {

@@ -48,7 +48,7 @@ pub(super) type Numbered = Vec<(u32, usize)>;
 pub(super) enum Action {
     Clear(usize, Option<u64>),
     Dispatch(Dispatch),
-    Draw(Draw),
+    Draw(Box<Draw>),
 }
 
 #[derive(Debug)]
