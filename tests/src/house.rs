@@ -8,10 +8,11 @@ use std::path::{Path, PathBuf};
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The crates, each with those that it may use: dependencies point upwards in this list only.
-const CRATES: [(&str, &[&str]); 13] = [
+const CRATES: [(&str, &[&str]); 14] = [
     ("graph", &[]),
     ("shader-gen", &["graph"]),
     ("shaders", &[]),
+    ("start", &[]),
     ("oracle", &[]),
     ("results", &["oracle"]),
     ("runtime", &["graph", "shaders"]),

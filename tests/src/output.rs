@@ -161,7 +161,7 @@ fn halves_are_the_nearest_to_what_32_bits_hold() {
     // What the device makes of it by itself: shaders round because it may be either.
     let alone = rounding(
         &package,
-        "return bitcast<vec4<f32>>((bits + half_step) & vec4<u32>(4294959104u));",
+        "return bitcast<vec4<f32>>((bits + half_step) & vec4<u32>(0xffffe000u));",
         "return value;",
     );
     for (name, found) in compare(&alone, &scene) {

@@ -28,13 +28,15 @@ fn every_variant_is_taken_by_strict_webgpu() {
                 continue;
             }
         };
-        if package.text(id).unwrap().contains("@compute") {
+        let read = naga::front::wgsl::parse_str(package.text(id).unwrap()).unwrap();
+        let compute = |entry: &&naga::EntryPoint| entry.stage == naga::ShaderStage::Compute;
+        for entry in read.entry_points.iter().filter(compute) {
             let made = guarded(&device, id, || {
                 device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                     label: Some(id),
                     layout: None,
                     module: &module,
-                    entry_point: None,
+                    entry_point: Some(&entry.name),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
                     cache: None,
                 })

@@ -703,14 +703,14 @@ fn settings_that_cannot_be_are_named() {
         (Config { levels: 7, ..config.clone() }, "fill_levels"),
         (
             Config { count: 65536, tile: 256, ..raster },
-            "`light_maps` is a texture of 65536 x 65536 texels",
+            "`light_maps`, a texture of 65536 x 65536 texels",
         ),
-        (Config { count: 65536, ..config.clone() }, "`splats` is a buffer of 1073741824 bytes"),
-        (Config { points: 1 << 20, ..config.clone() }, "`points` is a buffer of 536870912 bytes"),
+        (Config { count: 65536, ..config.clone() }, "`splats`, a buffer of 1073741824 bytes"),
+        (Config { points: 1 << 20, ..config.clone() }, "`points`, a buffer of 536870912 bytes"),
         (Config { bias_scale: f32::NAN, ..config.clone() }, "`bias_scale` is NaN"),
     ] {
         let found = fault(&config);
-        assert!(found.contains(named), "{found}");
+        assert!(found.contains(named), "{named}: {found}");
     }
     // All at once.
     let found = fault(&Config { tile: 4, levels: 9, ..config });

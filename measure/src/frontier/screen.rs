@@ -366,6 +366,7 @@ mod tests {
         let mut configuration = Configuration {
             name: name.to_owned(),
             time: Time { median: time, least: time, most: time },
+            complete: true,
             ..Configuration::default()
         };
         configuration.picture.relative_mse = error;

@@ -326,7 +326,7 @@ fn nothing(a: f32) { }
             ("cube(a.x)", &[][..], "`cube` is no function"),
             ("nothing(a.x)", &[], "`nothing` is no function"),
             ("lobe(a.xyz, 1.0)", &[], "`lobe` returns a struct"),
-            ("lobe(a.xyz, 1.0)", &["width"], "unknown member `width`"),
+            ("lobe(a.xyz, 1.0)", &["width"], "`width` is no known member"),
             ("lobe(a.xyz, 1.0)", &["other"], "`other` holds no floats"),
             ("lobe(a.xyz, 1.0)", &["axis", "axis.xy"], "5 results"),
         ] {

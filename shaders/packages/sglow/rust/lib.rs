@@ -2257,7 +2257,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "52d7fd6507659b6ce71b7b13685fa54d7af5a3d6e3196d141dc88a491829d8df",
+        sha256: "b3f21effa899869758027652b4a14647c499dfbf95d3a1d118349e966e452570",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
@@ -2275,7 +2275,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "ea4ca7b47c911811a50980712d04ba1e39f576d05a3c5b6d1762728d886ac784",
+        sha256: "0923050de857eaa9b98e38b5c0b601bb4c87a3de9ce474f6190b959f76ed89dc",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
@@ -2295,7 +2295,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "1a5f02cb4f5aec644261bbf4e5512c42a3b659aaef63df727c42aab3f11a4996",
+        sha256: "708a1f064e1805bc8e3bb925827af7fe086fdf5c69ce90fdb1e6f9bfd72466fe",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2313,7 +2313,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "04563846182e9f28a920eb157e835017a1d22f91aad4786a4b481b2a01244f07",
+        sha256: "894dca1956e8ea7ebc0127aed7145ad92cc58cd02b5fa248d1f23b09692f2844",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2377,7 +2377,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "2a6e597c5ca691c3170bfd6541d5c6253f395f2c9a119e0783ae2cc8636f9283",
+        sha256: "e4428030073517bb9748773a51e6199bde89e67c9f26173fb689d2d2bf498242",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -2399,7 +2399,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "6a553072a28a4cfe66e01e2496e2b83f008f4144a5eabf306e7ed34962733f4d",
+        sha256: "c993eb19d369d1fb4e8936cdc479f645b1e26bbdc83019793b98c420c0c1f16c",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -2423,7 +2423,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "d7e51e2cdff590f418fe8ea22a740891285e9dc2d2c8372f57e5a3a5a385da87",
+        sha256: "087730b1a896bb1955fd7dd8c2dda4e510ef106ee6b523b601e3e1a86ff79885",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -2445,7 +2445,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "91d6cd92ef161fddcd9aeea31fcd44148d3f6328bf457a7ea0834f430c543fe2",
+        sha256: "933056451a6d0c92258eee2d7ba5830ba888c71fd395f084faa330891782d608",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -2585,7 +2585,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "a670dc97a282edc3b0dcb9c7de159513252fcaa8aea5be51a300ab8173d190d2",
+        sha256: "006c4bf5a9586cdc73924d0e2333926053b7cc4a328af60420bb1dd8a488a484",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2615,7 +2615,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "746b4c53f9605431a584e502c35014c39e1e25c4c849ac222d2175d4c9d8f74d",
+        sha256: "4388915af02dfe42ea4c6edc05f81068d6e0d6591e65b21a14afe0c579371b1b",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2677,7 +2677,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "118690a7ef5265f56435917fd62aa408cfbd12c1399762a2b24746397beef803",
+        sha256: "c5cca3b0ed3fbb154f09bd07cac4f402b232d8a21be439fc770a0e4a3cf57f6a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -2709,7 +2709,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "83210c3895b3e423040df7fdc26c4775745f83a09876a8f474d9e0e16cf35bc8",
+        sha256: "8aba7ae0dc233a5cfe340bd8b2904fecc9967ebf8dd9d8ed9abafd336ecfbfa4",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",

@@ -64,12 +64,13 @@ struct SglowPackedVsgl {
 @group(0) @binding(2) var sglow_normal_texture: texture_2d<f32>;
 @group(0) @binding(3) var sglow_base_color_texture: texture_2d<f32>;
 @group(0) @binding(4) var<storage, read> sglow_vsgls: array<SglowPackedVsgl>;
-/// Reflected radiance, rounded to the nearest half: a device may cut a half off, and what accumulates frames would darken.
-/// Above the largest one, 65504, it is that, for infinity spreads over every filter that reads the texture. Half a step is one
-/// part in two thousand, and below 6.1e-5 at most 6e-8, or what there is where a device flushes subnormal halves.
+/// Reflected radiance, rounded to the nearest half: a device may cut a half off, and what accumulates frames would
+/// darken. Above the largest one, 65504, it is that, for infinity spreads over every filter that reads the texture.
+/// Half a step is one part in two thousand, and below 6.1e-5 at most 6e-8, or what there is where a device flushes
+/// subnormal halves.
 @group(0) @binding(5) var sglow_diffuse_output: texture_storage_2d<rgba16float, write>;
-/// Reflected radiance, rounded to the nearest half: a device may cut a half off, and what accumulates frames would darken.
-/// Above the largest one, 65504, it is that, for infinity spreads over every filter that reads the texture.
+/// Reflected radiance, rounded to the nearest half: a device may cut a half off, and what accumulates frames would
+/// darken. Above the largest one, 65504, it is that, for infinity spreads over every filter that reads the texture.
 @group(0) @binding(6) var sglow_specular_output: texture_storage_2d<rgba16float, write>;
 
 /// Indirect light at every pixel: the sum over all virtual lights and both of their lobes.
