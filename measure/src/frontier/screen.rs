@@ -365,6 +365,7 @@ mod tests {
     fn measured(name: &str, time: f64, error: f64) -> Configuration {
         let mut configuration = Configuration {
             name: name.to_owned(),
+            complete: true,
             time: Time { median: time, least: time, most: time },
             complete: true,
             ..Configuration::default()
