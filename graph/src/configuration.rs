@@ -6,9 +6,10 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::description::{
-    ClassDefault, Description, Exclusion, Number, Parameter, ParameterType, Setting, Table,
+    ClassDefault, Description, Number, Parameter, ParameterType, Setting, Table,
 };
-use crate::error::{At, Error, Errors, Problem};
+use crate::error::{Error, Errors, Kind, Place, unknown};
+use crate::scope::{Env, Evaluation};
 
 /// A value on axes, numbers, facts, and what the host brings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -31,32 +32,35 @@ pub struct Configuration {
 impl Configuration {
     /// What names nothing, and parameters out of their ranges; the place is one in the configuration.
     pub(crate) fn check(&self, of: &Description) -> Vec<Error> {
-        let axes = self.axes.iter().filter_map(|(name, value)| {
-            let problem = match of.axes.get(name) {
-                None => Problem::unknown("axis", name, of.axes.keys()),
-                Some(axis) if axis.values.contains(value) => return None,
-                Some(axis) => Problem::unknown("value", value, axis.values.iter()),
-            };
-            Some(("axes", name, problem))
-        });
-        let unknown = self.facts.keys().filter(|name| !of.facts.contains(*name));
-        let facts =
-            unknown.map(|name| ("facts", name, Problem::unknown("fact", name, of.facts.iter())));
-        let parameters = self.parameters.iter().filter_map(|(name, number)| {
-            let problem = match of.parameter.get(name) {
-                None => Problem::unknown("parameter", name, of.parameter.keys()),
-                Some(parameter) if parameter.allows(*number) => return None,
-                Some(parameter) => {
-                    let (value, range) = (number.real().to_string(), parameter.range());
-                    Problem::Range { name: name.clone(), value, range }
-                }
-            };
-            Some(("parameters", name, problem))
-        });
-        let error = |(table, name, problem): (&str, &String, Problem)| {
-            At::base(&[table.to_owned(), name.clone()], None).error(problem)
+        let mut errors = Vec::new();
+        let mut wrong = |table: &str, name: &String, kind, text| {
+            let place = Place(vec![table.to_owned(), name.clone()]);
+            errors.push(Error { place, kind, text, formula: None });
         };
-        axes.chain(facts).chain(parameters).map(error).collect()
+        for (name, value) in &self.axes {
+            let text = match of.axes.get(name) {
+                Some(axis) if axis.values.contains(value) => continue,
+                Some(axis) => unknown("value", value, &axis.values),
+                None => unknown("axis", name, of.axes.keys()),
+            };
+            wrong("axes", name, Kind::Unknown, text);
+        }
+        for name in self.facts.keys().filter(|name| !of.facts.contains(*name)) {
+            wrong("facts", name, Kind::Unknown, unknown("fact", name, &of.facts));
+        }
+        for (name, number) in &self.parameters {
+            let Some(parameter) = of.parameter.get(name) else {
+                let text = unknown("parameter", name, of.parameter.keys());
+                wrong("parameters", name, Kind::Unknown, text);
+                continue;
+            };
+            if !parameter.allows(*number) {
+                let (value, range) = (number.real(), parameter.range());
+                let text = format!("parameter `{name}` is {value}; expected {range}");
+                wrong("parameters", name, Kind::Invalid, text);
+            }
+        }
+        errors
     }
 }
 
@@ -65,32 +69,37 @@ impl Description {
     ///
     /// # Errors
     ///
-    /// An unknown preset. Whether the result is legal, [`Self::evaluate`] says.
+    /// An unknown preset, or a rule whose condition is none. Whether the result is legal, [`Self::evaluate`] says.
     pub fn configure(
         &self,
         facts: &Table<bool>,
         preset: Option<&str>,
         set: &Table<Setting>,
     ) -> Result<Configuration, Errors> {
-        let by_hand = || set.keys().map(String::as_str);
-        let defaults = self.default.iter().filter(|rule| rule.holds(facts, by_hand()));
-        let mut all: Table<_> = defaults.flat_map(|rule| rule.set.clone()).collect();
+        let mut configuration = Configuration { facts: facts.clone(), ..Configuration::default() };
+        let of = Evaluation::new(self, &configuration);
+        let env = Env::new(&of, &[]);
+        let set_by_hand =
+            |rule: &ClassDefault| rule.unless.iter().any(|name| set.contains_key(name));
+        let rules = self.default.iter().filter(|rule| env.holds(&rule.when) && !set_by_hand(rule));
+        let mut made: Table<_> = rules.flat_map(|rule| rule.set.clone()).collect();
         if let Some(name) = preset {
-            let unknown = || Problem::unknown("preset", name, self.preset.keys());
-            let unknown = || Errors(vec![At::base(&["preset".to_owned()], None).error(unknown())]);
-            all.extend(self.preset.get(name).ok_or_else(unknown)?.set.clone());
-        }
-        all.extend(set.clone());
-        let mut made = Configuration { facts: facts.clone(), ..Configuration::default() };
-        for (name, setting) in all {
-            match setting {
-                Setting::Number(number) if !self.axes.contains_key(&name) => {
-                    made.parameters.insert(name, number);
-                }
-                setting => drop(made.axes.insert(name, setting.to_string())),
+            match self.preset.get(name) {
+                Some(preset) => made.extend(preset.set.clone()),
+                None => env.wrong(Kind::Unknown, unknown("preset", name, self.preset.keys())),
             }
         }
-        Ok(made)
+        made.extend(set.clone());
+        of.finish()?;
+        for (name, setting) in made {
+            match setting {
+                Setting::Number(number) if !self.axes.contains_key(&name) => {
+                    configuration.parameters.insert(name, number);
+                }
+                setting => drop(configuration.axes.insert(name, setting.to_string())),
+            }
+        }
+        Ok(configuration)
     }
 }
 
@@ -118,24 +127,6 @@ impl fmt::Display for Setting {
             Self::Number(number) => number.fmt(out),
             Self::Name(name) => name.fmt(out),
         }
-    }
-}
-
-impl ClassDefault {
-    /// Whether the rule holds: these facts are known, and of axes and parameters these are set by hand.
-    pub fn holds<'a>(&self, facts: &Table<bool>, set: impl IntoIterator<Item = &'a str>) -> bool {
-        self.when.iter().all(|(fact, holds)| facts.get(fact) == Some(holds))
-            && !set.into_iter().any(|name| self.unless.iter().any(|unless| unless == name))
-    }
-}
-
-impl Exclusion {
-    /// Whether it holds for a pass with these values on its axes.
-    pub fn excludes<'a>(&self, pass: &str, value: impl Fn(&str) -> Option<&'a str>) -> bool {
-        self.pass.as_ref().is_none_or(|own| own == pass)
-            && self.when.iter().all(|(axis, illegal)| {
-                value(axis).is_some_and(|value| illegal.iter().any(|one| one == value))
-            })
     }
 }
 

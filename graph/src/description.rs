@@ -1,11 +1,10 @@
-//! The types of a description: what `frame.toml` and a package's manifest hold.
+//! The types of a description: what a package's manifest holds under `graph`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
 use crate::formula::Formula;
-use crate::reference::Reference;
 
 /// A table by name.
 pub type Table<T> = BTreeMap<String, T>;
@@ -13,13 +12,13 @@ pub type Table<T> = BTreeMap<String, T>;
 /// A frame as data: everything that may run, and under which conditions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(default, deny_unknown_fields)]
+#[serde(default)]
 pub struct Description {
-    /// The library's axes: what the generator fills in.
+    /// The library's axes.
     pub axes: Table<Axis>,
-    /// The axes of each of the library's passes, in the order of a variant's identifier: what the generator fills in.
+    /// The axes of each of the library's passes, in the order of a variant's identifier.
     pub passes: Table<Vec<String>>,
-    /// Facts of an input that formulas may name, 0 or 1: what the generator fills in.
+    /// Facts of an input that formulas may name, 0 or 1.
     pub facts: BTreeSet<String>,
     /// Numbers that a person or an engine sets.
     pub parameter: Table<Parameter>,
@@ -27,34 +26,16 @@ pub struct Description {
     pub input: Table<Input>,
     /// Draws of the host's own.
     pub draws: Table<DrawList>,
-    /// Named configurations: what the generator fills in, as the next two.
+    /// Named configurations.
     pub preset: Table<Preset>,
     /// What facts change of the defaults.
     pub default: Vec<ClassDefault>,
-    /// Combinations of values of axes that no variant has.
+    /// Configurations and variants that there are not.
     pub exclusion: Vec<Exclusion>,
-    /// What a configuration has to meet, beside the ranges of its parameters.
-    pub require: Vec<Requirement>,
-    /// Axes that follow from others, in the frame and in every use of a template; without a case that applies, what the
-    /// configuration says.
-    pub choose: Table<Choice<String>>,
-    /// Parts of frames. The one called `frame` is the frame; its lets, resources and uniforms are known everywhere.
-    pub template: Table<Template>,
-}
-
-/// The frame, or a part of it that steps use with arguments of their own. Each use has resources of its own.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(default, deny_unknown_fields)]
-pub struct Template {
-    /// What it does and what it takes.
-    pub description: String,
-    /// Derived numbers.
+    /// Names for formulas, which are evaluated where the name stands.
     #[serde(rename = "let")]
     pub lets: Table<Formula>,
-    /// Resources under other names.
-    pub alias: Table<Choice<Reference>>,
-    /// The members of uniforms; names in them are those of the step that binds the uniform.
+    /// The members of uniforms; formulas in them are evaluated at the step that binds the uniform.
     pub uniform: Table<Table<Field>>,
     /// What is kept in memory.
     pub resource: Table<Resource>,
@@ -65,7 +46,6 @@ pub struct Template {
 /// An axis of the library.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct Axis {
     /// The value without a choice.
     pub default: String,
@@ -90,7 +70,6 @@ pub enum Choice<T> {
 /// A case of a [`Choice`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct Case<T> {
     /// Its condition; without one it applies whenever no case before it does.
     pub when: Option<Formula>,
@@ -187,21 +166,9 @@ pub struct DrawList {
     pub axes: Vec<String>,
 }
 
-/// What a configuration has to meet.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Requirement {
-    /// What holds.
-    pub that: Formula,
-    /// The same in words.
-    pub reason: String,
-}
-
 /// A named configuration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct Preset {
     /// What it is.
     pub description: String,
@@ -222,13 +189,11 @@ pub enum Setting {
 /// A rule that changes defaults for a class of input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct ClassDefault {
     /// Its name.
     pub name: String,
-    /// Facts and what they must be for the rule to hold; it holds for every input if there are none.
-    #[serde(default)]
-    pub when: Table<bool>,
+    /// When it holds, by the facts of the input.
+    pub when: Option<Formula>,
     /// Values of axes and parameters.
     pub set: Table<Setting>,
     /// Axes and parameters that these values make meaningless: the rule does not hold where one of them is set.
@@ -238,17 +203,18 @@ pub struct ClassDefault {
     pub reason: String,
 }
 
-/// A rule that takes combinations of values out of the space of variants.
+/// A rule that takes configurations out, or variants of some passes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct Exclusion {
-    /// Its name.
+    /// Its name, if it has one.
+    #[serde(default)]
     pub name: String,
-    /// The pass it holds for; without it every pass that has all axes of `when`.
-    pub pass: Option<String>,
-    /// For each axis the values that are illegal together.
-    pub when: Table<Vec<String>>,
+    /// The passes of whose variants it takes some out; none if it is about whole configurations.
+    #[serde(default)]
+    pub passes: Vec<String>,
+    /// What is taken out: a condition of the configuration, or of the axes of a variant.
+    pub when: Formula,
     /// Why.
     pub reason: String,
 }
@@ -256,20 +222,18 @@ pub struct Exclusion {
 /// What is kept in memory: one of a buffer, a texture and a sampler.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(default, deny_unknown_fields)]
+#[serde(default)]
 pub struct Resource {
     /// What it holds.
     pub description: String,
     /// When it exists; always without it.
     pub when: Option<Formula>,
-    /// The part of the frame it is counted under; that of the step which uses the template without it.
-    pub part: Option<String>,
+    /// The part of the frame it is counted under.
+    pub part: String,
     /// Whether the host supplies it. It may supply others, too, but none that is kept.
     pub external: bool,
     /// Whether its contents last from frame to frame.
     pub kept: bool,
-    /// Whether there are two of it, which change places in a repetition.
-    pub flip: bool,
     /// A buffer.
     pub buffer: Option<Buffer>,
     /// A texture.
@@ -278,14 +242,9 @@ pub struct Resource {
     pub sampler: Option<Filter>,
 }
 
-fn one() -> Formula {
-    Formula::new("1")
-}
-
 /// A buffer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct Buffer {
     /// Number of elements.
     pub length: Formula,
@@ -299,17 +258,14 @@ pub struct Buffer {
 /// A two-dimensional texture. What nothing writes is 0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct Texture {
     /// Its format, as WebGPU names it.
     pub format: Choice<String>,
     /// Width and height of level 0.
     pub size: [Formula; 2],
     /// Number of layers.
-    #[serde(default = "one")]
     pub layers: Formula,
     /// Number of mip levels.
-    #[serde(default = "one")]
     pub levels: Formula,
 }
 
@@ -322,6 +278,16 @@ pub enum Filter {
     Nearest,
     /// Linearly.
     Linear,
+}
+
+/// A resource, or one level of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
+pub struct Reference {
+    /// Name of the resource.
+    pub resource: String,
+    /// The one level of a texture that is meant; all levels without it.
+    pub level: Option<Formula>,
 }
 
 /// A member of a uniform.
@@ -343,27 +309,26 @@ pub enum Field {
     Input { input: String, element: Option<Formula> },
     /// How many frames ago a kept resource was new: 0 in the first one.
     #[expect(missing_docs, reason = "said above")]
-    Age { age: Reference },
+    Age { age: String },
 }
 
-/// One step: a pass, a clear, the use of a template, or a group of steps.
+/// One step: a pass, a clear, or a group of steps.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(default, deny_unknown_fields)]
+#[serde(default)]
 pub struct Step {
-    /// What its time is called; consecutive dispatches of one label are timed as one. Of a group and a use: the label of its
-    /// steps without one. Before the labels in a template stands the use's prefix, with spaces for underscores.
-    pub label: Option<String>,
-    /// The part of the frame that it belongs to; without one that of the group or the use it stands in.
-    pub part: Option<String>,
+    /// What its time is called; consecutive dispatches of one label are timed as one.
+    pub label: String,
+    /// The part of the frame that it belongs to.
+    pub part: String,
     /// When it runs; always without it.
     pub when: Option<Formula>,
     /// The kept resource in whose first frame after creation, resize or restart alone it runs.
-    pub new: Option<Reference>,
+    pub new: Option<String>,
 
     /// The pass that it runs.
     pub pass: Option<String>,
-    /// Values of axes of the pass or of the template; of the others what the configuration says.
+    /// Values of axes of the pass; of the others, and where no case applies, what the configuration says.
     pub axes: Table<Choice<String>>,
     /// The compute entry point, where the pass has several.
     pub entry: Option<String>,
@@ -376,25 +341,16 @@ pub struct Step {
     /// Workgroups of a dispatch.
     pub dispatch: Option<[Formula; 3]>,
     /// The buffer that holds the workgroups of a dispatch or the arguments of a draw.
-    pub indirect: Option<Indirect>,
+    pub indirect: Option<Choice<Reference>>,
+    /// The first byte of these in it, a multiple of 4; 0 without it.
+    pub offset: Option<Formula>,
     /// What is drawn.
     pub draw: Option<Draw>,
 
     /// The buffer that is cleared to 0.
-    pub clear: Option<Reference>,
+    pub clear: Option<Choice<Reference>>,
     /// How many of its bytes; all of them without it.
     pub bytes: Option<Formula>,
-
-    /// The template that it uses.
-    #[serde(rename = "use")]
-    pub template: Option<String>,
-    /// What stands before the names of the template's resources and aliases.
-    pub prefix: String,
-    /// What names of resources and inputs stand for in the template.
-    pub names: Table<Reference>,
-    /// Of a use, the template's numbers. Of a repetition, derived numbers of each round.
-    #[serde(rename = "let")]
-    pub lets: Table<Formula>,
 
     /// The steps of a group.
     pub steps: Vec<Step>,
@@ -402,25 +358,12 @@ pub struct Step {
     pub repeat: Option<Formula>,
     /// The name of the round's number, from 0 on.
     pub index: Option<String>,
-    /// The pairs that change places at the end of each round.
-    pub flip: Vec<String>,
-}
-
-/// Where the arguments of an indirect dispatch or draw are.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Indirect {
-    /// The buffer.
-    pub buffer: Reference,
-    /// The first byte, a multiple of 4.
-    pub offset: Formula,
 }
 
 /// What a step draws in one render pass.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(default, deny_unknown_fields)]
+#[serde(default)]
 pub struct Draw {
     /// The vertex entry point.
     pub vertex: String,
@@ -433,7 +376,7 @@ pub struct Draw {
     /// Vertex buffers, in the order of their slots.
     pub vertices: Vec<Vertices>,
     /// The buffer of 32-bit indices; vertices are drawn in their order without it.
-    pub indices: Option<Reference>,
+    pub indices: Option<Choice<Reference>>,
     /// The host's draws, which take the place of `indices`, `count` and instances.
     pub list: Option<String>,
     /// How many vertices or indices are drawn.
@@ -451,10 +394,9 @@ pub struct Draw {
 /// A colour target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct Color {
     /// The texture.
-    pub target: Reference,
+    pub target: Choice<Reference>,
     /// What it is cleared to before; what it holds stays without it.
     pub clear: Option<[f64; 4]>,
 }
@@ -462,10 +404,9 @@ pub struct Color {
 /// A depth target.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct Depth {
     /// The texture.
-    pub target: Reference,
+    pub target: Choice<Reference>,
     /// What it is cleared to before; what it holds stays without it.
     pub clear: Option<f64>,
     /// The comparison, as WebGPU names it.
@@ -478,10 +419,9 @@ pub struct Depth {
 /// A vertex buffer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct Vertices {
     /// The buffer; the host's own without it.
-    pub buffer: Option<Reference>,
+    pub buffer: Option<Choice<Reference>>,
     /// Bytes of a vertex.
     pub stride: u64,
     /// Its attributes.

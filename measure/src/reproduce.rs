@@ -20,7 +20,7 @@ use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::Facts;
-use sglow_shaders::{Density, SglowKernel, Texel, Visibility};
+use sglow_shaders::{Density, SglowKernel, Visibility};
 use thiserror::Error;
 
 use crate::picture::{CompareError, FrameReference, brute_force, error, paths, picture};
@@ -247,11 +247,11 @@ impl Work<'_> {
 
     fn mips(&self, found: &mut Found) -> Result<(), ReproduceError> {
         let size = self.options.map;
-        for (name, texel, layers) in [
-            ("moments, rgba32float, 5 layers", Texel::Rgba32float, 5),
-            ("density, r32float", Texel::R32float, 1),
+        for (name, pyramid) in [
+            ("moments, rgba32float, 5 layers", mips::Pyramid::Moments),
+            ("density, r32float", mips::Pyramid::Density),
         ] {
-            let times = mips::measure(self.gpu, self.package, texel, size, layers)?;
+            let times = mips::measure(self.gpu, self.package, pyramid, size)?;
             let milliseconds = |time: std::time::Duration| time.as_secs_f64() * 1e3;
             found.findings.mips.push(MipRow {
                 name,

@@ -2,12 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use sglow_shaders::Texel;
-
 use crate::device::{DeviceError, Gpu};
 use sglow_graph::Configuration;
 use sglow_runtime::execute::{Executor, Faults, Inputs, Lists};
+use sglow_runtime::indirect::PARTS;
 use sglow_runtime::package::Package;
+use sglow_runtime::settings::Settings;
+use sglow_shaders::{Density, Lobes, Space};
 use thiserror::Error;
 
 /// Why there is no mip chain.
@@ -22,9 +23,6 @@ pub enum MipsError {
     /// The device failed.
     #[error(transparent)]
     Device(#[from] DeviceError),
-    /// Only squares of a power of two have levels that are exact means.
-    #[error("the size is {0}; it has to be a power of two, at least 2")]
-    Size(u32),
     /// The texels are not those of the extent.
     #[error("there are {found} bytes of texels; {wanted} are needed")]
     Texels {
@@ -53,15 +51,26 @@ pub struct MipTimes {
     pub bytes: u64,
 }
 
-fn format(texel: Texel) -> wgpu::TextureFormat {
-    match texel {
-        Texel::Rgba32float => wgpu::TextureFormat::Rgba32Float,
-        Texel::Rgba16float => wgpu::TextureFormat::Rgba16Float,
-        Texel::R32float => wgpu::TextureFormat::R32Float,
+/// What a mip chain is of: one that the frame makes of what the camera sees, whose extent is any.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pyramid {
+    /// The density: r32float, one layer.
+    Density,
+    /// The moments of both lobes: rgba32float, five layers.
+    Moments,
+}
+
+impl Pyramid {
+    /// The resource, and the label of the steps that make its levels.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Density => ["camera_density", "camera mip density"],
+            Self::Moments => ["camera_moments", "camera mip moments"],
+        }
     }
 }
 
-/// A frame of nothing but a mip chain, of which the first `extent` columns and rows hold anything.
+/// The steps of the frame that make a mip chain, of which the first `extent` columns and rows hold anything.
 struct Chain {
     executor: Executor,
     texture: wgpu::Texture,
@@ -72,40 +81,34 @@ impl Chain {
     fn new(
         gpu: &Gpu,
         package: &Package,
-        texel: Texel,
-        size: u32,
-        layers: u32,
+        pyramid: Pyramid,
         [width, height]: [u32; 2],
     ) -> Result<Self, MipsError> {
-        if size < 2 || !size.is_power_of_two() {
-            return Err(MipsError::Size(size));
-        }
         let wrong = |error: &dyn std::fmt::Display| MipsError::Description(error.to_string());
-        let of = package.description();
-        let mut description = of.ok_or_else(|| wrong(&"the package describes no frame"))?.clone();
-        let levels = size.ilog2() + 1;
-        let frame = serde_json::json!({
-            "resource": { "chain": {
-                "description": "a texture with its mips", "kept": true,
-                "texture": {
-                    "format": names(texel), "size": [size, size], "layers": layers, "levels": levels,
-                },
-            } },
-            "step": [ {
-                "use": "mips", "label": "mips", "axes": { "texel": texel.name() },
-                "let": { "width": width, "height": height, "layers": layers, "levels": levels },
-                "names": { "pyramid": "chain" },
-            } ],
-        });
-        let frame = serde_json::from_value(frame).map_err(|error| wrong(&error))?;
-        description.template.insert("frame".to_owned(), frame);
-        let frame =
-            description.evaluate(&Configuration::default()).map_err(|error| wrong(&error))?;
+        let description = package.description();
+        let description = description.ok_or_else(|| wrong(&"the package describes no frame"))?;
+        let settings = Settings {
+            size: [width, height],
+            density: Density::Bidirectional,
+            lobes: Lobes::Both,
+            space: Space::None,
+            ..Settings::default()
+        };
+        let parts = Some([PARTS[0].to_owned()].into());
+        let configuration = Configuration { parts, ..settings.configuration() };
+        let mut frame = description.evaluate(&configuration).map_err(|error| wrong(&error))?;
+        let [name, label] = pyramid.names();
+        frame.steps.retain(|step| step.label == label);
+        for resource in &mut frame.resources {
+            // What other steps use is not made.
+            resource.external = resource.name != name;
+            resource.kept = resource.name == name;
+        }
         let (device, queue) = (&gpu.device, &gpu.queue);
         let executor = Executor::new(device, queue, package, &frame, &Lists::new())?;
-        let texture = executor.texture("chain").cloned();
-        let texture = texture.ok_or_else(|| wrong(&"there is no chain"))?;
-        let bytes = frame.resources.iter().map(|resource| resource.bytes).sum();
+        let texture = executor.texture(name).cloned();
+        let texture = texture.ok_or_else(|| wrong(&format!("there is no `{name}`")))?;
+        let bytes = frame.resource(name).map_or(0, |index| frame.resources[index].bytes);
         Ok(Self { executor, texture, bytes })
     }
 
@@ -114,34 +117,23 @@ impl Chain {
     }
 }
 
-/// The format in the words of WebGPU.
-fn names(texel: Texel) -> &'static str {
-    match texel {
-        Texel::Rgba32float => "rgba32float",
-        Texel::Rgba16float => "rgba16float",
-        Texel::R32float => "r32float",
-    }
-}
-
-/// A mip chain of `size` squared texels of which the first `extent` columns and rows hold `texels`, layer by layer and
-/// row by row from the top, in the bytes of their format; the others are zero. Levels are made as far as the extent
-/// reaches.
+/// A mip chain of the least square of a power of two that holds `extent`, whose first columns and rows hold `texels`, layer
+/// by layer and row by row from the top, in the bytes of their format; the others are zero. Levels are made as far as the
+/// extent reaches.
 ///
 /// # Errors
 ///
-/// If the size is not a power of two, the texels are not as many as the extent and the layers need, or the device
-/// refuses.
+/// If the texels are not as many as the extent and the layers need, or the device refuses.
 pub fn build(
     gpu: &Gpu,
     package: &Package,
-    texel: Texel,
-    size: u32,
-    layers: u32,
+    pyramid: Pyramid,
     extent: [u32; 2],
     texels: &[u8],
 ) -> Result<wgpu::Texture, MipsError> {
-    let mut chain = Chain::new(gpu, package, texel, size, layers, extent)?;
-    let bytes = format(texel).block_copy_size(None).unwrap_or(0);
+    let mut chain = Chain::new(gpu, package, pyramid, extent)?;
+    let bytes = chain.texture.format().block_copy_size(None).unwrap_or(0);
+    let layers = chain.texture.depth_or_array_layers();
     let [width, height] = extent;
     let wanted = (width * height * layers * bytes) as usize;
     if texels.len() != wanted {
@@ -164,21 +156,19 @@ pub fn build(
     Ok(chain.texture)
 }
 
-/// Times a mip chain of `size` squared texels and `layers` layers against copies of the same bytes, in turn within one
-/// run.
+/// Times a mip chain of `size` squared texels against copies of the same bytes, in turn within one run.
 ///
 /// # Errors
 ///
-/// If the size is not a power of two, or the device refuses.
+/// If the device refuses.
 pub fn measure(
     gpu: &Gpu,
     package: &Package,
-    texel: Texel,
+    pyramid: Pyramid,
     size: u32,
-    layers: u32,
 ) -> Result<MipTimes, MipsError> {
-    let mut source = Chain::new(gpu, package, texel, size, layers, [size; 2])?;
-    let target = Chain::new(gpu, package, texel, size, layers, [size; 2])?.texture;
+    let mut source = Chain::new(gpu, package, pyramid, [size; 2])?;
+    let target = Chain::new(gpu, package, pyramid, [size; 2])?.texture;
     let (texture, bytes) = (source.texture.clone(), source.bytes);
     let copy = |encoder: &mut wgpu::CommandEncoder, levels: u32| {
         for mip_level in 0..levels {
@@ -188,11 +178,15 @@ pub fn measure(
                 origin: wgpu::Origin3d::ZERO,
                 aspect: wgpu::TextureAspect::All,
             };
-            let side = size >> mip_level;
+            let side = texture.width() >> mip_level;
             encoder.copy_texture_to_texture(
                 place(&texture),
                 place(&target),
-                wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+                wgpu::Extent3d {
+                    width: side,
+                    height: side,
+                    depth_or_array_layers: texture.depth_or_array_layers(),
+                },
             );
         }
     };

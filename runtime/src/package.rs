@@ -99,7 +99,7 @@ impl Requested {
 }
 
 /// The format of manifests that is read.
-const SCHEMA_VERSION: u32 = 5;
+const SCHEMA_VERSION: u32 = 6;
 
 /// What is read of a manifest.
 #[derive(Debug, Default)]

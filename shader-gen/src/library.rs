@@ -10,6 +10,7 @@ mod modules;
 mod overlay;
 pub(crate) mod place;
 mod preset;
+mod rule;
 mod steps;
 
 use std::collections::BTreeMap;
@@ -22,9 +23,10 @@ pub use self::frame::Frame;
 pub use self::inputs::Example;
 pub use self::overlay::Overlay;
 pub use self::preset::{Measurement, Preset, PresetFile};
+pub use self::rule::{ClassDefault, Exclusion};
 use crate::link::Graph;
 use crate::source::Sources;
-pub use sglow_graph::description::{ClassDefault, Exclusion, Parameter, Setting};
+pub use sglow_graph::description::{Parameter, Setting};
 
 /// A library of shaders as its `library.toml` declares it.
 #[derive(Clone, Debug, Deserialize)]
@@ -97,7 +99,7 @@ pub struct Header {
     /// A file of more presets, which a program has measured and written, relative to `library.toml`. It need not exist.
     #[serde(default)]
     pub presets: Option<String>,
-    /// The file that describes the frame in the language of [`sglow_graph`], relative to `library.toml`.
+    /// The file that describes the frame in the language of [`crate::frame`], relative to `library.toml`.
     #[serde(default)]
     pub frame: Option<String>,
     /// The file that says what the frame's host inputs are for some arguments, relative to `library.toml`.

@@ -25,7 +25,7 @@ pub use shared::Shared;
 pub use variant::{Described, variant};
 
 /// The version of what [`Manifest`] says; it grows when a reader of the version before would misread it.
-pub const SCHEMA_VERSION: u32 = 5;
+pub const SCHEMA_VERSION: u32 = 6;
 
 /// A package of shaders: what it contains, by what it was made, and of what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,7 +1,8 @@
 """Holds the frames that both hosts evaluate against those that the crate graph evaluated. No device needed.
 
     python3 agree.py FILE                              {"graph", "cases": [{"configuration", "frame"}]}
-    python3 agree.py [--graph FILE] [--number 200]     random configurations, by the crate's example `evaluate`
+    python3 agree.py [--graph FILE] [--number 200]     random configurations, by the crate's example `evaluate`,
+                     [--evaluate COMMAND]              which that runs
 
 The second also compares the numbers that hosts compute with the package's inputs.json.
 --graph: the description as JSON, if not that of the committed package.
@@ -18,7 +19,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE / "python"))
 from check import CASES, COMMITTED, SHORT, wrong  # noqa: E402
-from graph import Frame, Problem, Table, configured  # noqa: E402
+from graph import Frame, Problem  # noqa: E402
 from inputs import INPUTS as python_inputs  # noqa: E402
 
 PARTS = ["surfaces", "lights", "visibility", "shading", "picture"]
@@ -28,12 +29,13 @@ const list = JSON.parse((await import('node:fs')).readFileSync(0, 'utf8'));
 console.log(JSON.stringify(list.map(({ name, given }) => INPUTS[name](given))));
 """
 NODE = """
-const { Frame, Problem, configured, read } = await import(process.argv[1]);
-const [graph, list] = read((await import('node:fs')).readFileSync(0, 'utf8'));
+const { Frame, Problem } = await import(process.argv[1]);
+const [graph, list] = JSON.parse((await import('node:fs')).readFileSync(0, 'utf8'));
 const frames = list.map(({ axes, parameters, parts, facts, preset, set }) => {
   try {
-    if (set) [axes, parameters] = configured(graph, facts, preset, set);
-    const { resources, steps } = new Frame(graph, axes, parameters, new Set(parts), new Set(facts));
+    // What is no change of the defaults of a class has those of none.
+    const of = set ? graph : { ...graph, default: [] };
+    const { resources, steps } = new Frame(of, parts, facts, preset, set ?? { ...axes, ...parameters });
     return { resources, steps };
   } catch (error) {
     if (error instanceof Problem) return null;
@@ -71,6 +73,7 @@ def of_crate(frame):
     if "errors" in frame:
         return None
     view = lambda of: of and [of["resource"], of["level"]]
+    name = lambda index: None if index is None else frame["resources"][index]["name"]
 
     def value(member):
         [(kind, of)] = member.items()
@@ -78,7 +81,7 @@ def of_crate(frame):
             return [value(one) for one in of]
         if kind == "input":
             return {"input": of[0], "element": of[1]}
-        return {"age": of} if kind == "age" else of
+        return {"age": name(of)} if kind == "age" else of
 
     def call(index, size):
         group = frame["groups"][index].items()
@@ -96,9 +99,9 @@ def of_crate(frame):
     steps = []
     for step in frame["steps"]:
         [(kind, of)] = step["action"].items()
-        found = {"new": step["new"], "clear": of if kind == "clear" else None}
+        found = {"new": name(step["new"]), "clear": of if kind == "clear" else None}
         variant = of["variant"] if kind == "dispatch" else None
-        if kind == "draw" and not of["description"]["list"]:
+        if kind == "draw" and not of["description"].get("list"):
             [[variant, _]] = of["variants"]
         if variant:
             found["variant"] = variant["id"]
@@ -112,7 +115,7 @@ def of_crate(frame):
     resources = []
     for one in frame["resources"]:
         [(kind, of)] = one["kind"].items()
-        resources.append([one["name"].removesuffix(".0").removesuffix(".1"), one["external"], one["kept"], kind, of])
+        resources.append([one["name"], one["external"], one["kept"], kind, of])
     return [resources, steps]
 
 
@@ -122,51 +125,53 @@ def of_host(frame):
         return None
 
     def member(of):
-        return {"age": of["age"][0]} if isinstance(of, dict) and "age" in of else of
+        if isinstance(of, dict) and "input" in of:
+            return {"input": of["input"], "element": of.get("element")}
+        return [member(one) for one in of] if isinstance(of, list) else of
 
     def call(one, draw):
         bind = {name: view for name, view in one["bind"].items() if view}
         uniforms = {name: {key: member(of) for key, of in of.items()} for name, of in one["uniforms"].items()}
-        indirect = one["indirect"] and [one["indirect"]["buffer"][0], one["indirect"]["offset"]]
-        size = one["dispatch"] or indirect
+        size = one.get("dispatch") or (one.get("indirect") and [one["indirect"][0], one.get("offset", 0)])
         if draw:
-            direct = indirect or [one["count"], one["instances"] or [0, 1]]
-            size = [None if draw["list"] else direct, one["viewport"]]
+            direct = size or [one["draw"].get("count"), one["draw"].get("instances", [0, 1])]
+            size = [None if "list" in draw else direct, one["draw"].get("viewport")]
         return {"bind": bind, "uniforms": uniforms, "size": size}
 
     steps = []
     for step in frame["steps"]:
-        draw = step["draw"]
-        found = {"new": step["new"], "clear": step["clear"] and [step["clear"][0], step["bytes"]]}
-        if not step["clear"]:
-            found |= {"variant": step["variant"]} if not (draw and draw["list"]) else {}
+        draw, clear = step.get("draw"), step.get("clear")
+        found = {"new": step.get("new"), "clear": clear and [clear[0], step.get("bytes")]}
+        if not clear:
+            found |= {"variant": step["variant"]} if not (draw and "list" in draw) else {}
             found["calls"] = [call(one, draw) for one in step["calls"]]
         if draw:
-            targets = [one and one["target"] for one in [*draw["color"], draw["depth"]]] + [draw["indices"]]
-            found["draw"] = [draw["vertex"], targets, [one["buffer"] for one in draw["vertices"]]]
-        elif not step["clear"]:
+            targets = [*(one["target"] for one in draw.get("color", [])), draw.get("depth", {}).get("target")]
+            vertices = [one.get("buffer") for one in draw.get("vertices", [])]
+            found["draw"] = [draw["vertex"], [*targets, draw.get("indices")], vertices]
+        elif not clear:
             found["constants"] = step["constants"]
         steps.append(found)
     resources = []
     for one in frame["resources"]:
-        [kind] = [kind for kind in ("buffer", "texture", "sampler") if one[kind]]
+        [kind] = [kind for kind in ("buffer", "texture", "sampler") if kind in one]
         of = {"filter": one[kind]} if kind == "sampler" else dict(one[kind])
         if kind == "buffer":
-            of["initial"] = one[kind]["initial"]
-        resources.append([one["name"], one["external"], bool(one["kept"]), kind, of])
+            of["initial"] = one[kind].get("initial", [])
+        resources.append([one["name"], one["external"], one.get("kept", False), kind, of])
     return [resources, steps]
 
 
 def evaluated(graph, case):
     """The Python host's frame, or None for what it refuses."""
     try:
-        own = case["axes"] or {}, case["parameters"] or {}
-        if "set" in case:
-            own = configured(graph, case["facts"], case["preset"], case["set"])
-        frame = Frame(graph, *own, case["parts"], case["facts"])
+        # What is no change of the defaults of a class has those of none.
+        of = graph if "set" in case else graph | {"default": []}
+        own = case.get("set", case.get("axes", {}) | case.get("parameters", {}))
+        frame = Frame(of, case["parts"], case["facts"], case.get("preset"), own)
     except Problem:
         return None
-    return json.loads(json.dumps({"resources": frame.resources, "steps": frame.steps}), object_hook=Table)
+    return json.loads(json.dumps({"resources": frame.resources, "steps": frame.steps}))
 
 
 def node(script, module, data):
@@ -175,7 +180,7 @@ def node(script, module, data):
         return None
     command = ["node", "--input-type=module", "-e", script, (HERE / "javascript" / module).as_uri()]
     text = subprocess.run(command, input=json.dumps(data), stdout=-1, text=True, check=True).stdout
-    return json.loads(text, object_hook=Table)
+    return json.loads(text)
 
 
 def inputs():
@@ -202,21 +207,21 @@ def main():
     parser.add_argument("--graph", type=Path)
     parser.add_argument("--number", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--evaluate", default="cargo run -q -p sglow-graph --example evaluate")
     given = parser.parse_args()
     if given.file:
-        document = json.loads(given.file.read_text(), object_hook=Table)
+        document = json.loads(given.file.read_text())
         graph, cases = document["graph"], [case["configuration"] for case in document["cases"]]
         crate = [case["frame"] for case in document["cases"]]
     else:
-        graph = json.loads((given.graph or COMMITTED / "manifest.json").read_text(), object_hook=Table)
+        graph = json.loads((given.graph or COMMITTED / "manifest.json").read_text())
         graph = graph if given.graph else graph["graph"]
         cases = list(configurations(graph, given.number, given.seed))
-        cargo = ["cargo", "run", "-q", "-p", "sglow-graph", "--example", "evaluate"]
         lines = "\n".join(map(json.dumps, [graph, *cases]))
-        ran = subprocess.run(cargo, cwd=HERE, input=lines, stdout=-1, text=True, check=True)
-        crate = [json.loads(line, object_hook=Table) for line in ran.stdout.splitlines()]
-    cases = [Table(case, facts=[name for name, holds in case["facts"].items() if holds], parts=case["parts"] or PARTS)
-             for case in cases]  # fmt: skip
+        ran = subprocess.run(given.evaluate.split(), cwd=HERE, input=lines, stdout=-1, text=True, check=True)
+        crate = [json.loads(line) for line in ran.stdout.splitlines()]
+    facts = lambda case: {"facts": [name for name, holds in case["facts"].items() if holds]}
+    cases = [case | facts(case) | {"parts": case.get("parts") or PARTS} for case in cases]
     hosts = {"python": [evaluated(graph, case) for case in cases]}
     if (script := node(NODE, "graph.mjs", [graph, cases])) is not None:
         hosts["javascript"] = script
@@ -237,9 +242,9 @@ def main():
     print(f"{names}: {len(cases)} configurations, {errors} refused by all, {steps} steps; {apart} frames apart")
     for *_, of_frame in CASES.values():
         wrong(graph, *of_frame)  # names something that the description has
-    control = wrong(graph, "mips.step.0.repeat", SHORT)
+    control = wrong(graph, "step.mip moments.repeat", SHORT)
     seen = sum(of_host(evaluated(control, case)) != of_host(host) for case, host in zip(cases, hosts["python"]))
-    print(f"control, mips one round short: {seen} frames apart")
+    print(f"control, mips of moments one round short: {seen} frames apart")
     apart += 0 if given.file else inputs()
     sys.exit(apart > 0 or seen == 0)
 

@@ -35,28 +35,28 @@ VARIANTS = "light=spot,lobes=both,precision=f32,variance=trace,sharpness=exact,s
 VARIANTS += ",output=rgba32float"
 CLUSTERS, CHAINS = "space=world,emitter=disc", "draw=metropolis"
 # Axes; parameters; frames; whether the package lacks a variant; and a number of the description that is wrong in the
-# control, with the tree that takes its place ("it" is the tree that was there).
+# control, with the formula that takes its place ("it" is the one that was there).
 SHORT = {"-": ["it", 1]}
 CASES = {
-    "default": ("", "lights=256", 1, False, ("mips.step.0.repeat", SHORT)),
-    "one-light": ("", "lights=1", 1, False, ("frame.step.pass=shade.dispatch.0", SHORT)),
-    "f16": ("precision=f16", "lights=256", 1, False, ("chain.step.pass=moments.dispatch.1", SHORT)),
-    "rgba16float": ("output=rgba16float", "lights=256", 1, False, ("frame.step.pass=shade.dispatch.0", SHORT)),
+    "default": ("", "lights=256", 1, False, ("step.mip moments.repeat", SHORT)),
+    "one-light": ("", "lights=1", 1, False, ("step.shade.dispatch.0", SHORT)),
+    "f16": ("precision=f16", "lights=256", 1, False, ("step.moments.dispatch.1", SHORT)),
+    "rgba16float": ("output=rgba16float", "lights=256", 1, False, ("step.shade.dispatch.0", SHORT)),
     "hardware-filter": (
         "filter=hardware,kernel=previous,lobes=diffuse,specular=none,ndf=none", "lights=256,size_factor=0.25", 1, False,
-        ("chain.uniform.sample.count", SHORT)),
+        ("uniform.chain_sample.count", SHORT)),
     "bidirectional": (
-        "density=bidirectional", "lights=64,camera_lights=40", 1, False, ("chain.uniform.density.count", SHORT)),
+        "density=bidirectional", "lights=64,camera_lights=40", 1, False, ("uniform.chain_density.count", SHORT)),
     "visibility": (
         "visibility=shadow_map", "lights=64,tile=32", 1, False,
-        ("frame.step.pass=light_shadow.draw.instances.1", SHORT)),
-    "occluders": ("", "lights=64", 1, False, ("sort.step.0.repeat", SHORT)),
+        ("step.light shadow maps.draw.instances.1", SHORT)),
+    "occluders": ("", "lights=64", 1, False, ("step.cluster sort.repeat", SHORT)),
     "points": (
         "visibility=imperfect", "lights=64,tile=16,shadow_points=50,fill_levels=2", 1, False,
-        ("frame.uniform.light_maps.levels", SHORT)),
-    "clusters": (CLUSTERS, "lights=64", 1, True, ("sort.step.0.repeat", SHORT)),
-    "chains": (CHAINS, "lights=64,mutations=4", 3, True, ("chains.uniform.move.frame", 0)),
-    "clusters-of-chains": (f"{CLUSTERS},{CHAINS}", "lights=64", 3, True, ("clusters.uniform.count.count", SHORT)),
+        ("uniform.light_maps.levels", SHORT)),
+    "clusters": (CLUSTERS, "lights=64", 1, True, ("step.cluster sort.repeat", SHORT)),
+    "chains": (CHAINS, "lights=64,mutations=4", 3, True, ("uniform.chains_move.frame", 0)),
+    "clusters-of-chains": (f"{CLUSTERS},{CHAINS}", "lights=64", 3, True, ("uniform.clusters_count.count", SHORT)),
 }  # fmt: skip
 
 FACTS = {"occluders": "occluders"}
@@ -79,20 +79,29 @@ def install(folder):
     return python / "bin/python", node
 
 
-def wrong(graph, path, tree):
-    """The description with one number made wrong."""
-    graph = json.loads(json.dumps(graph), object_hook=type(graph))
-    place = graph["template"]
-    *way, last = [int(key) if key.isdigit() else key for key in path.split(".")]
-    for key in way:
-        if isinstance(key, str) and "=" in key:
-            name, value = key.split("=")
-            [place] = [one for one in place if one.get(name) == value]
-        else:
-            place = place[key]
-    put = lambda part: place[last]["tree"] if part == "it" else part
-    tree = {key: [put(part) for part in parts] for key, parts in tree.items()} if isinstance(tree, dict) else tree
-    place[last] = {"text": f"the control's {path}", "tree": tree}
+def steps_of(steps):
+    """All steps, those in groups behind their group."""
+    for step in steps:
+        yield step
+        yield from steps_of(step.get("steps", []))
+
+
+def wrong(graph, path, formula):
+    """The description with one number made wrong: of a uniform, of a label's step, or how often that is repeated."""
+    graph = json.loads(json.dumps(graph))
+    table, name, *way = path.split(".")
+    if table == "uniform":
+        place = graph["uniform"][name]
+    else:
+        repeated = lambda step: "repeat" in step and any(one.get("label") == name for one in step["steps"])
+        has_name = repeated if way == ["repeat"] else lambda step: step.get("label") == name
+        place = next(step for step in steps_of(graph["step"]) if has_name(step))
+    for key in way[:-1]:
+        place = place[key]
+    last = int(way[-1]) if way[-1].isdigit() else way[-1]
+    put = lambda part: place[last] if part == "it" else part
+    is_operation = isinstance(formula, dict)
+    place[last] = {key: [*map(put, parts)] for key, parts in formula.items()} if is_operation else formula
     return graph
 
 

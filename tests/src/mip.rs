@@ -3,11 +3,12 @@
 use sglow_oracle::fis::stress::Random;
 use sglow_oracle::rsm::{Moments, mip};
 use sglow_oracle::{Bounded, Real};
+use sglow_renderer::mips::Pyramid;
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::{mips, readback};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Precision, Texel};
+use sglow_shaders::Precision;
 
 use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
 
@@ -140,7 +141,7 @@ fn chain(size: usize, [width, height]: [u32; 2], texels: &[f32]) -> Vec<Vec<f32>
 /// How many texels of the device's chain are not those of [`chain`] to the bit.
 fn differing(package: &Package, size: u32, extent: [u32; 2], texels: &[f32]) -> usize {
     let bytes = bytemuck::cast_slice(texels);
-    let texture = mips::build(gpu(), package, Texel::R32float, size, 1, extent, bytes).unwrap();
+    let texture = mips::build(gpu(), package, Pyramid::Density, extent, bytes).unwrap();
     let expected = chain(size as usize, extent, texels);
     let differing = (0..).zip(&expected).map(|(level, expected)| {
         let measured = readback::texture(gpu(), &texture, level).unwrap();
@@ -168,7 +169,7 @@ fn levels_are_the_same_to_the_bit() {
     assert!(differing(&package, 64, [64; 2], &random_texels([64; 2])) > 0);
     let whole = random_texels([64; 2]);
     let bytes = bytemuck::cast_slice(&whole[..64 * 40]);
-    let part = mips::build(gpu(), whole_space(), Texel::R32float, 64, 1, [64, 40], bytes).unwrap();
+    let part = mips::build(gpu(), whole_space(), Pyramid::Density, [64, 40], bytes).unwrap();
     let top = readback::texture(gpu(), &part, 6).unwrap()[0][0];
     assert!(top.to_bits() != chain(64, [64; 2], &whole)[6][0].to_bits());
 }
@@ -176,9 +177,6 @@ fn levels_are_the_same_to_the_bit() {
 #[test]
 fn what_is_no_mip_chain_is_refused() {
     let package = Package::embedded();
-    let build = |size, texels: &[u8]| {
-        mips::build(gpu(), &package, Texel::R32float, size, 1, [4; 2], texels).unwrap_err()
-    };
-    assert!(build(12, &[0; 64]).to_string().contains("12; it has to be a power of two"));
-    assert!(build(8, &[0; 60]).to_string().contains("60 bytes of texels; 64"));
+    let build = mips::build(gpu(), &package, Pyramid::Density, [4; 2], &[0; 60]);
+    assert!(build.unwrap_err().to_string().contains("60 bytes of texels; 64"));
 }

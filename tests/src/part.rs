@@ -8,7 +8,7 @@ use sglow_renderer::readback;
 use sglow_runtime::execute::{Executor, Faults, Inputs, Lists};
 use sglow_runtime::package::Package;
 
-use crate::common::gpu;
+use crate::common::{gpu, library};
 
 /// A frame of a test's own, over the library's templates.
 pub(crate) struct Part {
@@ -31,9 +31,11 @@ impl Part {
         description: serde_json::Value,
         configuration: &Configuration,
     ) -> Result<Self, sglow_graph::Errors> {
-        let mut of = package.description().unwrap().clone();
-        of.template.insert("frame".to_owned(), serde_json::from_value(description).unwrap());
-        let frame = of.evaluate(configuration)?;
+        let template = serde_json::from_value(description).unwrap();
+        let library = library();
+        let description = library.frame().unwrap().other(template);
+        let description = description.unwrap_or_else(|faults| panic!("{faults}"));
+        let frame = description.evaluate(configuration)?;
         let (device, queue) = (&gpu().device, &gpu().queue);
         let executor = Executor::new(device, queue, package, &frame, &Lists::new());
         Ok(Self { executor: executor.unwrap_or_else(|faults| panic!("{faults}")) })

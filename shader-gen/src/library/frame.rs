@@ -5,23 +5,32 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
-use sglow_graph::description::{Axis, Number, Parameter, ParameterType, Preset};
-use sglow_graph::{Configuration, Description, Errors, Problem};
+use sglow_graph::description::{self as flat, Axis, Number, Parameter, ParameterType, Preset};
+use sglow_graph::error::Kind;
+use sglow_graph::{Configuration, Description, Formula};
 
-use super::Library;
 use super::check::is_snake;
 use super::document::Read;
 use super::place::Places;
+use super::{Exclusion, Library};
 use crate::error::{Code, Diagnostic};
+use crate::frame::authored::{Authored, Template};
+use crate::frame::{Expanded, Faults, Origin, expand};
 use crate::source::{Sources, relative};
 
 /// The frame of a library, with the files that describe it.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// What the files say, with the axes, passes and facts of the library.
+    /// What the files say.
+    pub authored: Authored,
+    /// The same without templates, with the axes, passes and facts of the library.
     pub description: Description,
     /// Indices in [`Library::sources`] of the file and of those that are laid over it.
     pub files: Vec<usize>,
+    expanded: Expanded,
+    /// What the library declares beside it.
+    library: Description,
+    exclusions: Vec<Exclusion>,
 }
 
 /// So many configurations are all tried.
@@ -61,11 +70,21 @@ impl Library {
         let files: Vec<_> = texts.iter().map(|(file, text)| (*file, text.as_str())).collect();
         let laid = Read::new(&files).and_then(Read::laid);
         let parsed = laid.and_then(|laid| laid.parsed().map_err(|error| vec![error]));
-        let mut description: Description = match parsed {
-            Ok(description) => description,
+        let authored: Authored = match parsed {
+            Ok(authored) => authored,
             Err(found) => return errors.extend(found),
         };
         let files = texts.iter().map(|(file, _)| *file).collect();
+        let library = self.declared();
+        let expanded = expand(&authored, library.clone());
+        let description = expanded.description.clone();
+        let exclusions = self.exclusion.clone();
+        self.frame = Some(Frame { authored, description, files, expanded, library, exclusions });
+    }
+
+    /// What a description has that the library declares beside its frame.
+    fn declared(&self) -> Description {
+        let mut description = Description::default();
         for (name, axis) in &self.axis {
             let values = axis.value.iter().map(|value| value.name.clone()).collect();
             let (default, implied) = (axis.default.clone(), axis.implied);
@@ -80,9 +99,32 @@ impl Library {
             (of.name.clone(), Preset { description, set })
         };
         description.preset.extend(self.preset.iter().map(preset));
-        description.default.extend(self.class_default.iter().cloned());
-        description.exclusion.extend(self.exclusion.iter().cloned());
-        self.frame = Some(Frame { description, files });
+        let defaults = self.class_default.iter().map(|rule| flat::ClassDefault {
+            name: rule.name.clone(),
+            when: all(rule.when.iter().map(|(fact, holds)| {
+                let fact = Formula::name(fact);
+                if *holds { fact } else { Formula::apply("!", [fact]) }
+            })),
+            set: rule.set.clone(),
+            unless: rule.unless.clone(),
+            reason: rule.reason.clone(),
+        });
+        description.default.extend(defaults);
+        let exclusions = self.exclusion.iter().map(|rule| flat::Exclusion {
+            name: rule.name.clone(),
+            passes: rule.of_passes(&self.pass).map(|pass| pass.name.clone()).collect(),
+            when: all(rule.when.iter().map(|(axis, values)| {
+                let either = values.iter().map(|value| Formula::is(axis, value));
+                let either = either.reduce(|a, b| Formula::apply("||", [a, b]));
+                either.unwrap_or(Formula::Number(0))
+            }))
+            .unwrap_or(Formula::Number(1)),
+            reason: rule.reason.clone(),
+        });
+        // What excludes no pass would exclude every configuration.
+        let exclusions = exclusions.filter(|rule| !rule.passes.is_empty());
+        description.exclusion.extend(exclusions);
+        description
     }
 
     /// Whether the frame can be evaluated; only of a library with which nothing else is wrong, or errors would follow from
@@ -155,27 +197,20 @@ impl Frame {
         for configuration in self.configurations(differences) {
             for parameters in [BTreeMap::new(), minima.clone(), ones.clone()] {
                 let configuration = Configuration { parameters, ..configuration.clone() };
-                let Err(Errors(list)) = description.evaluate(&configuration) else { continue };
                 // What is no legal configuration says nothing about the frame.
-                if list.iter().any(|error| matches!(error.problem, Problem::Requirement(_))) {
-                    continue;
-                }
-                for error in list {
+                let errors = description.evaluate(&configuration).err();
+                for error in
+                    errors.into_iter().filter(|errors| !errors.is_illegal()).flat_map(|of| of.0)
+                {
                     found.entry(error).or_insert_with(|| configuration.axes.clone());
                 }
             }
         }
+        let whole = serde_json::to_value(description).unwrap_or_default();
         let diagnostic = |(error, axes): (sglow_graph::Error, BTreeMap<String, String>)| {
-            let code = match &error.problem {
-                Problem::Unknown { .. } => Code::Unknown,
-                _ => Code::Declaration,
-            };
-            let mut diagnostic = Diagnostic::new(code, error.problem.to_string());
-            for (place, label) in [(Some(error.place), "here"), (error.used, "in this use")] {
-                let Some(place) = place else { continue };
-                let path: Vec<&str> = place.0.iter().map(String::as_str).collect();
-                diagnostic = places.mark(diagnostic, &path, label);
-            }
+            let diagnostic = Diagnostic::new(code(error.kind == Kind::Unknown), error.text.clone());
+            let origin = self.origin(&within(&whole, &error));
+            let diagnostic = self.mark(places, diagnostic, &origin);
             let other = |(axis, value): &(&String, &String)| {
                 description.axes.get(*axis).is_some_and(|axis| axis.default != **value)
             };
@@ -185,7 +220,50 @@ impl Frame {
                 axes => diagnostic.help(format!("in the configuration {}", axes.join(","))),
             }
         };
-        found.into_iter().map(diagnostic).collect()
+        let everywhere = self.expanded.faults.iter().map(|fault| {
+            let diagnostic = Diagnostic::new(code(fault.unknown), fault.text.clone());
+            self.mark(places, diagnostic, &fault.origin)
+        });
+        everywhere.chain(found.into_iter().map(diagnostic)).collect()
+    }
+
+    /// Where something was written that a description has at a place.
+    pub(crate) fn origin(&self, place: &[String]) -> Origin {
+        let known = |length: usize| {
+            let origin = self.expanded.origins.get(&place[..length])?;
+            let rest: Vec<&str> = place[length..].iter().map(String::as_str).collect();
+            Some(origin.at(&rest))
+        };
+        let place = || Origin { path: place.to_vec(), used: None };
+        (0..=place().path.len()).rev().find_map(known).unwrap_or_else(place)
+    }
+
+    /// Adds to a diagnostic where something was written.
+    pub(crate) fn mark(
+        &self,
+        places: &Places<'_>,
+        mut diagnostic: Diagnostic,
+        origin: &Origin,
+    ) -> Diagnostic {
+        for (place, label) in [(Some(&origin.path), "here"), (origin.used.as_ref(), "in this use")]
+        {
+            let path: Vec<&str> = place.into_iter().flatten().map(String::as_str).collect();
+            if !path.is_empty() {
+                diagnostic = places.mark(diagnostic, &path, label);
+            }
+        }
+        diagnostic
+    }
+
+    /// The description of another frame over the library's templates: its template `frame`.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with it whatever the configuration.
+    pub fn other(&self, frame: Template) -> Result<Description, Faults> {
+        let mut authored = self.authored.clone();
+        authored.template.insert("frame".to_owned(), frame);
+        authored.description(self.library.clone())
     }
 
     /// The configurations that conditions tell apart: on each axis the values that they name, and one that they do not; with
@@ -257,13 +335,51 @@ impl Frame {
             }
             let excluded = |kind: &BTreeMap<String, String>| {
                 let value = |axis: &str| kind.get(axis).map(String::as_str);
-                self.description.exclusion.iter().any(|rule| rule.excludes("", value))
+                self.exclusions.iter().any(|rule| rule.excludes("", value))
             };
             kinds.into_iter().filter(|kind| !excluded(kind)).collect()
         };
         let lists = self.description.draws.iter();
         lists.map(|(name, list)| (name.clone(), kinds(&list.axes))).collect()
     }
+}
+
+fn code(unknown: bool) -> Code {
+    if unknown { Code::Unknown } else { Code::Declaration }
+}
+
+/// A formula that holds if all do; nothing if there is none.
+fn all(formulas: impl Iterator<Item = Formula>) -> Option<Formula> {
+    formulas.reduce(|a, b| Formula::apply("&&", [a, b]))
+}
+
+/// The place of what is wrong in an entry: of the formula, or of the name that the text begins with.
+fn within(description: &Value, error: &sglow_graph::Error) -> Vec<String> {
+    fn path(value: &Value, of: &impl Fn(&Value) -> bool, name: &str) -> Option<Vec<String>> {
+        if of(value) {
+            return Some(Vec::new());
+        }
+        let below = |key: String, value: &Value| {
+            let found = if key == name { Some(Vec::new()) } else { path(value, of, name) };
+            found.map(|rest| [vec![key], rest].concat())
+        };
+        match value {
+            Value::Object(map) => map.iter().find_map(|(key, value)| below(key.clone(), value)),
+            Value::Array(list) => {
+                list.iter().enumerate().find_map(|(index, value)| below(index.to_string(), value))
+            }
+            _ => None,
+        }
+    }
+    let place = &error.place.0;
+    let pointer = place.iter().map(|key| format!("/{key}")).collect::<String>();
+    let formula = error.formula.as_ref().and_then(|formula| serde_json::to_value(formula).ok());
+    let name = error.text.split('`').nth(1).unwrap_or_default();
+    let found = description.pointer(&pointer).and_then(|entry| match &formula {
+        Some(formula) => path(entry, &|value| value == formula, ""),
+        None => path(entry, &|value| value.as_str() == Some(name), name),
+    });
+    [&place[..], &found.unwrap_or_default()].concat()
 }
 
 /// The values of axes that conditions name, and all names in formulas.

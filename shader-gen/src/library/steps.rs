@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use sglow_graph::Formula;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::document::{Lay, Value, text};
 use crate::error::Code;
+use crate::frame::Text;
 
 /// What a step says of its place.
 enum Place {
@@ -264,7 +264,7 @@ fn condition(when: &Value<'_>) -> Option<String> {
         DeValue::Integer(number) => number.to_string(),
         _ => return None,
     };
-    Formula::new(&text).tree.is_ok().then_some(text)
+    Text(text.clone()).parse().is_ok().then_some(text)
 }
 
 /// Lets a step run in its configurations without those of a condition.

@@ -10,6 +10,7 @@
 mod errors;
 mod foreign;
 mod functions;
+mod language;
 mod overlay;
 mod package;
 mod proof;

@@ -160,11 +160,10 @@ fn a_step_takes_the_place_of_others_in_its_configurations() {
     assert_eq!(labels(&usual), ["clear counted", "count", "sum", "show"]);
     let smooth = evaluated(&library, &[("smooth", "box")]);
     assert_eq!(labels(&smooth), ["clear counted", "count", "smooth", "show"]);
-    let description = &library.frame().unwrap().description;
-    let steps = &description.template["frame"].step;
+    let steps = &library.frame().unwrap().authored.template["frame"].step;
     let whens: BTreeMap<_, _> = steps
         .iter()
-        .filter_map(|step| Some((step.label.as_deref()?, step.when.as_ref()?.text.as_str())))
+        .filter_map(|step| Some((step.label.as_deref()?, step.when.as_ref()?.0.as_str())))
         .collect();
     assert_eq!(whens["sum"], "!(smooth == 'box')");
 }

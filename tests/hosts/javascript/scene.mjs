@@ -100,26 +100,43 @@ function points(count, subsets) {
   return found;
 }
 
+/// What of 32 bits 16 bits hold, exactly.
+function half(number) {
+  const [word] = new Uint32Array(new Float32Array([number]).buffer);
+  const exponent = (word >>> 23) & 0xff;
+  if (number === 0) return 0;
+  if (word & 0x1fff || exponent < 113 || exponent > 142) throw new Problem(`${number} is no number of 16 bits`);
+  return ((word >>> 16) & 0x8000) | ((exponent - 112) << 10) | ((word >>> 13) & 0x3ff);
+}
+
 /// Textures and buffers by name.
-export function supplied({ parameters: { map, width, height, shadow_points: count }, root }) {
+export function supplied(frame) {
+  const { map, width, height, shadow_points: count } = frame.parameters;
   const { positions, indices } = triangles();
   const made = { ...image('rsm_', LIGHT, map, map), ...image('gbuffer_', CAMERA, width, height) };
   made.occluder_positions = new Float32Array(positions.flat());
   made.occluder_indices = new Uint32Array(indices);
-  if (root.axis('visibility') !== 'imperfect') return made;
-  made.points = new Float32Array(points(count, root.number('point_subsets')));
+  if (frame.axes.visibility !== 'imperfect') return made;
+  made.points = new Float32Array(points(count, frame.named('point_subsets')));
   return made;
 }
 
+/// The same in the formats of the frame's resources.
+export function contents({ resources }, made) {
+  const halves = resources.filter(({ texture }) => texture?.format.includes('16float')).map(({ name }) => name);
+  const of = ([name, numbers]) => [name, halves.includes(name) ? Uint16Array.from(numbers, half) : numbers];
+  return Object.fromEntries(Object.entries(made).map(of));
+}
+
 /// Host inputs by name, as the description says of each.
-export function inputs({ parameters, root }) {
-  const kind = root.axis('light');
+export function inputs({ parameters, axes }) {
+  const kind = axes.light;
   if (kind !== 'spot') throw new Problem(`these surfaces are seen by a spot light, not by light ${kind}`);
   const [position, right, up, forward, tangent] = LIGHT;
   const origin = XYZ.map((i) => (LOW[i] + HIGH[i]) / 2.0);
   const radius = Math.sqrt(XYZ.reduce((sum, i) => sum + (HIGH[i] - LOW[i]) ** 2, 0.0)) / 2.0;
   const cone = { light: kind, tan_half_angle: tangent, intensity: INTENSITY, inner: INNER, outer: OUTER };
-  const of = { ...cone, radius, emitter: root.axis('emitter'), sharpness: root.axis('sharpness'), ...parameters };
+  const of = { ...cone, radius, emitter: axes.emitter, sharpness: axes.sharpness, ...parameters };
   const computed = Object.entries(INPUTS).filter(([name]) => name !== 'normal_offset' && !name.includes('.'));
   const view = { position, right, up, forward, tan_half_angle: tangent, half_extent: 0.0, intensity: INTENSITY };
   const members = ['cone_scale', 'cone_offset'].map((name) => [name, INPUTS[`light.${name}`](of)]);

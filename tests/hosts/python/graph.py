@@ -3,28 +3,18 @@
 Nothing here knows a pass, an axis or a resource by name. The generator has checked the description.
 """
 
+import json
 import operator
-from dataclasses import dataclass, replace
+from copy import copy
 
 OPERATIONS = {
     "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
-    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.floordiv, "%": operator.mod,
-    "<<": operator.lshift, ">>": operator.rshift, "!": operator.not_, "min": min, "max": max,
-    "div_ceil": lambda a, b: -(-a // b), "log2": lambda a: a.bit_length() - 1, "bits": int.bit_length,
-    "pow2_ceil": lambda a: 1 << max(a - 1, 0).bit_length(),
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "<<": operator.lshift, ">>": operator.rshift,
+    "/": lambda a, b: a // b if b else -1, "%": lambda a, b: a % b if b else -1, "!": operator.not_,
+    "div_ceil": lambda a, b: -(-a // b) if b else -1, "min": min, "max": max, "bits": int.bit_length,
+    "log2": lambda a: a.bit_length() - 1, "pow2_ceil": lambda a: 1 << max(a - 1, 0).bit_length(),
 }  # fmt: skip
-
-
-EMPTY = dict.fromkeys(("let", "alias", "uniform", "resource", "axes", "bind", "uniforms", "constants", "names"), {})
-EMPTY |= dict.fromkeys(("step", "steps", "flip", "color", "vertices", "initial", "require", "exclusion"), [])
-EMPTY |= {"preset": {}, "prefix": ""}
-
-
-class Table(dict):
-    """A table of the description; what is not written in it is empty or None."""
-
-    def __missing__(self, key):
-        return EMPTY.get(key)
+FORMULAS = {"name", "is", "select", "&&", "||", *OPERATIONS}
 
 
 class Problem(Exception):
@@ -38,195 +28,115 @@ def entry(table, kind, name):
     return table[name]
 
 
-def configured(graph, facts, preset, own):
-    """Axes and parameters for an input with these facts: defaults of its class, changed by a preset, then by `own`."""
-    made = {}
-    for rule in graph["default"]:
-        if all((fact in facts) == holds for fact, holds in rule["when"].items()) and not own.keys() & rule["unless"]:
-            made |= rule["set"]
-    made |= (entry(graph["preset"], "preset", preset)["set"] if preset else {}) | own
-    axes = {name: value for name, value in made.items() if name not in graph["parameter"]}
-    return axes, {name: value for name, value in made.items() if name in graph["parameter"]}
-
-
 class Frame:
-    """The frame for values of axes and parameters by name and facts that hold, as far as it belongs to these parts."""
+    """Some parts of the frame of an input with these facts: by defaults of its class, a preset, and `own` values."""
 
-    def __init__(self, graph, axes, parameters, parts, facts=()):
-        self.graph, self.axes, self.parts, self.facts = graph, axes, parts, facts
-        self.parameters = {name: one["default"] for name, one in graph["parameter"].items()} | parameters
-        self.resources = []  # {name, external, kept, and one of buffer, texture, sampler}
-        self.steps = []  # {new, clear, bytes, and variant, entry, constants, calls, draw}
-        self.known = {}  # by name: an index, a pair [first, front], an alias (scope, reference), or None
-        for name, value in axes.items():
-            if value not in entry(graph["axes"], "axis", name)["values"]:
-                raise Problem(f"axis {name} is {value}: one of {', '.join(graph['axes'][name]['values'])}")
-        for name, value in parameters.items():
-            one = entry(graph["parameter"], "parameter", name)
-            low, above, high = (one[key] for key in ("minimum", "above", "maximum"))
-            if value < (low or 0) or (above is not None and value <= above) or (high is not None and value > high):
-                raise Problem(f"parameter {name} is {value}: minimum {low}, above {above}, maximum {high}")
-        self.root = Scope(self, graph["template"]["frame"])
-        for one in graph["require"]:
-            if not self.root.resolve(one["that"]):
-                raise Problem(one["reason"])
-        self.root.enter("", True, None)
+    def __init__(self, graph, parts, facts=(), preset=None, own=()):
+        self.graph, self.facts, self.rounds, self.known = graph, facts, {}, {}  # known: an index of resources, or None
+        self.resources, self.steps, self.parts = [], [], {None, *parts}  # what is of no part always runs
+        defaults = lambda table: {name: one["default"] for name, one in graph[table].items()}
+        self.axes, self.parameters, given = defaults("axes"), defaults("parameter"), {}
+        for rule in graph.get("default", []):
+            if self.holds(rule) and not set(own) & set(rule.get("unless", [])):
+                given |= rule["set"]
+        given |= (entry(graph["preset"], "preset", preset)["set"] if preset else {}) | dict(own)
+        for name, value in given.items():
+            self.set(name, value)
+        for rule in graph.get("exclusion", []):
+            if "passes" not in rule and self.holds(rule):
+                raise Problem(rule["reason"])
+        for name, one in graph["resource"].items():
+            exists = self.holds(one)
+            self.known[name] = len(self.resources) if exists else None
+            external = one.get("external", False) or one.get("part") not in self.parts
+            self.resources += [self.resolve(one) | {"name": name, "external": external}] if exists else []
+        self.run(graph["step"])
 
+    def set(self, name, value):
+        if of := self.graph["parameter"].get(name):
+            self.parameters[name] = value
+            allowed = of.get("minimum", 0) <= value <= of.get("maximum", value) and value > of.get("above", -1)
+        else:
+            self.axes[name] = value
+            allowed = value in entry(self.graph["axes"], "axis", name)["values"]
+        if not allowed:
+            raise Problem(f"{name} is {value}: {json.dumps(of or self.graph['axes'][name])}")
 
-@dataclass(frozen=True)
-class Scope:
-    """What names mean in the frame or in the use of a template, and in rounds of repetitions, the innermost last."""
+    def named(self, name):
+        if name in self.rounds:
+            return self.rounds[name]
+        if name in self.graph["let"]:
+            return self.number(self.graph["let"][name])
+        return int(name in self.facts) if name in self.graph["facts"] else entry(self.parameters, "number", name)
 
-    frame: Frame
-    template: dict
-    prefix: str = ""
-    caller: "Scope | None" = None
-    use: dict | None = None  # the caller's step that uses the template
-    rounds: tuple = ()  # (name of the round's number, the number, lets of the round)
-
-    def number(self, name):
-        for depth in range(len(self.rounds), 0, -1):
-            index, number, lets = self.rounds[depth - 1]
-            if name == index:
-                return number
-            if name in lets:
-                return replace(self, rounds=self.rounds[:depth]).resolve(lets[name])
-        if self.caller and name in self.use["let"]:
-            return self.caller.resolve(self.use["let"][name])
-        if name in self.template["let"]:
-            return replace(self, rounds=()).resolve(self.template["let"][name])
-        if self.caller:
-            return self.frame.root.number(name)
-        if name in self.frame.graph["facts"]:
-            return int(name in self.frame.facts)
-        return entry(self.frame.parameters, "number", name)
-
-    def formula(self, tree, text):
+    def number(self, formula):
         """A whole number of 64 bits, or the real parameter that is the whole formula."""
-        if not isinstance(tree, dict):
-            return self.number(tree) if isinstance(tree, str) else tree
-        [(symbol, arguments)] = tree.items()
+        if not isinstance(formula, dict):
+            return formula
+        [(symbol, arguments)] = formula.items()
+        if symbol == "name":
+            return self.named(arguments)
         if symbol == "is":
-            return int(self.axis(arguments[0]) == arguments[1])
-        first = self.formula(arguments[0], text)
+            return int(entry(self.axes, "axis", arguments[0]) == arguments[1])
+        first = self.number(arguments[0])
         if symbol == "select":
-            return self.formula(arguments[1 if first else 2], text)
+            return self.number(arguments[1 if first else 2])
         if symbol in ("&&", "||"):
-            return int((self.formula(arguments[1], text) if (first != 0) == (symbol == "&&") else first) != 0)
-        numbers = [first, *(self.formula(argument, text) for argument in arguments[1:])]
-        by_zero = symbol in ("/", "%", "div_ceil") and numbers[1] == 0
-        result = -1 if by_zero else int(entry(OPERATIONS, "operation", symbol)(*numbers))
+            decided = (first != 0) == (symbol == "||")
+            return int((first if decided else self.number(arguments[1])) != 0)
+        numbers = [first, *map(self.number, arguments[1:])]
+        result = int(OPERATIONS[symbol](*numbers))
         if not all(isinstance(number, int) for number in numbers) or not 0 <= result < 1 << 64:
-            raise Problem(f"`{text}`: {symbol} of {numbers} is no whole number of 64 bits")
+            raise Problem(f"{symbol} of {numbers} is no whole number of 64 bits")
         return result
 
-    def axis(self, name):
-        """Of the innermost use that has a value; else what follows from others, is configured, or is the default."""
-        scope, graph = self, self.frame.graph
-        while scope.caller:
-            if value := scope.caller.resolve(scope.use["axes"].get(name)):
-                return value
-            scope = scope.caller
-        value = replace(self, rounds=()).resolve(graph["choose"].get(name)) or self.frame.axes.get(name)
-        return value or entry(graph["axes"], "axis", name)["default"]
-
-    def target(self, reference):
-        """What a reference stands for, and which side of a pair."""
-        name, side, known = reference["resource"], None, self.frame.known
-        if self.caller and name in self.use["names"]:
-            found, side = self.caller.target(self.use["names"][name])
-        elif self.caller and self.prefix + name not in known:
-            found, side = self.frame.root.target(reference)
-        else:
-            found = entry(known, "resource", self.prefix + name)
-            if isinstance(found, tuple):
-                found, side = found[0].target(found[0].case(found[1]))
-        return found, reference["side"] or side
-
-    def input(self, name):
-        return self.caller.input(self.use["names"].get(name, {"resource": name})["resource"]) if self.caller else name
-
-    def case(self, value):
-        """A value, or that of the first case that applies; None if there is none."""
-        if not (isinstance(value, list) and value and isinstance(value[0], dict) and "value" in value[0]):
-            return value
-        return next((one["value"] for one in value if one["when"] is None or self.resolve(one["when"])), None)
+    def holds(self, one):
+        """Whether the condition of a rule, a case, a resource or a step is met, if it has one."""
+        return self.number(one.get("when", 1)) != 0
 
     def resolve(self, value):
-        """A part of the description with numbers for formulas, (index, level) for references, None if it is absent."""
-        value = self.case(value)
+        """A part of the description with numbers for formulas, and (index, level) or None for references."""
+        if isinstance(value, list) and any(isinstance(one, dict) and "value" in one for one in value):
+            return self.resolve(next((case["value"] for case in value if self.holds(case)), None))
         if isinstance(value, list):
             return [self.resolve(one) for one in value]
         if not isinstance(value, dict):
             return value
-        if "tree" in value:
-            return self.formula(value["tree"], value["text"])
+        if len(value) == 1 and value.keys() <= FORMULAS:
+            return self.number(value)
         if "resource" in value:
-            found, side = self.target(value)
-            if isinstance(found, list):
-                found = found[0] + (found[1] if side == "front" else 1 - found[1])
-            return None if found is None else (found, self.resolve(value["level"]))
-        if "input" in value:
-            return Table(input=self.input(value["input"]), element=self.resolve(value["element"]))
-        return Table((name, self.resolve(one)) for name, one in value.items())
+            index, level = entry(self.known, "resource", value["resource"]), value.get("level")
+            return None if index is None else (index, self.resolve(level))
+        return {name: self.resolve(one) for name, one in value.items()}
 
-    def enter(self, part, run, new):
-        """Makes known what the template has, and runs its steps."""
-        known, resources = self.frame.known, self.frame.resources
-        known |= {self.prefix + name: (self, choice) for name, choice in self.template["alias"].items()}
-        for name, one in self.template["resource"].items():
-            name, found = self.prefix + name, None
-            if run and (one["when"] is None or self.resolve(one["when"])):
-                external = bool(one["external"]) or (one["part"] or part or None) not in {None, *self.frame.parts}
-                made = Table(self.resolve(one), name=name, external=external)
-                found = [len(resources), 0] if one["flip"] else len(resources)
-                resources += [made, made] if one["flip"] else [made]
-            known[name] = found
-        self.run(self.template["step"], part, run, new)
+    def repeated(self, of):
+        """The rounds of a group or the calls of a draw; in each its number is known."""
+        for number in range(self.number(of.get("repeat", 1))):
+            self.rounds[of.get("index")] = number
+            yield
 
-    def run(self, steps, part, run, new):
-        frame = self.frame
-        for step in steps:
-            own, runs = step["part"] or part, bool(run and (step["when"] is None or self.resolve(step["when"])))
-            active, rounds = runs and (not own or own in frame.parts), self.resolve(step["repeat"]) if runs else None
-            own_new = self.resolve(step["new"])[0] if active and step["new"] else new
-            if step["use"]:
-                template = entry(frame.graph["template"], "template", step["use"])
-                Scope(frame, template, self.prefix + step["prefix"], self, step).enter(own, runs, own_new)
-            elif step["steps"] and rounds is None:
-                self.run(step["steps"], own, runs, own_new)
-            elif step["steps"]:
-                for number in range(rounds):
-                    inner = replace(self, rounds=(*self.rounds, (step["index"], number, step["let"])))
-                    inner.run(step["steps"], own, True, own_new)
-                    for name in step["flip"]:
-                        pair, _ = self.target({"resource": name, "side": None})
-                        pair[1] = 1 - pair[1]
-            elif active:
-                frame.steps.append(Table(self.work(step), new=own_new))
+    def run(self, steps):
+        for step in filter(self.holds, steps):
+            for _ in self.repeated(step):
+                self.run(step.get("steps", []))
+            if "steps" not in step and step.get("part") in self.parts:
+                self.steps.append(self.work(step) if "pass" in step else self.resolve(step))
 
     def work(self, step):
-        """A clear, or a dispatch or a render pass: what it runs, and its calls with bindings of their own."""
-        work = {key: self.resolve(step[key]) for key in ("clear", "bytes", "constants", "entry")}
-        if step["clear"]:
-            return work
-        draw, axes = step["draw"] or Table(), entry(self.frame.graph["passes"], "pass", step["pass"])
-        values = [self.resolve(step["axes"].get(axis)) or self.axis(axis) for axis in axes]
-        chosen = dict(zip(axes, values))
+        """A dispatch or a render pass: what is the same for all its calls, what it runs, and the calls."""
+        draw, axes = step.get("draw", {}), entry(self.graph["passes"], "pass", step["pass"])
+        chosen = {axis: self.resolve(step.get("axes", {}).get(axis)) or self.axes[axis] for axis in axes}
         # An identifier leaves out the default of an axis that is implied.
-        known = ((value, self.frame.graph["axes"][axis]) for axis, value in chosen.items())
-        named = [value for value, of in known if not of["implied"] or value != of["default"]]
-        variant = "-".join([step["pass"], *named])
-        for rule in [] if draw["list"] else self.frame.graph["exclusion"]:
-            illegal = all(chosen.get(axis) in of for axis, of in rule["when"].items())
-            if illegal and rule["pass"] in (None, step["pass"]):
+        implied = {axis: one["default"] for axis, one in self.graph["axes"].items() if "implied" in one}
+        variant = "-".join([step["pass"], *(value for axis, value in chosen.items() if implied.get(axis) != value)])
+        of_variant = copy(self)
+        of_variant.axes = chosen
+        for rule in [] if "list" in draw else self.graph.get("exclusion", []):
+            if step["pass"] in rule.get("passes", []) and of_variant.holds(rule):
                 raise Problem(f"{variant} is excluded by {rule['name']}: {rule['reason']}")
-        known = self.frame.root.template["uniform"] | self.template["uniform"]
-        call = {key: step[key] for key in ("bind", "dispatch", "indirect")}
-        call["uniforms"] = {name: entry(known, "uniform", uniform) for name, uniform in step["uniforms"].items()}
-        call |= {key: draw[key] for key in ("count", "instances", "viewport")}
-        shared = Table((key, one) for key, one in draw.items() if key not in call and key != "repeat")
-        times = 1 if draw["repeat"] is None else self.resolve(draw["repeat"])
-        rounds = [(*self.rounds, (draw["index"], number, {})) for number in range(times)]
-        calls = [replace(self, rounds=one).resolve(call) for one in rounds]
-        return work | {"variant": variant, "calls": calls, "draw": self.resolve(shared)}
+        uniforms = {binding: self.graph["uniform"][name] for binding, name in step.get("uniforms", {}).items()}
+        step = {"bind": {}, "constants": {}} | step | {"uniforms": uniforms}
+        calls = [self.resolve(step) for _ in self.repeated(draw)]
+        # What is the same for all calls is there without any as well.
+        self.rounds[draw.get("index")] = 0
+        return self.resolve(step) | {"variant": variant, "calls": calls}

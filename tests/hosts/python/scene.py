@@ -3,6 +3,7 @@
 Surfaces take + - * / and square roots of 64 bits alone, in this order, so that every language has the same numbers.
 """
 
+import struct
 from math import floor, sqrt
 
 from graph import Problem
@@ -94,21 +95,33 @@ def supplied(frame):
     made = image("rsm_", LIGHT, numbers["map"], numbers["map"])
     made |= image("gbuffer_", CAMERA, numbers["width"], numbers["height"])
     made |= {"occluder_positions": [part for position in positions for part in position], "occluder_indices": indices}
-    if frame.root.axis("visibility") == "imperfect":
-        made["points"] = points(numbers["shadow_points"], frame.root.number("point_subsets"))
+    if frame.axes["visibility"] == "imperfect":
+        made["points"] = points(numbers["shadow_points"], frame.named("point_subsets"))
     return made
+
+
+def packed(numbers, form=""):
+    """Little-endian bytes of whole or real numbers, these in 16 bits if a texture's format has them."""
+    letter = "I" if isinstance(numbers[0], int) else "e" if "16float" in form else "f"
+    return struct.pack(f"<{len(numbers)}{letter}", *numbers)
+
+
+def contents(frame, supplied):
+    """The same as bytes in the formats of the frame's resources."""
+    textures = {one["name"]: one["texture"]["format"] for one in frame.resources if "texture" in one}
+    return {name: packed(numbers, textures.get(name, "")) for name, numbers in supplied.items()}
 
 
 def inputs(frame):
     """Host inputs by name, as the description says of each."""
-    numbers, axis = frame.parameters, frame.root.axis
-    if axis("light") != "spot":
-        raise Problem(f"these surfaces are seen by a spot light, not by light {axis('light')}")
+    numbers, axes = frame.parameters, frame.axes
+    if axes["light"] != "spot":
+        raise Problem(f"these surfaces are seen by a spot light, not by light {axes['light']}")
     eye, right, up, forward, tangent = LIGHT
     origin = [(low + high) / 2.0 for low, high in zip(LOW, HIGH)]
     radius = sqrt(sum((high - low) ** 2 for low, high in zip(LOW, HIGH))) / 2.0
     of = {"light": "spot", "tan_half_angle": tangent, "intensity": INTENSITY, "inner": INNER, "outer": OUTER}
-    of |= {"radius": radius} | {name: axis(name) for name in ("emitter", "sharpness")} | numbers
+    of |= {"radius": radius} | {name: axes[name] for name in ("emitter", "sharpness")} | numbers
     made = {name: compute(of) for name, compute in INPUTS.items() if name != "normal_offset"}
     light = {"position": eye, "right": right, "up": up, "forward": forward, "tan_half_angle": tangent}
     light |= {"half_extent": 0.0, "intensity": INTENSITY}

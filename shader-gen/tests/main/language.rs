@@ -1,19 +1,16 @@
-//! The language by itself: formulas, a frame that has nothing to do with light, and what errors say.
-
-#![allow(clippy::panic, clippy::unwrap_used, reason = "helpers of tests are tests, too")]
+//! The language of frames by itself: formulas, a frame that has nothing to do with light, and what errors say.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use serde_json::json;
 use sglow_graph::description::{Number, Setting};
 use sglow_graph::frame::{Action, Binding, Geometry, Size, Value};
-use sglow_graph::{Configuration, Description, Frame, Problem};
+use sglow_graph::{Configuration, Description, Frame};
+use sglow_shader_gen::frame::Text;
+use sglow_shader_gen::frame::authored::Authored;
 
 /// Sparks: they are made, move in rounds between two buffers, last from frame to frame, and are drawn as many as there are.
 const SPARKS: &str = r#"
-passes = { born = [], move = ["wind"], draw = ["shape"] }
-axes.wind = { default = "none", values = ["none", "strong"] }
-axes.shape = { default = "dot", values = ["dot", "disc"] }
-facts = ["windy"]
 [parameter.sparks]
 description = "number of sparks"
 type = "whole"
@@ -36,24 +33,6 @@ per = "resize"
 description = "where one looks from"
 type = "vec3<f32>"
 per = "frame"
-[preset.storm]
-description = "sparks in a storm"
-set = { wind = "strong", rounds = 8, speed = 20.0 }
-[[default]]
-name = "slow-in-calm"
-when = { windy = false }
-set = { speed = 0.25, sparks = 50 }
-unless = ["rounds"]
-reason = "nothing drives them"
-[[exclusion]]
-name = "disc-in-wind"
-when = { shape = ["disc"], wind = ["strong"] }
-reason = "no pass has both"
-[[exclusion]]
-name = "dot-is-drawn-alone"
-pass = "draw"
-when = { shape = ["disc"] }
-reason = "discs are not drawn yet"
 [choose]
 wind = [{ when = "windy", value = "strong" }]
 [[require]]
@@ -108,8 +87,37 @@ bind = { from = [{ when = "round == 0", value = "input" }, { value = "places.fro
 uniforms = { step = "step" }
 "#;
 
-fn sparks() -> Description {
+/// What a library declares beside its frame.
+fn library() -> Description {
+    let no_disc = json!({ "is": ["shape", "disc"] });
+    let library = json!({
+        "passes": { "born": [], "move": ["wind"], "draw": ["shape"] },
+        "axes": {
+            "wind": { "default": "none", "values": ["none", "strong"] },
+            "shape": { "default": "dot", "values": ["dot", "disc"] },
+        },
+        "facts": ["windy"],
+        "preset": { "storm": {
+            "description": "sparks in a storm", "set": { "wind": "strong", "rounds": 8, "speed": 20.0 },
+        } },
+        "default": [ {
+            "name": "slow-in-calm", "when": { "!": [{ "name": "windy" }] }, "set": { "speed": 0.25, "sparks": 50 },
+            "unless": ["rounds"], "reason": "nothing drives them",
+        } ],
+        "exclusion": [ {
+            "name": "dot-is-drawn-alone", "passes": ["draw"], "when": no_disc,
+            "reason": "discs are not drawn yet",
+        } ],
+    });
+    serde_json::from_value(library).unwrap()
+}
+
+fn authored() -> Authored {
     toml::from_str(SPARKS).unwrap()
+}
+
+fn sparks() -> Description {
+    authored().description(library()).unwrap()
 }
 
 fn evaluate(description: &Description, numbers: &[(&str, u64)]) -> Frame {
@@ -138,6 +146,7 @@ fn formulas_are_of_whole_numbers_and_checked() {
     for (text, result) in [
         ("1 + 2 * 3 - 4 / 2 % 5", Ok(5)),
         ("1 << 2 + 1 == 8 && !(2 > 3) || 0 / 0", Ok(1)),
+        ("sparks >> 2 < 26 && sparks << 1 > 199 && sparks > 3 == 1", Ok(1)),
         ("min(3, 2) * max(3, 2) + div_ceil(7, 2)", Ok(10)),
         ("log2(pow2_ceil(1000)) * 100 + bits(8) * 10 + bits(0)", Ok(1040)),
         ("select(sparks >= 100, 7, 1 / 0) >> 1", Ok(3)),
@@ -159,12 +168,20 @@ fn formulas_are_of_whole_numbers_and_checked() {
         ("tide == 'low'", Err("unknown axis `tide`")),
         ("circle + 1", Err("depends on itself")),
     ] {
-        let mut description = sparks();
-        let frame = description.template.get_mut("frame").unwrap();
-        frame.lets.insert("circle".into(), sglow_graph::Formula::new("wheel"));
-        frame.lets.insert("wheel".into(), sglow_graph::Formula::new("circle"));
-        frame.step[3].bytes = Some(sglow_graph::Formula::new(text));
-        match (description.evaluate(&Configuration::default()), result) {
+        let mut authored = authored();
+        let frame = authored.template.get_mut("frame").unwrap();
+        frame.lets.insert("circle".into(), Text("wheel".into()));
+        frame.lets.insert("wheel".into(), Text("circle".into()));
+        if !text.contains("circle") {
+            frame.lets.clear();
+        }
+        frame.step[3].bytes = Some(Text(text.into()));
+        let description = authored.description(library()).map_err(|faults| faults.to_string());
+        let evaluated = description.and_then(|description| {
+            let evaluated = description.evaluate(&Configuration::default());
+            evaluated.map_err(|errors| errors.to_string())
+        });
+        match (evaluated, result) {
             (Ok(frame), Ok(number)) => {
                 let clear = frame.steps.iter().find_map(|step| match step.action {
                     Action::Clear(_, bytes) => bytes,
@@ -173,7 +190,7 @@ fn formulas_are_of_whole_numbers_and_checked() {
                 assert_eq!(clear, Some(number), "{text}");
             }
             (Err(errors), Err(message)) => {
-                assert!(errors.to_string().contains(message), "{text}: {errors}");
+                assert!(errors.contains(message), "{text}: {errors}");
             }
             (found, _) => panic!("{text}: {found:?}"),
         }
@@ -219,16 +236,16 @@ fn a_frame_says_what_runs_on_what() {
     let Action::Draw(draw) = &frame.steps[5].action else { panic!("no draw") };
     let arguments = frame.resource("arguments").unwrap();
     assert_eq!(draw.calls[0].geometry, Geometry::Indirect(arguments, 0));
-    let bytes: Vec<_> = frame.resources.iter().map(|of| (of.name.as_str(), of.bytes)).collect();
-    assert_eq!(bytes[..3], [("arguments", 16), ("picture", 32 * 100 * 4), ("seeds", 1600)]);
+    let bytes = |name: &str| frame.resources[frame.resource(name).unwrap()].bytes;
+    assert_eq!(["arguments", "picture", "seeds"].map(bytes), [16, 32 * 100 * 4, 1600]);
 }
 
 #[test]
 fn facts_and_uses_set_axes_and_the_host_takes_parts_over() {
-    let mut description = sparks();
-    description.template.get_mut("frame").unwrap().step[2]
-        .lets
-        .insert("rounds".into(), sglow_graph::Formula::new("1"));
+    let mut authored = authored();
+    let uses = &mut authored.template.get_mut("frame").unwrap().step;
+    uses[2].lets.insert("rounds".into(), Text("1".into()));
+    let description = authored.description(library()).unwrap();
     let names = |configuration: &Configuration| -> BTreeSet<String> {
         let frame = description.evaluate(configuration).unwrap();
         frame.variants().iter().map(ToString::to_string).collect()
@@ -287,10 +304,10 @@ fn an_excluded_variant_is_an_error_that_names_the_rule() {
     let mut configuration = Configuration::default();
     configuration.axes.insert("shape".into(), "disc".into());
     let errors = sparks().evaluate(&configuration).unwrap_err();
-    let text = "template.frame.step.4.axes: invalid configuration: `draw-disc` is excluded by \
-                `dot-is-drawn-alone`: discs are not drawn yet";
+    let text = "step.4: invalid configuration: `draw-disc` is excluded by `dot-is-drawn-alone`: discs \
+                are not drawn yet";
     assert_eq!(errors.to_string(), text);
-    assert!(errors.0.iter().all(|error| matches!(error.problem, Problem::Requirement(_))));
+    assert!(errors.is_illegal());
     // Of a pass that lacks one of its axes no rule says anything.
     configuration.axes.insert("shape".into(), "dot".into());
     configuration.axes.insert("wind".into(), "strong".into());
@@ -301,47 +318,92 @@ fn an_excluded_variant_is_an_error_that_names_the_rule() {
 fn json_says_the_same() {
     let description = sparks();
     let text = serde_json::to_string(&description).unwrap();
-    assert!(text.contains(r#"{"text":"div_ceil(sparks, 64)","tree":{"div_ceil":["sparks",64]}}"#));
+    assert!(text.contains(r#""dispatch":[{"div_ceil":[{"name":"sparks"},64]},1,1]"#), "{text}");
     assert_eq!(serde_json::from_str::<Description>(&text).unwrap(), description);
 }
 
-#[test]
-fn all_errors_come_at_once_each_with_its_place() {
+/// Whatever is wrong, as texts.
+fn wrong(edits: &[(&str, &str)], configuration: &Configuration) -> Vec<String> {
     let mut text = SPARKS.to_owned();
-    for (from, to) in [
-        ("\"2 * 4\"", "\"2 *\""),
-        ("[32, \"sparks\"]", "[32, \"spark\"]"),
-        ("new = \"seeds\"", "new = \"picture\""),
-        ("value = \"places.front\" }], to", "value = \"places\" }], to"),
-        ("shape = { default", "form = { default"),
-        ("input = \"seeds\"", "input = \"seats\""),
-    ] {
+    for (from, to) in edits {
         assert!(text.contains(from), "{from}");
         text = text.replace(from, to);
     }
-    let description: Description = toml::from_str(&text).unwrap();
+    let authored: Authored = toml::from_str(&text).unwrap();
+    match authored.description(library()) {
+        Err(faults) => faults.0,
+        Ok(description) => {
+            let errors = description.evaluate(configuration).unwrap_err();
+            errors.0.iter().map(ToString::to_string).collect()
+        }
+    }
+}
+
+#[test]
+fn all_that_is_wrong_in_any_configuration_comes_at_once_with_its_place() {
+    let found = wrong(
+        &[
+            ("\"2 * 4\"", "\"2 *\""),
+            ("[32, \"sparks\"]", "[32, \"spark\"]"),
+            ("value = \"places.front\" }], to", "value = \"places\" }], to"),
+            ("input = \"seeds\"", "input = \"seats\""),
+            ("eye = [{ input = \"eye\" }, 1]", "eye = [{ input = \"ear\" }, \"shape == 'dots'\"]"),
+        ],
+        &Configuration::default(),
+    );
+    let used = ", used by template.frame.step";
+    let expected = [
+        "template.frame.resource.picture.texture.size.1: unknown name `spark`".to_owned(),
+        "template.frame.step.1.names.input: unknown resource `seats`".to_owned(),
+        "template.frame.step.3.bytes: not a formula: expected a number, a name or a bracket at character 4, found the end".to_owned(),
+        "template.frame.uniform.step.eye.0.input: unknown input `ear`; expected one of eye".to_owned(),
+        "template.frame.uniform.step.eye.1: unknown value `dots`; expected one of dot, disc".to_owned(),
+        format!("template.motion.step.0.steps.0.bind.from.1.value: of a pair, say `.front` or `.back`{used}.1"),
+        format!("template.motion.step.0.steps.0.bind.from.1.value: of a pair, say `.front` or `.back`{used}.2"),
+    ];
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn all_that_is_wrong_in_a_configuration_comes_at_once_with_its_place() {
     let mut configuration = Configuration::default();
     configuration.parameters.insert("rounds".into(), Number::Whole(9));
     configuration.parameters.insert("speed".into(), Number::Real(0.0));
     configuration.parameters.insert("colour".into(), Number::Whole(1));
     configuration.axes.insert("wind".into(), "weak".into());
-    let errors = description.evaluate(&configuration).unwrap_err();
-    let found: Vec<_> =
-        errors.0.iter().map(|error| (error.place.to_string(), error.to_string())).collect();
-    let places: Vec<_> = found.iter().map(|(place, _)| place.as_str()).collect();
-    let expected = [
-        "axes.wind",
-        "parameters.colour",
-        "parameters.speed",
-        "require.0",
-        "template.frame.resource.picture.texture.size.1",
-        "template.frame.step.0.new",
-        "template.frame.step.1.names.input",
-        "template.frame.step.3.bytes",
-        "template.frame.step.4.axes.shape",
-        "template.motion.step.0.steps.0.axes.wind",
-        "template.motion.step.0.steps.0.bind.from",
+    let edits = [
+        ("new = \"seeds\"", "new = \"picture\""),
+        ("\"rgba8unorm\"", "\"rgb\""),
+        ("\"2 * 4\"", "\"2 / (sparks - 100)\""),
+        ("pass = \"draw\"", "pass = \"drew\""),
     ];
-    assert_eq!(places, expected, "{errors}");
-    assert!(errors.0.iter().any(|error| matches!(error.problem, Problem::Requirement(_))));
+    let expected = [
+        "axes.wind: unknown value `weak`; expected one of none, strong",
+        "exclusion.1: invalid configuration: rounds: below 9",
+        "parameters.colour: unknown parameter `colour`; expected one of rounds, sparks, speed",
+        "parameters.speed: parameter `speed` is 0; expected a number, above 0",
+        "resource.picture: unknown format `rgb`",
+        "step.0: `picture` is not kept, so it is never new",
+        "step.1.steps.0: unknown value `weak`; expected one of none, strong",
+        "step.3: division by zero: `/` of 2, 0",
+        "step.4: unknown pass `drew`; expected one of born, draw, move",
+    ];
+    assert_eq!(wrong(&edits, &configuration), expected);
+}
+
+#[test]
+fn a_pair_changes_places_as_often_in_every_round() {
+    let found = wrong(
+        &[(
+            "index = \"round\"\nflip = [\"places\"]\n",
+            "index = \"round\"\n[[template.motion.step.steps]]\nrepeat = \"round\"\nflip = [\"places\"]\nsteps = [{ clear = \"places.front\" }]\n",
+        )],
+        &Configuration::default(),
+    );
+    assert!(
+        found[0].contains(
+            "template.motion.step.0.flip: `slow_places` changes places in some rounds alone"
+        ),
+        "{found:?}"
+    );
 }
