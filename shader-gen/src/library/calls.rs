@@ -184,7 +184,7 @@ impl Library {
                         ));
                     }
                     functions.push(format!(
-                        "\n// {call}\n@if({flag})\nfn {}(arguments: {}) -> vec4<f32> {{\n{body}}}\n",
+                        "\n@if({flag})\nfn {}(arguments: {}) -> vec4<f32> {{\n{body}}}\n",
                         calls.function, calls.arguments
                     ));
                 }
