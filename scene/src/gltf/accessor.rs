@@ -11,7 +11,7 @@ const MOST_ZEROS: usize = 1 << 24;
 /// Vectors of `N` components, or of more, of which the first `N` are taken. Normalised integers are
 /// unpacked; other integers are converted (`KHR_mesh_quantization`).
 pub(super) fn vectors<const N: usize>(
-    views: &Views,
+    views: &Views<'_>,
     accessor: &gltf::Accessor<'_>,
 ) -> Result<Vec<[f32; N]>, String> {
     let components = accessor.dimensions().multiplicity();
@@ -29,7 +29,10 @@ pub(super) fn vectors<const N: usize>(
 }
 
 /// Indices of vertices.
-pub(super) fn indices(views: &Views, accessor: &gltf::Accessor<'_>) -> Result<Vec<u32>, String> {
+pub(super) fn indices(
+    views: &Views<'_>,
+    accessor: &gltf::Accessor<'_>,
+) -> Result<Vec<u32>, String> {
     if accessor.dimensions() != gltf::accessor::Dimensions::Scalar {
         return Err("indices must be scalars".to_owned());
     }
@@ -42,7 +45,7 @@ pub(super) fn indices(views: &Views, accessor: &gltf::Accessor<'_>) -> Result<Ve
 }
 
 /// The elements without gaps, with sparse ones put in.
-fn elements(views: &Views, accessor: &gltf::Accessor<'_>) -> Result<Vec<u8>, String> {
+fn elements(views: &Views<'_>, accessor: &gltf::Accessor<'_>) -> Result<Vec<u8>, String> {
     let (count, size) = (accessor.count(), accessor.size());
     let mut elements = match accessor.view() {
         Some(view) => {

@@ -1,6 +1,7 @@
 //! Buffers and buffer views: bytes from the binary chunk, data URIs, files, and compressed views.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
@@ -11,13 +12,23 @@ use percent_encoding::percent_decode_str;
 use serde::Deserialize;
 
 use super::meshopt::{self, Filter, Mode};
-use crate::{SceneError, error};
+use crate::SceneError;
+use crate::files::Files;
 
 /// The extension of compressed buffer views.
 const COMPRESSION: &str = "EXT_meshopt_compression";
 
 /// The bytes of each buffer view.
-pub(super) struct Views(Vec<Vec<u8>>);
+pub(super) struct Views<'a> {
+    buffers: Vec<Cow<'a, [u8]>>,
+    views: Vec<View>,
+}
+
+/// Where a view's bytes are: views may overlap, so that copies could take more than the file.
+enum View {
+    Part { buffer: usize, range: Range<usize> },
+    Decoded(Vec<u8>),
+}
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -33,36 +44,48 @@ struct Compression {
     filter: Filter,
 }
 
-impl Views {
+impl Views<'_> {
     /// The bytes of a view; nothing for an index out of range.
     pub(super) fn get(&self, index: usize) -> &[u8] {
-        self.0.get(index).map_or(&[], |bytes| bytes)
+        let bytes = match self.views.get(index) {
+            Some(View::Part { buffer, range }) => {
+                self.buffers.get(*buffer).and_then(|bytes| bytes.get(range.clone()))
+            }
+            Some(View::Decoded(bytes)) => Some(bytes.as_slice()),
+            None => None,
+        };
+        bytes.unwrap_or_default()
     }
 }
 
 /// Reads the buffers and cuts them into views.
-pub(super) fn load(
-    file: &Path,
+pub(super) fn load<'a>(
+    files: &Files<'_>,
     root: &json::Root,
-    binary: Option<&[u8]>,
-) -> Result<Views, SceneError> {
+    binary: Option<&'a [u8]>,
+) -> Result<Views<'a>, SceneError> {
+    let file = files.scene;
     let mut buffers = Vec::with_capacity(root.buffers.len());
     for (index, buffer) in root.buffers.iter().enumerate() {
-        buffers.push(load_buffer(file, index, buffer, binary)?);
+        buffers.push(load_buffer(files, index, buffer, binary)?);
     }
+    let mut decoded_bytes = 0_u64;
     let cut = |place: &str, buffer: usize, offset: usize, length: usize| {
         let invalid = |reason: String| SceneError::Invalid {
             file: file.into(),
             place: place.to_owned(),
             reason,
         };
-        let bytes =
+        let bytes: &Cow<'_, [u8]> =
             buffers.get(buffer).ok_or_else(|| invalid(format!("there is no buffer {buffer}")))?;
         let range = offset..offset.saturating_add(length);
-        bytes.get(range).ok_or_else(|| {
-            let end = offset.saturating_add(length);
-            invalid(format!("ends at byte {end} of buffer {buffer}, which has {}", bytes.len()))
-        })
+        match bytes.get(range.clone()) {
+            Some(bytes) => Ok((bytes, range)),
+            None => {
+                let (end, found) = (range.end, bytes.len());
+                Err(invalid(format!("ends at byte {end} of buffer {buffer}, which has {found}")))
+            }
+        }
     };
     let mut views = Vec::with_capacity(root.buffer_views.len());
     for (index, view) in root.buffer_views.iter().enumerate() {
@@ -72,7 +95,9 @@ pub(super) fn load(
         views.push(match extension {
             None => {
                 let offset = view.byte_offset.map_or(0, |offset| offset.0 as usize);
-                cut(&place, view.buffer.value(), offset, length)?.to_vec()
+                let buffer = view.buffer.value();
+                let (_, range) = cut(&place, buffer, offset, length)?;
+                View::Part { buffer, range }
             }
             Some(extension) => {
                 let place = format!("{place}.extensions.{COMPRESSION}");
@@ -82,7 +107,20 @@ pub(super) fn load(
                     reason,
                 };
                 let c = Compression::deserialize(extension).map_err(|e| invalid(e.to_string()))?;
-                let data = cut(&place, c.buffer, c.byte_offset, c.byte_length)?;
+                let (data, _) = cut(&place, c.buffer, c.byte_offset, c.byte_length)?;
+                let limit = files.options.limits.file_bytes;
+                decoded_bytes = decoded_bytes.saturating_add(length as u64);
+                if decoded_bytes > limit {
+                    return Err(invalid(format!(
+                        "the decoded views take {decoded_bytes} bytes, more than the limit of {limit}"
+                    )));
+                }
+                if c.count.checked_mul(c.byte_stride) != Some(length) {
+                    return Err(invalid(format!(
+                        "decodes to {} elements of {} bytes, the view has {length} bytes",
+                        c.count, c.byte_stride
+                    )));
+                }
                 let decoded = meshopt::decode(data, c.mode, c.filter, c.count, c.byte_stride)
                     .map_err(invalid)?;
                 if decoded.len() != length {
@@ -91,23 +129,23 @@ pub(super) fn load(
                         decoded.len()
                     )));
                 }
-                decoded
+                View::Decoded(decoded)
             }
         });
     }
-    Ok(Views(views))
+    Ok(Views { buffers, views })
 }
 
 fn load_buffer<'a>(
-    file: &Path,
+    files: &Files<'_>,
     index: usize,
     buffer: &json::Buffer,
     binary: Option<&'a [u8]>,
 ) -> Result<Cow<'a, [u8]>, SceneError> {
     let (from, bytes) = match &buffer.uri {
-        Some(uri) => read_uri(file, uri)?,
+        Some(uri) => read_uri(files, uri)?,
         None => match binary {
-            Some(binary) if index == 0 => (file.into(), Cow::Borrowed(binary)),
+            Some(binary) if index == 0 => (files.scene.into(), Cow::Borrowed(binary)),
             // A placeholder: every view of it is compressed, or will be found out of range.
             _ => return Ok(Cow::Borrowed(&[])),
         },
@@ -124,9 +162,10 @@ fn load_buffer<'a>(
 
 /// The bytes behind a URI, and the file they came from.
 pub(super) fn read_uri(
-    file: &Path,
+    files: &Files<'_>,
     uri: &str,
 ) -> Result<(PathBuf, Cow<'static, [u8]>), SceneError> {
+    let file = files.scene;
     let invalid = |reason: String| SceneError::Invalid {
         file: file.into(),
         place: format!("uri `{}`", uri.chars().take(60).collect::<String>()),
@@ -143,8 +182,7 @@ pub(super) fn read_uri(
         return Err(invalid("only data URIs and relative paths are read".to_owned()));
     }
     let relative = percent_decode_str(uri).decode_utf8_lossy();
-    let path = file.parent().unwrap_or(Path::new("")).join(&*relative);
-    let bytes = error::read(&path)?;
+    let (path, bytes) = files.read(&relative)?;
     Ok((path, Cow::Owned(bytes)))
 }
 
@@ -175,6 +213,10 @@ pub(super) fn validate(file: &Path, root: &json::Root) -> Result<(), SceneError>
                 IndexOutOfBounds => "the index is out of range",
                 Invalid => "the value is not valid",
                 Missing if place.ends_with(".min") || place.ends_with(".max") => return,
+                // An accessor without data is one of zeros. [glTF 2.0, section 3.6.2.1]
+                Missing if place.starts_with("accessors") && place.ends_with("].bufferView") => {
+                    return;
+                }
                 Missing => "is missing",
                 Oversize => "is too large for this machine",
                 // Checked before, with names.
