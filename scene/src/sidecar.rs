@@ -81,12 +81,13 @@ pub(super) fn apply(file: &Path, limits: &Limits, draft: &mut Draft) -> Result<(
         return Ok(());
     }
     let text = String::from_utf8_lossy(&files::read(&sidecar, limits.file_bytes)?).into_owned();
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let fault = |span: Option<Range<usize>>, message: String| {
-        let (line, column) = place(&text, span.map_or(0, |span| span.start));
+        let (line, column) = place(text, span.map_or(0, |span| span.start));
         SceneError::Sidecar { file: sidecar.clone(), line, column, message }
     };
     let parsed: Sidecar =
-        toml::from_str(&text).map_err(|e| fault(e.span(), e.message().to_owned()))?;
+        toml::from_str(text).map_err(|e| fault(e.span(), e.message().to_owned()))?;
     let mut faults = Vec::new();
     if let Some(entry) = parsed.camera {
         let (span, entry) = (entry.span(), entry.into_inner());

@@ -50,7 +50,7 @@ fn elements(views: &Views<'_>, accessor: &gltf::Accessor<'_>) -> Result<Vec<u8>,
     let mut elements = match accessor.view() {
         Some(view) => {
             let stride = view.stride().unwrap_or(size);
-            gather(views.get(view.index()), accessor.offset(), count, size, stride)?
+            gather(views.get(view.index())?, accessor.offset(), count, size, stride)?
         }
         None if count <= MOST_ZEROS => vec![0; count * size],
         None => return Err(format!("has {count} elements without data")),
@@ -63,14 +63,14 @@ fn elements(views: &Views<'_>, accessor: &gltf::Accessor<'_>) -> Result<Vec<u8>,
             IndexType::U32 => 4,
         };
         let replaced = gather(
-            views.get(indices.view().index()),
+            views.get(indices.view().index())?,
             indices.offset(),
             sparse.count(),
             width,
             width,
         )?;
         let values =
-            gather(views.get(values.view().index()), values.offset(), sparse.count(), size, size)?;
+            gather(views.get(values.view().index())?, values.offset(), sparse.count(), size, size)?;
         for (index, value) in replaced.chunks_exact(width).zip(values.chunks_exact(size)) {
             let at = unsigned(index) as usize * size;
             elements

@@ -18,10 +18,11 @@ use crate::files::Files;
 /// The extension of compressed buffer views.
 const COMPRESSION: &str = "EXT_meshopt_compression";
 
-/// The bytes of each buffer view.
+/// The bytes of each buffer view. What is wrong with one is an error where it is used: a file is not refused for a
+/// buffer or a view that nothing on the picture needs.
 pub(super) struct Views<'a> {
-    buffers: Vec<Cow<'a, [u8]>>,
-    views: Vec<View>,
+    buffers: Vec<Result<Cow<'a, [u8]>, String>>,
+    views: Vec<Result<View, String>>,
 }
 
 /// Where a view's bytes are: views may overlap, so that copies could take more than the file.
@@ -44,96 +45,75 @@ struct Compression {
     filter: Filter,
 }
 
-impl Views<'_> {
-    /// The bytes of a view; nothing for an index out of range.
-    pub(super) fn get(&self, index: usize) -> &[u8] {
-        let bytes = match self.views.get(index) {
-            Some(View::Part { buffer, range }) => {
-                self.buffers.get(*buffer).and_then(|bytes| bytes.get(range.clone()))
-            }
-            Some(View::Decoded(bytes)) => Some(bytes.as_slice()),
-            None => None,
-        };
-        bytes.unwrap_or_default()
-    }
-}
-
-/// Reads the buffers and cuts them into views.
-pub(super) fn load<'a>(
-    files: &Files<'_>,
-    root: &json::Root,
-    binary: Option<&'a [u8]>,
-) -> Result<Views<'a>, SceneError> {
-    let file = files.scene;
-    let mut buffers = Vec::with_capacity(root.buffers.len());
-    for (index, buffer) in root.buffers.iter().enumerate() {
-        buffers.push(load_buffer(files, index, buffer, binary)?);
-    }
-    let mut decoded_bytes = 0_u64;
-    let cut = |place: &str, buffer: usize, offset: usize, length: usize| {
-        let invalid = |reason: String| SceneError::Invalid {
-            file: file.into(),
-            place: place.to_owned(),
-            reason,
-        };
-        let bytes: &Cow<'_, [u8]> =
-            buffers.get(buffer).ok_or_else(|| invalid(format!("there is no buffer {buffer}")))?;
-        let range = offset..offset.saturating_add(length);
-        match bytes.get(range.clone()) {
-            Some(bytes) => Ok((bytes, range)),
-            None => {
-                let (end, found) = (range.end, bytes.len());
-                Err(invalid(format!("ends at byte {end} of buffer {buffer}, which has {found}")))
-            }
+impl<'a> Views<'a> {
+    /// Reads the buffers and cuts them into views.
+    pub(super) fn load(files: &Files<'_>, root: &json::Root, binary: Option<&'a [u8]>) -> Self {
+        let buffers = root.buffers.iter().enumerate();
+        let load = |(index, buffer)| load_buffer(files, index, buffer, binary);
+        let buffers = buffers.map(|one| load(one).map_err(|fault| fault.to_string())).collect();
+        let mut views = Self { buffers, views: Vec::with_capacity(root.buffer_views.len()) };
+        let mut left = files.options.limits.file_bytes;
+        for (index, view) in root.buffer_views.iter().enumerate() {
+            let read = views.read(view, &mut left);
+            views.views.push(read.map_err(|reason| format!("bufferViews[{index}]{reason}")));
         }
-    };
-    let mut views = Vec::with_capacity(root.buffer_views.len());
-    for (index, view) in root.buffer_views.iter().enumerate() {
-        let place = format!("bufferViews[{index}]");
+        views
+    }
+
+    /// The bytes of a view.
+    pub(super) fn get(&self, index: usize) -> Result<&[u8], String> {
+        match self.views.get(index) {
+            Some(Ok(View::Part { buffer, range })) => self.cut(*buffer, range.clone()),
+            Some(Ok(View::Decoded(bytes))) => Ok(bytes),
+            Some(Err(reason)) => Err(reason.clone()),
+            None => Err(format!("there is no buffer view {index}")),
+        }
+    }
+
+    /// A part of a buffer.
+    fn cut(&self, buffer: usize, range: Range<usize>) -> Result<&[u8], String> {
+        let bytes =
+            self.buffers.get(buffer).ok_or_else(|| format!("there is no buffer {buffer}"))?;
+        let bytes = bytes.as_ref().map_err(String::clone)?;
+        let end = range.end;
+        bytes.get(range).ok_or_else(|| {
+            format!("ends at byte {end} of buffer {buffer}, which has {}", bytes.len())
+        })
+    }
+
+    /// Decodes a compressed view, and checks another one. `left` is what decoded ones may still take. The error comes
+    /// with the place in the view.
+    fn read(&self, view: &json::buffer::View, left: &mut u64) -> Result<View, String> {
         let extension = view.extensions.as_ref().and_then(|e| e.others.get(COMPRESSION));
         let length = view.byte_length.0 as usize;
-        views.push(match extension {
-            None => {
-                let offset = view.byte_offset.map_or(0, |offset| offset.0 as usize);
-                let buffer = view.buffer.value();
-                let (_, range) = cut(&place, buffer, offset, length)?;
-                View::Part { buffer, range }
+        let Some(extension) = extension else {
+            let offset = view.byte_offset.map_or(0, |offset| offset.0 as usize);
+            let (buffer, range) = (view.buffer.value(), offset..offset.saturating_add(length));
+            self.cut(buffer, range.clone()).map_err(|reason| format!(": {reason}"))?;
+            return Ok(View::Part { buffer, range });
+        };
+        let at_extension = |reason: String| format!(".extensions.{COMPRESSION}: {reason}");
+        let decoded = Compression::deserialize(extension).map_err(|error| error.to_string());
+        let decoded = decoded.and_then(|c| {
+            let range = c.byte_offset..c.byte_offset.saturating_add(c.byte_length);
+            let data = self.cut(c.buffer, range)?;
+            if c.count.checked_mul(c.byte_stride) != Some(length) {
+                return Err(format!(
+                    "decodes to {} elements of {} bytes, the view has {length} bytes",
+                    c.count, c.byte_stride
+                ));
             }
-            Some(extension) => {
-                let place = format!("{place}.extensions.{COMPRESSION}");
-                let invalid = |reason: String| SceneError::Invalid {
-                    file: file.into(),
-                    place: place.clone(),
-                    reason,
-                };
-                let c = Compression::deserialize(extension).map_err(|e| invalid(e.to_string()))?;
-                let (data, _) = cut(&place, c.buffer, c.byte_offset, c.byte_length)?;
-                let limit = files.options.limits.file_bytes;
-                decoded_bytes = decoded_bytes.saturating_add(length as u64);
-                if decoded_bytes > limit {
-                    return Err(invalid(format!(
-                        "the decoded views take {decoded_bytes} bytes, more than the limit of {limit}"
-                    )));
-                }
-                if c.count.checked_mul(c.byte_stride) != Some(length) {
-                    return Err(invalid(format!(
-                        "decodes to {} elements of {} bytes, the view has {length} bytes",
-                        c.count, c.byte_stride
-                    )));
-                }
-                let decoded = meshopt::decode(data, c.mode, c.filter, c.count, c.byte_stride)
-                    .map_err(invalid)?;
-                if decoded.len() != length {
-                    return Err(invalid(format!(
-                        "decodes to {} bytes, the view has {length}",
-                        decoded.len()
-                    )));
-                }
-                View::Decoded(decoded)
+            *left = left.checked_sub(length as u64).ok_or_else(|| {
+                format!("decodes to {length} bytes, of which the limit leaves {left}")
+            })?;
+            let decoded = meshopt::decode(data, c.mode, c.filter, c.count, c.byte_stride)?;
+            if decoded.len() != length {
+                return Err(format!("decodes to {} bytes, the view has {length}", decoded.len()));
             }
+            Ok(View::Decoded(decoded))
         });
+        decoded.map_err(at_extension)
     }
-    Ok(Views { buffers, views })
 }
 
 fn load_buffer<'a>(

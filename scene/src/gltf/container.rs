@@ -70,7 +70,9 @@ struct Asset {
 /// Splits a file: the binary container by its first bytes, JSON otherwise.
 pub(super) fn split<'a>(file: &Path, bytes: &'a [u8]) -> Result<Container<'a>, SceneError> {
     let Some(after_magic) = bytes.strip_prefix(b"glTF") else {
-        return Ok(Container { json: bytes, binary: None });
+        // A byte order mark is not allowed there, and written nevertheless.
+        let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        return Ok(Container { json, binary: None });
     };
     let truncated = |what: String| SceneError::Truncated { file: file.into(), what };
     let short = || truncated(format!("the header is 12 bytes, found {}", bytes.len()));

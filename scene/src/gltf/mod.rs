@@ -31,7 +31,7 @@ pub(super) fn load(files: &Files<'_>, bytes: &[u8]) -> Result<Draft, SceneError>
     head.check(file)?;
     let root: gltf::json::Root = container::parse(file, container.json)?;
     buffer::validate(file, &root)?;
-    let views = buffer::load(files, &root, container.binary)?;
+    let views = Views::load(files, &root, container.binary);
     let document = gltf::Document::from_json_without_validation(root);
 
     let mut draft = Draft::default();

@@ -76,7 +76,7 @@ impl<'a> Textures<'a> {
         let limits = &self.files.options.limits;
         let decode = |bytes: &[u8]| Image::decode(&name, bytes, srgb, limits, self.texels_left());
         let decoded = match (&image.buffer_view, &image.uri) {
-            (Some(view), _) => decode(self.views.get(view.value())),
+            (Some(view), _) => self.views.get(view.value()).and_then(decode),
             (None, Some(uri)) => match read_uri(&self.files, uri) {
                 Ok((_, bytes)) => decode(&bytes),
                 Err(fault) => Err(fault.to_string()),

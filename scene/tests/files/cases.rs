@@ -181,8 +181,24 @@ fn copies_of_a_mesh_are_all_there() {
 fn one_object_does_not_refuse_a_file() {
     let base = load("gltf/meta_base.gltf");
     let dark = load("gltf/light_zero_beside.gltf");
-    assert_eq!((triangles(&dark), dark.lights.clone()), (triangles(&base), base.lights));
+    assert_eq!((triangles(&dark), dark.lights.clone()), (triangles(&base), base.lights.clone()));
     assert!(said(&dark, "light without power: it lights nothing (light 1)"));
+
+    // A buffer that nothing on the picture needs, and a byte order mark.
+    let folder = crate::common::Folder::new();
+    let text = std::fs::read_to_string(case("gltf/meta_base.gltf")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let add = |document: &mut serde_json::Value, list: &str, element: serde_json::Value| {
+        document[list].as_array_mut().unwrap().push(element);
+    };
+    add(&mut document, "buffers", serde_json::json!({ "byteLength": 4, "uri": "gone.bin" }));
+    add(&mut document, "bufferViews", serde_json::json!({ "buffer": 1, "byteLength": 4 }));
+    let unused = folder.load("scene.gltf", format!("\u{feff}{document}")).unwrap();
+    assert_eq!(triangles(&unused), triangles(&base));
+    // Negative control: one that is needed is named.
+    document["bufferViews"][0]["buffer"] = serde_json::json!(1);
+    let fault = folder.load("scene.gltf", document.to_string()).unwrap_err().to_string();
+    assert!(fault.contains("(POSITION): ") && fault.contains("gone.bin: no such file"), "{fault}");
 
     let webp = load("gltf/webp_only_not_required.gltf");
     // Its image is cut off.

@@ -36,8 +36,7 @@ fn files_stay_inside_the_folder() {
     ] {
         let (document, _) = with_buffer(uri);
         let fault = folder.load("scene/scene.gltf", &document).unwrap_err();
-        assert!(matches!(fault, SceneError::Outside { .. }), "{uri}: {fault}");
-        assert!(fault.to_string().contains(OUTSIDE), "{fault}");
+        assert!(fault.to_string().contains(OUTSIDE), "{uri}: {fault}");
         // Where it is allowed, it loads.
         let options = Options { allow_outside: true, ..Options::default() };
         let path = folder.path("scene/scene.gltf");
