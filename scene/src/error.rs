@@ -1,7 +1,7 @@
 //! Why a scene cannot be loaded.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use thiserror::Error;
 
@@ -38,6 +38,42 @@ pub enum SceneError {
         file: PathBuf,
         /// What the system says.
         source: io::Error,
+    },
+    /// A device, a pipe or a folder.
+    #[error("{}: is not a regular file", .file.display())]
+    NotRegular {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A file is larger than it may be.
+    #[error("{}: has {bytes} bytes, more than the limit of {limit}", .file.display())]
+    TooLarge {
+        /// The file.
+        file: PathBuf,
+        /// Its length, or what was read of it.
+        bytes: u64,
+        /// [`super::Limits::file_bytes`].
+        limit: u64,
+    },
+    /// A scene takes more than it may.
+    #[error("{}: the scene has {needed} {what}, more than the limit of {limit}", .file.display())]
+    TooMuch {
+        /// The file.
+        file: PathBuf,
+        /// What there is too much of.
+        what: &'static str,
+        /// How much the scene takes, as far as it was counted.
+        needed: usize,
+        /// One of [`super::Limits`].
+        limit: usize,
+    },
+    /// A scene refers to a file outside of its folder.
+    #[error("{}: `{name}` lies outside of the scene's folder; move it there, or allow it (`--allow-outside`)", .file.display())]
+    Outside {
+        /// The file.
+        file: PathBuf,
+        /// The name of what it refers to.
+        name: String,
     },
     /// No reader for files of this kind.
     #[error("{}: unsupported file extension `{found}`; supported are {known}", .file.display())]
@@ -121,13 +157,17 @@ pub enum SceneError {
         /// What is wrong.
         reason: String,
     },
-    /// An OBJ file is malformed.
-    #[error("{}: {reason}", .file.display())]
-    Obj {
+    /// A line of an OBJ or MTL file cannot be read.
+    #[error("{}:{line}:{column}: {message}", .file.display())]
+    Line {
         /// The file.
         file: PathBuf,
-        /// What is wrong.
-        reason: String,
+        /// One-based.
+        line: usize,
+        /// One-based, in characters.
+        column: usize,
+        /// What is wrong, and what would be right.
+        message: String,
     },
     /// A position is NaN or infinite.
     #[error("{}: mesh `{mesh}`: vertex {vertex} has the position {position:?}; positions must be finite", .file.display())]
@@ -205,12 +245,4 @@ impl SceneError {
     pub(super) fn of(mut faults: Vec<Self>) -> Self {
         if faults.len() == 1 { faults.remove(0) } else { Self::Several(faults) }
     }
-}
-
-/// Reads a whole file.
-pub(super) fn read(file: &Path) -> Result<Vec<u8>, SceneError> {
-    std::fs::read(file).map_err(|source| match source.kind() {
-        io::ErrorKind::NotFound => SceneError::Missing { file: file.into() },
-        _ => SceneError::Read { file: file.into(), source },
-    })
 }

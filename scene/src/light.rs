@@ -63,10 +63,15 @@ impl Light {
         }
     }
 
+    /// Whether it has no power.
+    pub(super) fn is_off(&self) -> bool {
+        self.intensity.iter().all(|&channel| channel == 0.0)
+    }
+
     /// What is wrong with the light, if anything.
     pub(super) fn fault(&self, file: &Path) -> Option<SceneError> {
         let (file, light) = (file.into(), self.name.clone());
-        if self.intensity.iter().all(|&channel| channel == 0.0) {
+        if self.is_off() {
             return Some(SceneError::ZeroPower { file, light });
         }
         let reason = if !self.intensity.iter().all(|&channel| channel >= 0.0 && channel.is_finite())

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use crate::error::{self, SceneError};
+use crate::error::SceneError;
+use crate::files::{self, Files};
+use crate::options::Options;
 use crate::scene::Scene;
 use crate::{builtin, gltf, obj, sidecar};
 
@@ -20,6 +22,15 @@ impl Scene {
     /// [`SceneError`] names the file and the thing in it that is at fault. Faults that do not hide
     /// each other come together, as [`SceneError::Several`].
     pub fn load(name_or_path: &str) -> Result<Self, SceneError> {
+        Self::load_with(name_or_path, &Options::default())
+    }
+
+    /// [`Scene::load`] with options.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::load`].
+    pub fn load_with(name_or_path: &str, options: &Options) -> Result<Self, SceneError> {
         if builtin::is_builtin(name_or_path) {
             return Self::builtin(name_or_path);
         }
@@ -28,7 +39,7 @@ impl Scene {
         if !path.exists() && extension.is_none() {
             return Err(builtin::unknown(name_or_path));
         }
-        Self::from_file(path)
+        Self::from_file_with(path, options)
     }
 
     /// Makes a built-in scene: one of [`builtin::NAMES`], the atrium with its number of triangles
@@ -43,8 +54,21 @@ impl Scene {
         draft.finish(Path::new(name), name.to_owned())
     }
 
-    /// Loads a file, and its sidecar where there is one. Errors are those of [`Scene::load`].
+    /// Loads a file, and its sidecar where there is one.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::load`].
     pub fn from_file(path: &Path) -> Result<Self, SceneError> {
+        Self::from_file_with(path, &Options::default())
+    }
+
+    /// [`Scene::from_file`] with options.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Scene::load`].
+    pub fn from_file_with(path: &Path, options: &Options) -> Result<Self, SceneError> {
         let extension =
             path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         if !EXTENSIONS.contains(&extension.as_str()) {
@@ -54,10 +78,15 @@ impl Scene {
                 known: EXTENSIONS.join(", "),
             });
         }
-        let bytes = error::read(path)?;
-        let mut draft =
-            if extension == "obj" { obj::load(path, &bytes)? } else { gltf::load(path, &bytes)? };
-        sidecar::apply(path, &mut draft)?;
+        let bytes = files::read(path, options.limits.file_bytes)?;
+        let files = Files { scene: path, options };
+        let mut draft = if extension == "obj" {
+            obj::load(&files, &bytes)?
+        } else {
+            gltf::load(&files, &bytes)?
+        };
+        drop(bytes);
+        sidecar::apply(path, &options.limits, &mut draft)?;
         let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         draft.finish(path, stem)
     }

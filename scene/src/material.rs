@@ -1,4 +1,10 @@
-//! Materials, and the images they use.
+//! Materials, and how they use images.
+
+use super::note::{NoteKind, Notes};
+
+/// The largest and the smallest positive half float: what is emitted is drawn into textures of them. [IEEE 754 binary16]
+const MOST_EMISSION: f32 = 65504.0;
+const LEAST_EMISSION: f32 = 5.960_464_5e-8;
 
 /// A surface of the metallic-roughness model.
 ///
@@ -49,8 +55,8 @@ impl Material {
         }
     }
 
-    /// Brings the factors into their ranges; whether one was outside.
-    pub(super) fn clamp(&mut self) -> bool {
+    /// Brings the factors into their ranges, emission into that of the halves that pictures are made of.
+    pub(super) fn mend(&mut self, notes: &mut Notes) {
         let mut moved = false;
         let mut clamp = |factor: &mut f32, most: f32| {
             // NaN becomes 0.
@@ -63,7 +69,32 @@ impl Material {
         clamp(&mut self.roughness, 1.0);
         clamp(&mut self.metallic, 1.0);
         clamp(&mut self.dielectric, 1.0);
-        moved
+        if moved {
+            notes.add(NoteKind::Assumed, "factors clamped to their range", &self.name);
+        }
+        let brightest = self.emission.iter().copied().fold(0.0, f32::max);
+        if brightest > MOST_EMISSION {
+            // All channels alike, so that the hue stays.
+            let scale = f64::from(MOST_EMISSION) / f64::from(brightest);
+            self.emission = self.emission.map(|channel| (f64::from(channel) * scale) as f32);
+            let text = "emission above 65504, the largest half, scaled to it";
+            notes.add(NoteKind::Assumed, text, format!("{}: {brightest}", self.name));
+        } else if brightest > 0.0 && brightest < LEAST_EMISSION {
+            let text = "emission below 6e-8, the least half: it is not seen";
+            notes.add(NoteKind::Ignored, text, format!("{}: {brightest}", self.name));
+        }
+    }
+
+    /// Notes textures that are read with another one's sampler: a material has one.
+    pub(super) fn note_samplers(&self, notes: &mut Notes) {
+        let how =
+            |texture: &TextureUse| (texture.wrap, texture.magnify, texture.minify, texture.mip);
+        let mut textures = self.textures();
+        let Some(first) = textures.next() else { return };
+        if textures.any(|texture| how(texture) != how(first)) {
+            let text = "textures of a material are filtered and repeated as its first one is";
+            notes.add(NoteKind::Assumed, text, &self.name);
+        }
     }
 
     /// Whether it emits light.
@@ -155,44 +186,5 @@ impl UvTransform {
         let [sx, sy] = self.scale;
         let [ox, oy] = self.offset;
         [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]]
-    }
-}
-
-/// An image in memory, row 0 at the top.
-#[derive(Clone, PartialEq, Eq)]
-pub struct Image {
-    /// Its name or file name.
-    pub name: String,
-    /// In texels, at least 1.
-    pub width: u32,
-    /// In texels, at least 1.
-    pub height: u32,
-    /// Red, green, blue and alpha, a byte each, row by row without padding.
-    pub rgba8: Vec<u8>,
-    /// Whether red, green and blue are sRGB encoded; alpha never is.
-    pub srgb: bool,
-}
-
-impl std::fmt::Debug for Image {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { name, width, height, srgb, rgba8: _ } = self;
-        write!(out, "Image({name:?}, {width}x{height}, srgb: {srgb})")
-    }
-}
-
-impl Image {
-    /// Decodes PNG or JPEG. The error says why it does not decode.
-    pub(super) fn decode(name: &str, bytes: &[u8], srgb: bool) -> Result<Self, String> {
-        let reader = image::ImageReader::new(std::io::Cursor::new(bytes))
-            .with_guessed_format()
-            .map_err(|error| error.to_string())?;
-        let decoded = match reader.format() {
-            Some(image::ImageFormat::Png | image::ImageFormat::Jpeg) => {
-                reader.decode().map_err(|error| error.to_string())?.into_rgba8()
-            }
-            _ => return Err("is neither PNG nor JPEG".to_owned()),
-        };
-        let (width, height) = decoded.dimensions();
-        Ok(Self { name: name.to_owned(), width, height, rgba8: decoded.into_raw(), srgb })
     }
 }

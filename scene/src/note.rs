@@ -1,7 +1,8 @@
 //! What the user is told about a scene.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fmt;
+use std::path::Path;
 
 /// Why there is a note.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,7 +49,22 @@ impl fmt::Display for Note {
 
 /// Notes while a scene is read: the same text about many subjects becomes one note.
 #[derive(Debug, Default)]
-pub(super) struct Notes(BTreeMap<(NoteKind, String), Vec<String>>);
+pub(super) struct Notes(BTreeMap<Key, Subjects>);
+
+/// What notes are sorted by, and how they are told apart.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Key {
+    kind: NoteKind,
+    /// Of a line of a file: its place.
+    place: Option<(String, usize, usize)>,
+    text: String,
+}
+
+#[derive(Debug, Default)]
+struct Subjects {
+    list: Vec<String>,
+    known: HashSet<String>,
+}
 
 impl Notes {
     /// Adds a note about `subject`; an empty subject is the whole scene.
@@ -58,14 +74,33 @@ impl Notes {
         text: impl Into<String>,
         subject: impl Into<String>,
     ) {
-        let subjects = self.0.entry((kind, text.into())).or_default();
-        let subject = subject.into();
-        if !subject.is_empty() && !subjects.contains(&subject) {
-            subjects.push(subject);
+        self.insert(Key { kind, place: None, text: text.into() }, subject.into());
+    }
+
+    /// Adds a note about a line of a file.
+    pub(super) fn add_at(
+        &mut self,
+        kind: NoteKind,
+        file: &Path,
+        (line, column): (usize, usize),
+        message: &str,
+    ) {
+        let file = file.display().to_string();
+        let text = format!("{file}:{line}:{column}: {message}");
+        self.insert(Key { kind, place: Some((file, line, column)), text }, String::new());
+    }
+
+    fn insert(&mut self, key: Key, subject: String) {
+        let subjects = self.0.entry(key).or_default();
+        if !subject.is_empty() && subjects.known.insert(subject.clone()) {
+            subjects.list.push(subject);
         }
     }
 
     pub(super) fn into_list(self) -> Vec<Note> {
-        self.0.into_iter().map(|((kind, text), subjects)| Note { kind, text, subjects }).collect()
+        let notes = self.0.into_iter();
+        notes
+            .map(|(Key { kind, text, .. }, subjects)| Note { kind, text, subjects: subjects.list })
+            .collect()
     }
 }

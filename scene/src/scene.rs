@@ -2,8 +2,9 @@
 
 use crate::bounds::Bounds;
 use crate::camera::Camera;
+use crate::images::Image;
 use crate::light::Light;
-use crate::material::{Image, Material};
+use crate::material::Material;
 use crate::mesh::Mesh;
 use crate::note::Note;
 

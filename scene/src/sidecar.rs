@@ -22,7 +22,7 @@ use glam::Vec3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Camera, Light, LightKind, SceneError, error};
+use super::{Camera, Light, LightKind, Limits, SceneError, files};
 use crate::draft::Draft;
 
 #[derive(Deserialize)]
@@ -75,18 +75,19 @@ enum Kind {
 }
 
 /// Reads the sidecar of `file`, if there is one, into the draft.
-pub(super) fn apply(file: &Path, draft: &mut Draft) -> Result<(), SceneError> {
+pub(super) fn apply(file: &Path, limits: &Limits, draft: &mut Draft) -> Result<(), SceneError> {
     let sidecar = path_of(file);
     if !sidecar.exists() {
         return Ok(());
     }
-    let text = String::from_utf8_lossy(&error::read(&sidecar)?).into_owned();
+    let text = String::from_utf8_lossy(&files::read(&sidecar, limits.file_bytes)?).into_owned();
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let fault = |span: Option<Range<usize>>, message: String| {
-        let (line, column) = place(&text, span.map_or(0, |span| span.start));
+        let (line, column) = place(text, span.map_or(0, |span| span.start));
         SceneError::Sidecar { file: sidecar.clone(), line, column, message }
     };
     let parsed: Sidecar =
-        toml::from_str(&text).map_err(|e| fault(e.span(), e.message().to_owned()))?;
+        toml::from_str(text).map_err(|e| fault(e.span(), e.message().to_owned()))?;
     let mut faults = Vec::new();
     if let Some(entry) = parsed.camera {
         let (span, entry) = (entry.span(), entry.into_inner());

@@ -11,7 +11,7 @@ const MOST_ZEROS: usize = 1 << 24;
 /// Vectors of `N` components, or of more, of which the first `N` are taken. Normalised integers are
 /// unpacked; other integers are converted (`KHR_mesh_quantization`).
 pub(super) fn vectors<const N: usize>(
-    views: &Views,
+    views: &Views<'_>,
     accessor: &gltf::Accessor<'_>,
 ) -> Result<Vec<[f32; N]>, String> {
     let components = accessor.dimensions().multiplicity();
@@ -29,7 +29,10 @@ pub(super) fn vectors<const N: usize>(
 }
 
 /// Indices of vertices.
-pub(super) fn indices(views: &Views, accessor: &gltf::Accessor<'_>) -> Result<Vec<u32>, String> {
+pub(super) fn indices(
+    views: &Views<'_>,
+    accessor: &gltf::Accessor<'_>,
+) -> Result<Vec<u32>, String> {
     if accessor.dimensions() != gltf::accessor::Dimensions::Scalar {
         return Err("indices must be scalars".to_owned());
     }
@@ -42,12 +45,12 @@ pub(super) fn indices(views: &Views, accessor: &gltf::Accessor<'_>) -> Result<Ve
 }
 
 /// The elements without gaps, with sparse ones put in.
-fn elements(views: &Views, accessor: &gltf::Accessor<'_>) -> Result<Vec<u8>, String> {
+fn elements(views: &Views<'_>, accessor: &gltf::Accessor<'_>) -> Result<Vec<u8>, String> {
     let (count, size) = (accessor.count(), accessor.size());
     let mut elements = match accessor.view() {
         Some(view) => {
             let stride = view.stride().unwrap_or(size);
-            gather(views.get(view.index()), accessor.offset(), count, size, stride)?
+            gather(views.get(view.index())?, accessor.offset(), count, size, stride)?
         }
         None if count <= MOST_ZEROS => vec![0; count * size],
         None => return Err(format!("has {count} elements without data")),
@@ -60,14 +63,14 @@ fn elements(views: &Views, accessor: &gltf::Accessor<'_>) -> Result<Vec<u8>, Str
             IndexType::U32 => 4,
         };
         let replaced = gather(
-            views.get(indices.view().index()),
+            views.get(indices.view().index())?,
             indices.offset(),
             sparse.count(),
             width,
             width,
         )?;
         let values =
-            gather(views.get(values.view().index()), values.offset(), sparse.count(), size, size)?;
+            gather(views.get(values.view().index())?, values.offset(), sparse.count(), size, size)?;
         for (index, value) in replaced.chunks_exact(width).zip(values.chunks_exact(size)) {
             let at = unsigned(index) as usize * size;
             elements

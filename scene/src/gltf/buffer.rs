@@ -1,6 +1,7 @@
 //! Buffers and buffer views: bytes from the binary chunk, data URIs, files, and compressed views.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use base64::Engine;
@@ -11,13 +12,24 @@ use percent_encoding::percent_decode_str;
 use serde::Deserialize;
 
 use super::meshopt::{self, Filter, Mode};
-use crate::{SceneError, error};
+use crate::SceneError;
+use crate::files::Files;
 
 /// The extension of compressed buffer views.
 const COMPRESSION: &str = "EXT_meshopt_compression";
 
-/// The bytes of each buffer view.
-pub(super) struct Views(Vec<Vec<u8>>);
+/// The bytes of each buffer view. What is wrong with one is an error where it is used: a file is not refused for a
+/// buffer or a view that nothing on the picture needs.
+pub(super) struct Views<'a> {
+    buffers: Vec<Result<Cow<'a, [u8]>, String>>,
+    views: Vec<Result<View, String>>,
+}
+
+/// Where a view's bytes are: views may overlap, so that copies could take more than the file.
+enum View {
+    Part { buffer: usize, range: Range<usize> },
+    Decoded(Vec<u8>),
+}
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -33,81 +45,87 @@ struct Compression {
     filter: Filter,
 }
 
-impl Views {
-    /// The bytes of a view; nothing for an index out of range.
-    pub(super) fn get(&self, index: usize) -> &[u8] {
-        self.0.get(index).map_or(&[], |bytes| bytes)
+impl<'a> Views<'a> {
+    /// Reads the buffers and cuts them into views.
+    pub(super) fn load(files: &Files<'_>, root: &json::Root, binary: Option<&'a [u8]>) -> Self {
+        let buffers = root.buffers.iter().enumerate();
+        let load = |(index, buffer)| load_buffer(files, index, buffer, binary);
+        let buffers = buffers.map(|one| load(one).map_err(|fault| fault.to_string())).collect();
+        let mut views = Self { buffers, views: Vec::with_capacity(root.buffer_views.len()) };
+        let mut left = files.options.limits.file_bytes;
+        for (index, view) in root.buffer_views.iter().enumerate() {
+            let read = views.read(view, &mut left);
+            views.views.push(read.map_err(|reason| format!("bufferViews[{index}]{reason}")));
+        }
+        views
     }
-}
 
-/// Reads the buffers and cuts them into views.
-pub(super) fn load(
-    file: &Path,
-    root: &json::Root,
-    binary: Option<&[u8]>,
-) -> Result<Views, SceneError> {
-    let mut buffers = Vec::with_capacity(root.buffers.len());
-    for (index, buffer) in root.buffers.iter().enumerate() {
-        buffers.push(load_buffer(file, index, buffer, binary)?);
+    /// The bytes of a view.
+    pub(super) fn get(&self, index: usize) -> Result<&[u8], String> {
+        match self.views.get(index) {
+            Some(Ok(View::Part { buffer, range })) => self.cut(*buffer, range.clone()),
+            Some(Ok(View::Decoded(bytes))) => Ok(bytes),
+            Some(Err(reason)) => Err(reason.clone()),
+            None => Err(format!("there is no buffer view {index}")),
+        }
     }
-    let cut = |place: &str, buffer: usize, offset: usize, length: usize| {
-        let invalid = |reason: String| SceneError::Invalid {
-            file: file.into(),
-            place: place.to_owned(),
-            reason,
-        };
+
+    /// A part of a buffer.
+    fn cut(&self, buffer: usize, range: Range<usize>) -> Result<&[u8], String> {
         let bytes =
-            buffers.get(buffer).ok_or_else(|| invalid(format!("there is no buffer {buffer}")))?;
-        let range = offset..offset.saturating_add(length);
+            self.buffers.get(buffer).ok_or_else(|| format!("there is no buffer {buffer}"))?;
+        let bytes = bytes.as_ref().map_err(String::clone)?;
+        let end = range.end;
         bytes.get(range).ok_or_else(|| {
-            let end = offset.saturating_add(length);
-            invalid(format!("ends at byte {end} of buffer {buffer}, which has {}", bytes.len()))
+            format!("ends at byte {end} of buffer {buffer}, which has {}", bytes.len())
         })
-    };
-    let mut views = Vec::with_capacity(root.buffer_views.len());
-    for (index, view) in root.buffer_views.iter().enumerate() {
-        let place = format!("bufferViews[{index}]");
+    }
+
+    /// Decodes a compressed view, and checks another one. `left` is what decoded ones may still take. The error comes
+    /// with the place in the view.
+    fn read(&self, view: &json::buffer::View, left: &mut u64) -> Result<View, String> {
         let extension = view.extensions.as_ref().and_then(|e| e.others.get(COMPRESSION));
         let length = view.byte_length.0 as usize;
-        views.push(match extension {
-            None => {
-                let offset = view.byte_offset.map_or(0, |offset| offset.0 as usize);
-                cut(&place, view.buffer.value(), offset, length)?.to_vec()
+        let Some(extension) = extension else {
+            let offset = view.byte_offset.map_or(0, |offset| offset.0 as usize);
+            let (buffer, range) = (view.buffer.value(), offset..offset.saturating_add(length));
+            self.cut(buffer, range.clone()).map_err(|reason| format!(": {reason}"))?;
+            return Ok(View::Part { buffer, range });
+        };
+        let at_extension = |reason: String| format!(".extensions.{COMPRESSION}: {reason}");
+        let decoded = Compression::deserialize(extension).map_err(|error| error.to_string());
+        let decoded = decoded.and_then(|c| {
+            let range = c.byte_offset..c.byte_offset.saturating_add(c.byte_length);
+            let data = self.cut(c.buffer, range)?;
+            if c.count.checked_mul(c.byte_stride) != Some(length) {
+                return Err(format!(
+                    "decodes to {} elements of {} bytes, the view has {length} bytes",
+                    c.count, c.byte_stride
+                ));
             }
-            Some(extension) => {
-                let place = format!("{place}.extensions.{COMPRESSION}");
-                let invalid = |reason: String| SceneError::Invalid {
-                    file: file.into(),
-                    place: place.clone(),
-                    reason,
-                };
-                let c = Compression::deserialize(extension).map_err(|e| invalid(e.to_string()))?;
-                let data = cut(&place, c.buffer, c.byte_offset, c.byte_length)?;
-                let decoded = meshopt::decode(data, c.mode, c.filter, c.count, c.byte_stride)
-                    .map_err(invalid)?;
-                if decoded.len() != length {
-                    return Err(invalid(format!(
-                        "decodes to {} bytes, the view has {length}",
-                        decoded.len()
-                    )));
-                }
-                decoded
+            *left = left.checked_sub(length as u64).ok_or_else(|| {
+                format!("decodes to {length} bytes, of which the limit leaves {left}")
+            })?;
+            let decoded = meshopt::decode(data, c.mode, c.filter, c.count, c.byte_stride)?;
+            if decoded.len() != length {
+                return Err(format!("decodes to {} bytes, the view has {length}", decoded.len()));
             }
+            Ok(View::Decoded(decoded))
         });
+        decoded.map_err(at_extension)
     }
-    Ok(Views(views))
 }
 
 fn load_buffer<'a>(
-    file: &Path,
+    files: &Files<'_>,
     index: usize,
     buffer: &json::Buffer,
     binary: Option<&'a [u8]>,
 ) -> Result<Cow<'a, [u8]>, SceneError> {
     let (from, bytes) = match &buffer.uri {
-        Some(uri) => read_uri(file, uri)?,
+        Some(uri) => read_uri(files, uri)?,
         None => match binary {
-            Some(binary) if index == 0 => (file.into(), Cow::Borrowed(binary)),
+            Some(binary) if index == 0 => (files.scene.into(), Cow::Borrowed(binary)),
             // A placeholder: every view of it is compressed, or will be found out of range.
             _ => return Ok(Cow::Borrowed(&[])),
         },
@@ -124,9 +142,10 @@ fn load_buffer<'a>(
 
 /// The bytes behind a URI, and the file they came from.
 pub(super) fn read_uri(
-    file: &Path,
+    files: &Files<'_>,
     uri: &str,
 ) -> Result<(PathBuf, Cow<'static, [u8]>), SceneError> {
+    let file = files.scene;
     let invalid = |reason: String| SceneError::Invalid {
         file: file.into(),
         place: format!("uri `{}`", uri.chars().take(60).collect::<String>()),
@@ -143,8 +162,7 @@ pub(super) fn read_uri(
         return Err(invalid("only data URIs and relative paths are read".to_owned()));
     }
     let relative = percent_decode_str(uri).decode_utf8_lossy();
-    let path = file.parent().unwrap_or(Path::new("")).join(&*relative);
-    let bytes = error::read(&path)?;
+    let (path, bytes) = files.read(&relative)?;
     Ok((path, Cow::Owned(bytes)))
 }
 
@@ -175,6 +193,10 @@ pub(super) fn validate(file: &Path, root: &json::Root) -> Result<(), SceneError>
                 IndexOutOfBounds => "the index is out of range",
                 Invalid => "the value is not valid",
                 Missing if place.ends_with(".min") || place.ends_with(".max") => return,
+                // An accessor without data is one of zeros. [glTF 2.0, section 3.6.2.1]
+                Missing if place.starts_with("accessors") && place.ends_with("].bufferView") => {
+                    return;
+                }
                 Missing => "is missing",
                 Oversize => "is too large for this machine",
                 // Checked before, with names.

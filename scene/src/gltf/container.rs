@@ -7,8 +7,10 @@ use serde::Deserialize;
 use crate::SceneError;
 
 /// The extensions that change what we read, all of them read.
-const SUPPORTED: [&str; 8] = [
+const SUPPORTED: [&str; 10] = [
+    "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
+    "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -16,6 +18,26 @@ const SUPPORTED: [&str; 8] = [
     "KHR_materials_specular",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
+];
+
+/// What a picture lacks without an extension that is not read.
+const LACKS: [(&str, &str); 16] = [
+    ("EXT_lights_image_based", "there is no light from around"),
+    ("KHR_animation_pointer", "nothing moves"),
+    ("KHR_draco_mesh_compression", "meshes without uncompressed data are missing"),
+    ("KHR_materials_anisotropy", "highlights are round"),
+    ("KHR_materials_clearcoat", "there is no second highlight"),
+    ("KHR_materials_diffuse_transmission", "no light shines through"),
+    ("KHR_materials_dispersion", "nothing is refracted"),
+    ("KHR_materials_iridescence", "reflections have no colours of thin films"),
+    ("KHR_materials_sheen", "cloth has no sheen"),
+    ("KHR_materials_transmission", "no light shines through"),
+    ("KHR_materials_unlit", "the surface is lit like any other"),
+    ("KHR_materials_variants", "the default variant is shown"),
+    ("KHR_materials_volume", "nothing is refracted or absorbed"),
+    ("KHR_node_visibility", "hidden nodes are shown"),
+    ("KHR_texture_basisu", "textures without another image are missing"),
+    ("MSFT_lod", "the finest level is shown"),
 ];
 
 /// The JSON of a file and its binary chunk.
@@ -48,7 +70,9 @@ struct Asset {
 /// Splits a file: the binary container by its first bytes, JSON otherwise.
 pub(super) fn split<'a>(file: &Path, bytes: &'a [u8]) -> Result<Container<'a>, SceneError> {
     let Some(after_magic) = bytes.strip_prefix(b"glTF") else {
-        return Ok(Container { json: bytes, binary: None });
+        // A byte order mark is not allowed there, and written nevertheless.
+        let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        return Ok(Container { json, binary: None });
     };
     let truncated = |what: String| SceneError::Truncated { file: file.into(), what };
     let short = || truncated(format!("the header is 12 bytes, found {}", bytes.len()));
@@ -135,9 +159,15 @@ impl Head {
         Ok(())
     }
 
-    /// The extensions used that are ignored.
+    /// The extensions used that are ignored, each with what the picture lacks, where that is known.
     pub(super) fn ignored(&self) -> Vec<String> {
-        unsupported(&self.extensions_used)
+        let mut names = unsupported(&self.extensions_used);
+        for name in &mut names {
+            if let Some((_, lacks)) = LACKS.iter().find(|(known, _)| known == name) {
+                *name = format!("{name}: {lacks}");
+            }
+        }
+        names
     }
 }
 

@@ -1,33 +1,37 @@
-//! glTF 2.0: metallic-roughness materials, textures, punctual lights, compressed buffer views.
+//! glTF 2.0: metallic-roughness and specular-glossiness materials, textures, punctual lights, copies of meshes,
+//! compressed buffer views.
 
-use std::path::Path;
-
-use buffer::Views;
-use glam::{Mat3, Mat4, Vec3};
+use glam::Mat4;
 use gltf::khr_lights_punctual::Kind;
-use gltf::mesh::{Mode, Semantic};
-use material::{Converted, Materials};
 
+use super::files::Files;
 use super::light::WIDEST;
-use super::mesh::RawMesh;
 use super::note::NoteKind;
 use super::{Camera, Light, LightKind, SceneError};
 use crate::draft::Draft;
+use buffer::Views;
+use material::Converted;
+use texture::Textures;
 
 mod accessor;
 mod buffer;
 mod container;
+mod instances;
 mod material;
 mod meshopt;
+mod primitive;
+mod specular;
+mod texture;
 
 /// Reads a `.gltf` or `.glb` file.
-pub(super) fn load(file: &Path, bytes: &[u8]) -> Result<Draft, SceneError> {
+pub(super) fn load(files: &Files<'_>, bytes: &[u8]) -> Result<Draft, SceneError> {
+    let file = files.scene;
     let container = container::split(file, bytes)?;
     let head: container::Head = container::parse(file, container.json)?;
     head.check(file)?;
     let root: gltf::json::Root = container::parse(file, container.json)?;
     buffer::validate(file, &root)?;
-    let views = buffer::load(file, &root, container.binary)?;
+    let views = Views::load(files, &root, container.binary);
     let document = gltf::Document::from_json_without_validation(root);
 
     let mut draft = Draft::default();
@@ -38,25 +42,24 @@ pub(super) fn load(file: &Path, bytes: &[u8]) -> Result<Draft, SceneError> {
         let name = animation.name().map_or_else(|| animation.index().to_string(), str::to_owned);
         draft.notes.add(NoteKind::Ignored, "animation", name);
     }
-    let mut materials = Materials::new(file, &document, &views);
-    let mut uv_sets = Vec::new();
+    let mut textures = Textures::new(*files, &document, &views);
+    let mut materials = Vec::new();
     for source in document.materials() {
-        let Converted { material, uv_set } = materials.convert(&source, &mut draft.notes)?;
-        draft.materials.push(material);
-        uv_sets.push(uv_set);
+        let converted = material::convert(&source, &mut textures, &mut draft.notes);
+        draft.materials.push(converted.material.clone());
+        materials.push(converted);
     }
-    draft.images = materials.images;
-    let mut reader = Reader { file, document: &document, views: &views, uv_sets, draft };
+    draft.images = textures.images;
+    let mut reader = Reader { files, document: &document, views: &views, materials, draft };
     reader.read_scene()?;
     Ok(reader.draft)
 }
 
 struct Reader<'a> {
-    file: &'a Path,
+    files: &'a Files<'a>,
     document: &'a gltf::Document,
-    views: &'a Views,
-    /// Which set of texture coordinates each material needs.
-    uv_sets: Vec<u32>,
+    views: &'a Views<'a>,
+    materials: Vec<Converted>,
     draft: Draft,
 }
 
@@ -77,7 +80,7 @@ impl Reader<'_> {
         while let Some((node, parent)) = open.pop() {
             if std::mem::replace(&mut visited[node.index()], true) {
                 return Err(SceneError::Invalid {
-                    file: self.file.into(),
+                    file: self.files.scene.into(),
                     place: format!("nodes[{}]", node.index()),
                     reason: "is reached twice; nodes must form trees".to_owned(),
                 });
@@ -85,11 +88,13 @@ impl Reader<'_> {
             let world = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
             if let Some(mesh) = node.mesh() {
                 if node.skin().is_some() {
-                    self.draft.notes.add(NoteKind::Ignored, "skin", name_of(&mesh));
+                    self.draft.notes.add(
+                        NoteKind::Ignored,
+                        "skin: the mesh keeps its shape",
+                        name_of(&mesh),
+                    );
                 }
-                for primitive in mesh.primitives() {
-                    self.read_primitive(&mesh, &primitive, world)?;
-                }
+                self.read_mesh(&node, &mesh, world)?;
             }
             if let Some(light) = node.light() {
                 self.read_light(&node, &light, world);
@@ -104,127 +109,28 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn read_primitive(
+    /// Reads a node's mesh, once for each of its copies.
+    fn read_mesh(
         &mut self,
+        node: &gltf::Node<'_>,
         mesh: &gltf::Mesh<'_>,
-        primitive: &gltf::Primitive<'_>,
         world: Mat4,
     ) -> Result<(), SceneError> {
-        let mut name = name_of(mesh);
-        if mesh.primitives().len() > 1 {
-            name = format!("{name}/{}", primitive.index());
-        }
-        let notes = &mut self.draft.notes;
-        if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip)
-        {
-            notes.add(NoteKind::Ignored, "points and lines", name);
-            return Ok(());
-        }
-        let Some(positions) = primitive.get(&Semantic::Positions) else {
-            notes.add(NoteKind::Ignored, "mesh without positions", name);
-            return Ok(());
-        };
-        if primitive.morph_targets().len() > 0 {
-            notes.add(NoteKind::Ignored, "morph targets", &name);
-        }
-        if primitive.get(&Semantic::Colors(0)).is_some() {
-            notes.add(NoteKind::Ignored, "vertex colours", &name);
-        }
-        let material = primitive.material().index().unwrap_or_else(|| self.default_material());
-        let uv_set = self.uv_sets.get(material).copied().unwrap_or(0);
-
-        let fault = |accessor: usize, semantic: &str, reason: String| SceneError::Accessor {
-            file: self.file.into(),
-            mesh: name.clone(),
-            accessor,
-            semantic: semantic.to_owned(),
-            reason,
-        };
-        let positions = accessor::vectors::<3>(self.views, &positions)
-            .map_err(|reason| fault(positions.index(), "POSITION", reason))?;
-        let count = positions.len();
-        let checked = |semantic: &str, accessor: usize, found: usize| {
-            if found == count {
-                Ok(())
-            } else {
-                let reason = format!("has {found} elements for {count} positions");
-                Err(fault(accessor, semantic, reason))
+        let copies = instances::transforms(self.files, self.document, self.views, node)?;
+        for primitive in mesh.primitives() {
+            let mut name = name_of(mesh);
+            if mesh.primitives().len() > 1 {
+                name = format!("{name}/{}", primitive.index());
             }
-        };
-        let normals = match primitive.get(&Semantic::Normals) {
-            Some(source) => {
-                let normals = accessor::vectors::<3>(self.views, &source)
-                    .map_err(|reason| fault(source.index(), "NORMAL", reason))?;
-                checked("NORMAL", source.index(), normals.len())?;
-                normals
-            }
-            None => Vec::new(),
-        };
-        let uvs = match primitive.get(&Semantic::TexCoords(uv_set)) {
-            Some(source) => {
-                let semantic = format!("TEXCOORD_{uv_set}");
-                let uvs = accessor::vectors::<2>(self.views, &source)
-                    .map_err(|reason| fault(source.index(), &semantic, reason))?;
-                checked(&semantic, source.index(), uvs.len())?;
-                uvs
-            }
-            None => Vec::new(),
-        };
-        let indices = match primitive.indices() {
-            Some(source) => {
-                let indices = accessor::indices(self.views, &source)
-                    .map_err(|reason| fault(source.index(), "indices", reason))?;
-                if let Some(&index) = indices.iter().find(|&&index| index as usize >= count) {
-                    let reason = format!("vertex {index} is out of range; there are {count}");
-                    return Err(fault(source.index(), "indices", reason));
-                }
-                indices
-            }
-            None => (0..count as u32).collect(),
-        };
-        let textured =
-            self.draft.materials.get(material).is_some_and(|m| m.textures().next().is_some());
-        if textured && uvs.is_empty() {
-            let text = "textures of a mesh without texture coordinates are read at (0, 0)";
-            self.draft.notes.add(NoteKind::Assumed, text, &name);
+            let count = copies.as_ref().map_or(1, Vec::len);
+            let draft = &mut self.draft;
+            let (files, views, materials) = (self.files, self.views, &self.materials);
+            let read = primitive::read(files, views, materials, name, &primitive, count, draft)?;
+            let Some(mesh) = read else { continue };
+            let copies = copies.as_deref().unwrap_or(&[Mat4::IDENTITY]);
+            draft.meshes.push(primitive::placed(&mesh, world, copies));
         }
-        let mut indices = into_list(primitive.mode(), indices);
-        let linear = Mat3::from_mat4(world);
-        if linear.determinant() < 0.0 {
-            indices.as_chunks_mut::<3>().0.iter_mut().for_each(|corners| corners.swap(1, 2));
-        }
-        // The cofactors: the inverse transpose times the determinant, which does not need to exist.
-        let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
-        let cofactors =
-            Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * linear.determinant().signum();
-        self.draft.meshes.push(RawMesh {
-            name,
-            positions: positions
-                .into_iter()
-                .map(|position| world.transform_point3(position.into()).into())
-                .collect(),
-            normals: normals
-                .into_iter()
-                .map(|normal| (cofactors * Vec3::from(normal)).into())
-                .collect(),
-            uvs,
-            indices,
-            material,
-        });
         Ok(())
-    }
-
-    /// The index of the material of meshes without one, made when it is first needed.
-    fn default_material(&mut self) -> usize {
-        const NAME: &str = "default";
-        let materials = &mut self.draft.materials;
-        let first = self.uv_sets.len();
-        if materials.len() == first {
-            // [glTF 2.0, section 3.9.2: white, metallic 1, roughness 1]
-            let material = super::Material::diffuse(NAME, [1.0; 3]);
-            materials.push(super::Material { metallic: 1.0, dielectric: 0.04, ..material });
-        }
-        first
     }
 
     fn read_light(
@@ -282,21 +188,4 @@ impl Reader<'_> {
 
 fn name_of(mesh: &gltf::Mesh<'_>) -> String {
     mesh.name().map_or_else(|| format!("mesh {}", mesh.index()), str::to_owned)
-}
-
-/// Strips and fans as lists. [glTF 2.0, section 3.7.2.1]
-fn into_list(mode: Mode, indices: Vec<u32>) -> Vec<u32> {
-    let pairs = || indices.windows(2).skip(1);
-    match mode {
-        Mode::TriangleStrip => indices
-            .windows(3)
-            .enumerate()
-            .flat_map(|(i, corners)| match i % 2 {
-                0 => [corners[0], corners[1], corners[2]],
-                _ => [corners[0], corners[2], corners[1]],
-            })
-            .collect(),
-        Mode::TriangleFan => pairs().flat_map(|pair| [indices[0], pair[0], pair[1]]).collect(),
-        _ => indices,
-    }
 }

@@ -1,0 +1,254 @@
+//! Primitives of meshes: what their accessors hold, and which textures can be read at their texture coordinates.
+
+use std::cell::OnceCell;
+
+use glam::{Mat3, Mat4, Vec3};
+use gltf::mesh::{Mode, Semantic};
+
+use super::accessor;
+use super::buffer::Views;
+use super::material::{self, Converted};
+use crate::draft::Draft;
+use crate::files::Files;
+use crate::mesh::RawMesh;
+use crate::note::NoteKind;
+use crate::tint::{self, Tint};
+use crate::{Material, SceneError, UvTransform};
+
+/// How far texture coordinates may lie from a scaled and moved other set, in image sizes: a hundredth of a texel of the
+/// largest textures.
+const SAME_PLACE: f32 = 1e-6;
+
+/// Reads a primitive, to be placed by a transform. None where there is nothing to draw. `copies` is how often it will
+/// be placed.
+pub(super) fn read(
+    files: &Files<'_>,
+    views: &Views<'_>,
+    materials: &[Converted],
+    name: String,
+    primitive: &gltf::Primitive<'_>,
+    copies: usize,
+    draft: &mut Draft,
+) -> Result<Option<RawMesh>, SceneError> {
+    if matches!(primitive.mode(), Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+        draft.notes.add(NoteKind::Ignored, "points and lines", name);
+        return Ok(None);
+    }
+    let Some(positions) = primitive.get(&Semantic::Positions) else {
+        draft.notes.add(NoteKind::Ignored, "mesh without positions", name);
+        return Ok(None);
+    };
+    if primitive.morph_targets().len() > 0 {
+        draft.notes.add(NoteKind::Ignored, "morph targets: the mesh keeps its shape", &name);
+    }
+    let count = positions.count();
+    let corners = primitive.indices().map_or(count, |indices| indices.count());
+    let triangles = match primitive.mode() {
+        Mode::TriangleStrip | Mode::TriangleFan => corners.saturating_sub(2),
+        _ => corners / 3,
+    };
+    let limits = &files.options.limits;
+    let [vertices, triangles] = [count, triangles].map(|number| number.saturating_mul(copies));
+    draft.taken.take(files.scene, limits, vertices, triangles)?;
+
+    let fault = |accessor: usize, semantic: &str, reason: String| SceneError::Accessor {
+        file: files.scene.into(),
+        mesh: name.clone(),
+        accessor,
+        semantic: semantic.to_owned(),
+        reason,
+    };
+    let positions = accessor::vectors::<3>(views, &positions)
+        .map_err(|reason| fault(positions.index(), "POSITION", reason))?;
+    let source = |semantic: &Semantic, label: &str| match primitive.get(semantic) {
+        Some(source) if source.count() != count => {
+            let reason = format!("has {} elements for {count} positions", source.count());
+            Err(fault(source.index(), label, reason))
+        }
+        source => Ok(source),
+    };
+    let normals = match source(&Semantic::Normals, "NORMAL")? {
+        Some(source) => accessor::vectors::<3>(views, &source)
+            .map_err(|reason| fault(source.index(), "NORMAL", reason))?,
+        None => Vec::new(),
+    };
+    let uvs_of = |set: u32| {
+        let label = format!("TEXCOORD_{set}");
+        match source(&Semantic::TexCoords(set), &label)? {
+            Some(source) => accessor::vectors::<2>(views, &source)
+                .map_err(|reason| fault(source.index(), &label, reason)),
+            None => Ok(Vec::new()),
+        }
+    };
+    let indices = match primitive.indices() {
+        Some(source) => {
+            let indices = accessor::indices(views, &source)
+                .map_err(|reason| fault(source.index(), "indices", reason))?;
+            // The largest number restarts strips elsewhere; here it is out of range like any other.
+            if let Some(&index) = indices.iter().find(|&&index| index as usize >= count) {
+                let reason = format!("vertex {index} is out of range; there are {count}");
+                return Err(fault(source.index(), "indices", reason));
+            }
+            indices
+        }
+        None => (0..count as u32).collect(),
+    };
+    let index = primitive.material().index();
+    let material = index.unwrap_or_else(|| draft.material(default_material()));
+    let converted = index.and_then(|index| materials.get(index));
+    let uvs = uvs_of(converted.map_or(0, Converted::main_set))?;
+    let textured = draft.materials.get(material).is_some_and(|m| m.textures().next().is_some());
+    if textured && uvs.is_empty() {
+        let text = "textures of a mesh without texture coordinates are read at (0, 0)";
+        draft.notes.add(NoteKind::Assumed, text, &name);
+    }
+    let colors = match source(&Semantic::Colors(0), "COLOR_0")? {
+        Some(source) => {
+            colors(views, &source).map_err(|reason| fault(source.index(), "COLOR_0", reason))?
+        }
+        None => Vec::new(),
+    };
+    let indices = into_list(primitive.mode(), indices);
+    let mut raw = RawMesh { name: name.clone(), positions, normals, uvs, indices, material };
+    if let Some(converted) = converted {
+        raw.material = other_sets(draft, &raw, converted, uvs_of)?;
+    }
+    if let Some(tint) = Tint::of(&raw, &colors) {
+        raw.material = tint::apply(draft, &raw, tint);
+    }
+    Ok(Some(raw))
+}
+
+/// Red, green and blue; the opacity of vertices is not read.
+fn colors(views: &Views<'_>, source: &gltf::Accessor<'_>) -> Result<Vec<[f32; 3]>, String> {
+    if source.dimensions().multiplicity() == 4 {
+        let colors = accessor::vectors::<4>(views, source)?;
+        return Ok(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
+    }
+    accessor::vectors::<3>(views, source)
+}
+
+/// The material of a mesh some of whose textures are read at another set of texture coordinates than the mesh's: where
+/// that is the mesh's, scaled and moved, the texture's transform takes it in; where it is not, the texture is left out.
+fn other_sets(
+    draft: &mut Draft,
+    mesh: &RawMesh,
+    converted: &Converted,
+    uvs_of: impl Fn(u32) -> Result<Vec<[f32; 2]>, SceneError>,
+) -> Result<usize, SceneError> {
+    let main = converted.main_set();
+    let mut own = OnceCell::new();
+    for (slot, (texture, set)) in converted.textures().into_iter().zip(converted.sets).enumerate() {
+        let Some(texture) = texture.filter(|_| set != main) else { continue };
+        let other = uvs_of(set)?;
+        own.get_or_init(|| converted.material.clone());
+        let Some(material) = own.get_mut() else { continue };
+        let transform = if other.is_empty() {
+            // It is read at one place, as without any texture coordinates.
+            Some(UvTransform { scale: [0.0; 2], ..texture.transform })
+        } else {
+            same_places(&mesh.uvs, &other).map(|by| after(texture.transform, by))
+        };
+        match transform {
+            Some(transform) => {
+                let slots = [
+                    &mut material.base_color_texture,
+                    &mut material.metallic_roughness_texture,
+                    &mut material.emission_texture,
+                ];
+                for texture in slots.into_iter().nth(slot).into_iter().flatten() {
+                    texture.transform = transform;
+                }
+            }
+            None => {
+                let lacks = material::neutral(material, slot);
+                let text = format!("texture at a second set of texture coordinates; {lacks}");
+                draft.notes.add(NoteKind::Ignored, text, &material.name);
+            }
+        }
+    }
+    Ok(own.into_inner().map_or(mesh.material, |material| draft.material(material)))
+}
+
+/// Scale and offset of the second texture coordinates in terms of the first; none where they are something else.
+fn same_places(first: &[[f32; 2]], second: &[[f32; 2]]) -> Option<[[f32; 2]; 2]> {
+    let mut by = [[0.0; 2]; 2];
+    if first.len() != second.len() {
+        return None;
+    }
+    for (axis, [scale, offset]) in by.iter_mut().enumerate() {
+        let at = |list: &[[f32; 2]], index: usize| list[index][axis];
+        let numbers = || 0..first.len();
+        let least = numbers().min_by(|&a, &b| at(first, a).total_cmp(&at(first, b)))?;
+        let most = numbers().max_by(|&a, &b| at(first, a).total_cmp(&at(first, b)))?;
+        let extent = at(first, most) - at(first, least);
+        *scale = if extent > 0.0 { (at(second, most) - at(second, least)) / extent } else { 0.0 };
+        *offset = at(second, least) - *scale * at(first, least);
+        let error =
+            |index: usize| (at(second, index) - (*scale * at(first, index) + *offset)).abs();
+        let size = numbers().map(|index| at(second, index).abs()).fold(1.0, f32::max);
+        // Written so that what is not a number is not the same.
+        if !numbers().all(|index| error(index) <= SAME_PLACE * size) {
+            return None;
+        }
+    }
+    Some(by)
+}
+
+/// The transform that scales and moves first.
+fn after(transform: UvTransform, [[su, ou], [sv, ov]]: [[f32; 2]; 2]) -> UvTransform {
+    let offset = transform.rows().map(|[a, b, c]| a * ou + b * ov + c);
+    let scale = [transform.scale[0] * su, transform.scale[1] * sv];
+    UvTransform { offset, scale, ..transform }
+}
+
+/// What meshes without a material are made of. [glTF 2.0, section 3.9.2: white, metallic 1, roughness 1]
+fn default_material() -> Material {
+    Material { metallic: 1.0, dielectric: 0.04, ..Material::diffuse("default", [1.0; 3]) }
+}
+
+/// Copies of a mesh in another space, as one mesh.
+pub(super) fn placed(mesh: &RawMesh, world: Mat4, copies: &[Mat4]) -> RawMesh {
+    let mut placed =
+        RawMesh { name: mesh.name.clone(), material: mesh.material, ..RawMesh::default() };
+    for &copy in copies {
+        let world = world * copy;
+        let linear = Mat3::from_mat4(world);
+        let turned = linear.determinant() < 0.0;
+        // The limit of a scene's vertices is one of u32.
+        let first = placed.positions.len() as u32;
+        placed.indices.extend(mesh.indices.as_chunks::<3>().0.iter().flat_map(|&[a, b, c]| {
+            let corners = if turned { [a, c, b] } else { [a, b, c] };
+            corners.map(|corner| first.wrapping_add(corner))
+        }));
+        // The cofactors: the inverse transpose times the determinant, which does not need to exist.
+        let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+        let cofactors =
+            Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * linear.determinant().signum();
+        let point =
+            |&position: &[f32; 3]| -> [f32; 3] { world.transform_point3(position.into()).into() };
+        placed.positions.extend(mesh.positions.iter().map(point));
+        placed.normals.extend(
+            mesh.normals.iter().map(|&n| -> [f32; 3] { (cofactors * Vec3::from(n)).into() }),
+        );
+        placed.uvs.extend(&mesh.uvs);
+    }
+    placed
+}
+
+/// Strips and fans as lists. [glTF 2.0, section 3.7.2.1]
+fn into_list(mode: Mode, indices: Vec<u32>) -> Vec<u32> {
+    let pairs = || indices.windows(2).skip(1);
+    match mode {
+        Mode::TriangleStrip => indices
+            .windows(3)
+            .enumerate()
+            .flat_map(|(i, corners)| match i % 2 {
+                0 => [corners[0], corners[1], corners[2]],
+                _ => [corners[0], corners[2], corners[1]],
+            })
+            .collect(),
+        Mode::TriangleFan => pairs().flat_map(|pair| [indices[0], pair[0], pair[1]]).collect(),
+        _ => indices,
+    }
+}
