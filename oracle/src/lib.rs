@@ -11,7 +11,7 @@
 //! # Pipeline
 //! [`surface`] and [`light`] make virtual point lights; [`rsm`] makes their moments and mips; [`density`] says by
 //! what kernels are drawn; [`fis`] places the kernels; [`vsgl`] makes one light per kernel, [`cluster`] one per cluster of
-//! texels; [`visibility`] says what hides them; [`shade`] reflects them;
+//! texels, [`cut`] one per node of a tree over them; [`visibility`] says what hides them; [`shade`] reflects them;
 //! [`direct`] and [`compose`] add the rest.
 //! [`sg`] has the integrals of spherical Gaussians that shading is made of, on the functions of [`math`].
 //! The references are [`quadrature`] for integrals over the sphere, and [`vpl`] (without visibility) and [`path`] (with
@@ -20,9 +20,11 @@
 //! # Citations
 //! - Abasi 2020: Distance metrics for very large color differences, Color Res. Appl. 45(2).
 //! - Andersson 2020: FLIP: a difference evaluator for alternating images, Proc. ACM Comput. Graph. Interact. Tech. 3(2).
+//! - Apetrei 2014: Fast and simple agglomerative LBVH construction, Computer Graphics and Visual Computing.
 //! - Banerjee 2005: Clustering on the unit hypersphere using von Mises-Fisher distributions, JMLR 6.
 //! - Barak 2013: Temporally coherent adaptive sampling for imperfect shadow maps, Comput. Graph. Forum 32(4).
 //! - Baum 1989: Improving radiosity solutions through the use of analytically determined form factors, SIGGRAPH.
+//! - Chan 1983: Algorithms for computing the sample variance: analysis and recommendations, The American Statistician 37(3).
 //! - Cigolle 2014: A survey of efficient representations for independent unit vectors, JCGT 3(2).
 //! - Clarberg 2005: Wavelet importance sampling, ACM Trans. Graph. 24(3).
 //! - Cochran 1977: Sampling techniques, 3rd edition, Wiley.
@@ -34,6 +36,7 @@
 //! - Heitz 2014: Understanding the masking-shadowing function, JCGT 3(2).
 //! - Howell: A catalog of radiation heat transfer configuration factors, <http://www.thermalradiation.net>.
 //! - Jarzynski and Olano 2020: Hash functions for GPU rendering, JCGT 9(3).
+//! - Karras 2012: Maximizing parallelism in the construction of BVHs, octrees, and k-d trees, High-Performance Graphics.
 //! - Keller 1997: Instant radiosity, SIGGRAPH.
 //! - Krivanek 2008: Real-time shading with filtered importance sampling, Comput. Graph. Forum 27(4).
 //! - Kroeger 2015: Simple, admissible, and accurate approximants of the inverse Langevin and Brillouin functions,
@@ -62,6 +65,7 @@ pub mod asg;
 pub mod brdf;
 pub mod cluster;
 pub mod compose;
+pub mod cut;
 pub mod density;
 pub mod direct;
 pub mod estimate;

@@ -121,7 +121,7 @@ pub fn needs(
         needs.note("reflective shadow map", value, reason);
     }
     let point = light.is_some_and(|light| light.kind == LightKind::Point);
-    size_of_map(&mut needs, point, limits);
+    size_of_map(&mut needs, description, point, limits);
     number_of_lights(&mut needs, description, point, limits);
     light_maps(&mut needs, description, limits);
     roughness(&mut needs, scene);
@@ -133,13 +133,32 @@ pub fn needs(
     needs
 }
 
-fn size_of_map(needs: &mut Needs, point: bool, limits: &wgpu::Limits) {
+fn size_of_map(
+    needs: &mut Needs,
+    description: &Description,
+    point: bool,
+    limits: &wgpu::Limits,
+) {
     let requested = needs.settings.map;
     let mut most = 1 << limits.max_texture_dimension_2d.max(1).ilog2();
     let mut why =
         format!("this device's textures are at most {} wide", limits.max_texture_dimension_2d);
     let words = limits.max_storage_buffer_binding_size / 4;
-    if needs.settings.space != Space::None && words < u64::from(most).pow(2) {
+    if needs.settings.space == Space::Tree {
+        // Of a map of 4 by 4; what a cut keeps is as large as the square of a power of two that holds the map.
+        let small = frame(description, &Settings { map: 4, ..needs.settings.clone() });
+        let moments = small.as_ref().and_then(|frame| find(frame, resource::BLOCKS));
+        let texel = moments.map_or(1, |blocks| blocks.bytes / 16).max(1);
+        let texels = limits.max_storage_buffer_binding_size / texel;
+        let side = 1 << (texels.max(1).ilog2() / 2);
+        if side < most {
+            most = side;
+            why = format!(
+                "a cut keeps {texel} bytes of moments for each texel in a buffer of at most {} bytes on this device",
+                limits.max_storage_buffer_binding_size
+            );
+        }
+    } else if needs.settings.space != Space::None && words < u64::from(most).pow(2) {
         most = words.isqrt() as u32;
         why =
             format!("clusters sort its texels in a buffer of at most {words} words on this device");
@@ -336,6 +355,10 @@ mod tests {
         let small = wgpu::Limits { max_storage_buffer_binding_size: 40_000, ..limits() };
         let sorted = needs(&scene, 0, &Settings { space, ..Settings::default() }, &small).settings;
         assert_eq!(sorted.map, 100);
+        // Two blocks of 48 bytes for each texel: 416 texels, of which a square of 16 by 16 fits.
+        let (space, lobes) = (Space::Tree, sglow_shaders::Lobes::Diffuse);
+        let cut = Settings { space, lobes, ..Settings::default() };
+        assert_eq!(needs(&scene, 0, &cut, &small).settings.map, 16);
         for settings in [many, Settings { lights: 0, map: 0, ..Settings::default() }] {
             let found = decided(settings).settings;
             assert!(found.lights > 0 && found.map > 0);

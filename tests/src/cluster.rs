@@ -92,7 +92,7 @@ impl Run {
                 continue;
             }
             let expected = match space {
-                Space::None | Space::Image => {
+                Space::None | Space::Image | Space::Tree => {
                     let side = Bounded::constant(self.density.pyramid.size() as f64);
                     let [x, y] = warped.centre.map(|part| part * side);
                     [x, y, Bounded::exact(0.0), Bounded::exact(0.0)]
@@ -120,7 +120,7 @@ impl Run {
         let (mut wrong, mut doubtful) = (0, 0);
         for (index, &cluster) in self.assignment.iter().enumerate() {
             let point = match self.case.settings.space {
-                Space::None | Space::Image => {
+                Space::None | Space::Image | Space::Tree => {
                     Vector3::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5, 0.0)
                 }
                 Space::World => Vector3::of_texel(self.case.surfaces.position[index]),

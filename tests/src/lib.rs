@@ -10,6 +10,8 @@ mod common;
 #[cfg(test)]
 mod contract;
 #[cfg(test)]
+mod cut;
+#[cfg(test)]
 mod dark;
 #[cfg(test)]
 mod density;

@@ -2,6 +2,7 @@
 
 pub(crate) mod chains;
 pub(crate) mod clusters;
+pub(crate) mod cut;
 
 use sglow_graph::Configuration;
 use sglow_renderer::readback;

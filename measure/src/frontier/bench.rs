@@ -86,7 +86,12 @@ impl Timed {
 
 /// The settings of the maps that lights are made of: density, lobes, precision, and whether there are kernels at all.
 pub(super) fn of_maps(settings: &Settings) -> Settings {
-    let space = if settings.space == Space::None { Space::None } else { Space::Image };
+    let space = match settings.space {
+        Space::None => Space::None,
+        Space::Image | Space::World => Space::Image,
+        // A cut reads the map itself.
+        Space::Tree => Space::Tree,
+    };
     // The maps depend on the number of the camera's lights, not of the light's.
     let count = Settings::default().lights;
     reflected_by_default(&Settings { space, lights: count, ..made_by_default(settings) })

@@ -7,7 +7,7 @@ use sglow_renderer::variants::Variants as _;
 use sglow_runtime::settings::{Settings, SettingsError};
 use sglow_shaders::{
     Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Output, Precision, Solver,
-    Space, Specular, SpecularPower, Visibility, centres, light_points, light_shadow,
+    Space, Specular, SpecularPower, Visibility, centres, cut_lights, light_points, light_shadow,
 };
 
 /// The axes that configurations differ in, in the order of their names: the light is the scene's, and the format of what is
@@ -109,12 +109,16 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
 pub fn variants(settings: &Settings) -> Vec<String> {
     let Settings { density, lobes, precision, draw, space, .. } = *settings;
     let mut ids = Vec::new();
-    if precision == Precision::F32 || density != Density::Power {
+    if space != Space::Tree && (precision == Precision::F32 || density != Density::Power) {
         ids.push(settings.density().id().to_string());
     }
     ids.push(match space {
         Space::None => settings.sample().id().to_string(),
         Space::Image | Space::World => centres::Centres { draw, space }.id().to_string(),
+        Space::Tree => {
+            let Settings { variance, sharpness, .. } = *settings;
+            cut_lights::CutLights { variance, sharpness, lobes, precision }.id().to_string()
+        }
     });
     ids.push(settings.shade().id().to_string());
     match settings.visibility {

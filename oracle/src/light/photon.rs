@@ -169,15 +169,16 @@ impl Light {
     ///
     /// The cosine is kept at or above [`LEAST_COSINE`], where a texel's footprint is no longer a small patch.
     #[must_use]
-    pub fn footprint(
+    pub fn footprint<R: Real>(
         &self,
         texel: [usize; 2],
         size: [usize; 2],
-        distance_squared: f64,
-        cosine: f64,
-    ) -> f64 {
+        distance_squared: R,
+        cosine: R,
+    ) -> R {
         let unit = Self { intensity: Vector3::splat(1.0), kind: self.without_cone(), ..*self };
-        unit.photon_power::<f64>(texel, size).x * distance_squared / cosine.max(LEAST_COSINE)
+        let power: Vector3<R> = unit.photon_power(texel, size);
+        power.x * distance_squared / cosine.max(R::constant(LEAST_COSINE))
     }
 
     fn without_cone(&self) -> LightKind {

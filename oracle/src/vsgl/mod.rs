@@ -7,4 +7,4 @@ pub mod vsgl;
 
 pub use packed::PackedLobe;
 pub use sample::{Kernel, Sample, Settings, Solver, sample};
-pub use vsgl::{Lobe, Vsgl};
+pub use vsgl::{LEAST_WEIGHT, Lobe, Vsgl};

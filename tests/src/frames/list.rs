@@ -119,6 +119,7 @@ pub(super) fn list() -> Vec<Case> {
     stored(&mut list);
     chains(&mut list);
     clusters(&mut list);
+    cuts(&mut list);
     visibility(&mut list);
     lights(&mut list);
     darkness(&mut list);
@@ -270,6 +271,37 @@ fn clusters(list: &mut List) {
     list.one("space=world emitter=lobe", Settings { space, emitter: Emitter::Lobe, ..base() });
 }
 
+/// Cuts through a tree, which draw nothing.
+fn cuts(list: &mut List) {
+    let (space, emitter) = (Space::Tree, Emitter::Disc);
+    let base = Settings { space, emitter, ..base() };
+    for precision in Precision::ALL {
+        for lobes in Lobes::ALL {
+            let name = format!("space=tree precision={precision} lobes={lobes}");
+            list.three(name, Settings { precision, lobes, ..base.clone() });
+        }
+    }
+    for count in [1, 7, 1100] {
+        list.one(format!("space=tree lights={count}"), Settings { lights: count, ..base.clone() });
+    }
+    for sharpness in [Sharpness::Toksvig, Sharpness::Banerjee] {
+        let name = format!("space=tree sharpness={sharpness}");
+        list.one(name, Settings { sharpness, ..base.clone() });
+    }
+    let variance = Variance::Planar;
+    list.one("space=tree variance=planar", Settings { variance, ..base.clone() });
+    let specular_power = SpecularPower::Albedo;
+    list.one("space=tree specular_power=albedo", Settings { specular_power, ..base.clone() });
+    for emitter in [Emitter::Lobe, Emitter::Cosine] {
+        list.one(format!("space=tree emitter={emitter}"), Settings { emitter, ..base.clone() });
+    }
+    let visibility = Visibility::ShadowMap;
+    list.one("space=tree visibility=shadow_map", Settings { visibility, ..base.clone() });
+    // Neither a density nor its draw has anything to do.
+    let (density, draw) = (Density::Bidirectional, Draw::Metropolis);
+    list.one("space=tree density=bidirectional", Settings { density, draw, ..base });
+}
+
 /// Maps of the lights, which are cleared in each frame.
 fn visibility(list: &mut List) {
     for visibility in [Visibility::ShadowMap, Visibility::Imperfect] {
@@ -307,6 +339,7 @@ fn lights(list: &mut List) {
             ("bidirectional", Settings { density, ..base() }),
             ("clusters", Settings { space: Space::World, ..base() }),
             ("clusters bidirectional", Settings { space: Space::Image, density, ..base() }),
+            ("cut", Settings { space: Space::Tree, ..base() }),
             ("visibility", Settings { visibility: Visibility::ShadowMap, ..base() }),
             ("matt", matt()),
             ("beckmann", Settings { ndf: Ndf::Beckmann, ..base() }),
@@ -337,6 +370,7 @@ fn darkness(list: &mut List) {
         ("image", Settings { space: Space::Image, ..base() }),
         ("world", Settings { space: Space::World, visibility, ..base() }),
         ("imperfect", Settings { visibility: Visibility::Imperfect, ..base() }),
+        ("tree", Settings { space: Space::Tree, ..base() }),
     ] {
         list.one(format!("dark {what}"), settings).lamp = Lamp::Away;
     }
