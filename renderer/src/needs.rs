@@ -133,12 +133,7 @@ pub fn needs(
     needs
 }
 
-fn size_of_map(
-    needs: &mut Needs,
-    description: &Description,
-    point: bool,
-    limits: &wgpu::Limits,
-) {
+fn size_of_map(needs: &mut Needs, description: &Description, point: bool, limits: &wgpu::Limits) {
     let requested = needs.settings.map;
     let mut most = 1 << limits.max_texture_dimension_2d.max(1).ilog2();
     let mut why =

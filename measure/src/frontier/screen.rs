@@ -367,7 +367,6 @@ mod tests {
             name: name.to_owned(),
             complete: true,
             time: Time { median: time, least: time, most: time },
-            complete: true,
             ..Configuration::default()
         };
         configuration.picture.relative_mse = error;

@@ -176,6 +176,146 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: compose::NAMES_5,
     },
     Variant {
+        id: "cut_keys",
+        pass: cut_keys::PASS,
+        entry_points: cut_keys::ENTRY_POINTS_0,
+        bind_groups: cut_keys::LAYOUT_0,
+        binding_names: cut_keys::NAMES_0,
+    },
+    Variant {
+        id: "cut_leaves-directional-both-f0-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_0,
+        binding_names: cut_leaves::NAMES_0,
+    },
+    Variant {
+        id: "cut_leaves-directional-diffuse-f0-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_1,
+        binding_names: cut_leaves::NAMES_1,
+    },
+    Variant {
+        id: "cut_leaves-point-both-f0-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_0,
+        binding_names: cut_leaves::NAMES_0,
+    },
+    Variant {
+        id: "cut_leaves-point-diffuse-f0-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_1,
+        binding_names: cut_leaves::NAMES_1,
+    },
+    Variant {
+        id: "cut_leaves-spot-both-f0-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_0,
+        binding_names: cut_leaves::NAMES_0,
+    },
+    Variant {
+        id: "cut_leaves-spot-diffuse-f0-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_1,
+        binding_names: cut_leaves::NAMES_1,
+    },
+    Variant {
+        id: "cut_lights-trace-exact-both-f32",
+        pass: cut_lights::PASS,
+        entry_points: cut_lights::ENTRY_POINTS_0,
+        bind_groups: cut_lights::LAYOUT_0,
+        binding_names: cut_lights::NAMES_0,
+    },
+    Variant {
+        id: "cut_lights-trace-exact-diffuse-f32",
+        pass: cut_lights::PASS,
+        entry_points: cut_lights::ENTRY_POINTS_0,
+        bind_groups: cut_lights::LAYOUT_1,
+        binding_names: cut_lights::NAMES_1,
+    },
+    Variant {
+        id: "cut_lit-directional-both-f0",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_0,
+        binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
+        id: "cut_lit-directional-diffuse-f0",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_0,
+        binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
+        id: "cut_lit-point-both-f0",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_0,
+        binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
+        id: "cut_lit-point-diffuse-f0",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_0,
+        binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
+        id: "cut_lit-spot-both-f0",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_0,
+        binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
+        id: "cut_lit-spot-diffuse-f0",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_0,
+        binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
+        id: "cut_ranks",
+        pass: cut_ranks::PASS,
+        entry_points: cut_ranks::ENTRY_POINTS_0,
+        bind_groups: cut_ranks::LAYOUT_0,
+        binding_names: cut_ranks::NAMES_0,
+    },
+    Variant {
+        id: "cut_sums-both",
+        pass: cut_sums::PASS,
+        entry_points: cut_sums::ENTRY_POINTS_0,
+        bind_groups: cut_sums::LAYOUT_0,
+        binding_names: cut_sums::NAMES_0,
+    },
+    Variant {
+        id: "cut_sums-diffuse",
+        pass: cut_sums::PASS,
+        entry_points: cut_sums::ENTRY_POINTS_0,
+        bind_groups: cut_sums::LAYOUT_1,
+        binding_names: cut_sums::NAMES_1,
+    },
+    Variant {
+        id: "cut_tree-both",
+        pass: cut_tree::PASS,
+        entry_points: cut_tree::ENTRY_POINTS_0,
+        bind_groups: cut_tree::LAYOUT_0,
+        binding_names: cut_tree::NAMES_0,
+    },
+    Variant {
+        id: "cut_tree-diffuse",
+        pass: cut_tree::PASS,
+        entry_points: cut_tree::ENTRY_POINTS_0,
+        bind_groups: cut_tree::LAYOUT_1,
+        binding_names: cut_tree::NAMES_1,
+    },
+    Variant {
         id: "density-bidirectional-cosine-both-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
@@ -1672,6 +1812,126 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: compose::PASS,
         text: include_str!("../wgsl/compose-indirect_specular-emission_seen.wgsl"),
         sha256: "b05f17fd8a0886d9d91925d4459b8f65f45557654ec50a51cb867d024d5ec824",
+    },
+    Embedded {
+        id: "cut_keys",
+        pass: cut_keys::PASS,
+        text: include_str!("../wgsl/cut_keys.wgsl"),
+        sha256: "467430a3c9e4ef7211543bd598ef2d324b36f6a0f085d8be0db23006b700c2ec",
+    },
+    Embedded {
+        id: "cut_leaves-directional-both-f0-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves-light_directional.wgsl"),
+        sha256: "4b048d6facaee11903127d4a5204cb67c3713e54fbfefa0e32c01aefbf012a8f",
+    },
+    Embedded {
+        id: "cut_leaves-directional-diffuse-f0-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves-light_directional-lobes_diffuse.wgsl"),
+        sha256: "922b26e9584be240982067f05d3cdcbef4a6dc7c7468b4ffbed8be1a97271876",
+    },
+    Embedded {
+        id: "cut_leaves-point-both-f0-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves-light_point.wgsl"),
+        sha256: "4636cff79748e0a3c6107ef0769c6ec426a3411066dc7304ab4212a821d10ed3",
+    },
+    Embedded {
+        id: "cut_leaves-point-diffuse-f0-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves-light_point-lobes_diffuse.wgsl"),
+        sha256: "875fe077e1caeb3feb7cc3ff50ca2262eafe51b5deb5b2eefbf59274e3f99fe8",
+    },
+    Embedded {
+        id: "cut_leaves-spot-both-f0-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves.wgsl"),
+        sha256: "d56c3ca23cc1edc0357a0e365ad6413e55f3df30203cda4e28cc040040dc252f",
+    },
+    Embedded {
+        id: "cut_leaves-spot-diffuse-f0-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves-lobes_diffuse.wgsl"),
+        sha256: "b8cc44c9127d5dd140e300ff9494cbfb6415e7b25f9ca38552886061a665802b",
+    },
+    Embedded {
+        id: "cut_lights-trace-exact-both-f32",
+        pass: cut_lights::PASS,
+        text: include_str!("../wgsl/cut_lights.wgsl"),
+        sha256: "0c13e3aeb9f7c9e9c497ab2924f78edbdf90c66975b57ca83f4385942ce52eeb",
+    },
+    Embedded {
+        id: "cut_lights-trace-exact-diffuse-f32",
+        pass: cut_lights::PASS,
+        text: include_str!("../wgsl/cut_lights-lobes_diffuse.wgsl"),
+        sha256: "d93ce2481ed1d3c8b67e71922dfe8ca1322c0b2b4b2abd03a0e40e384fada664",
+    },
+    Embedded {
+        id: "cut_lit-directional-both-f0",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-light_directional.wgsl"),
+        sha256: "96e625241f9b00e99ef0d648efaeb3ad435475ab96f520b30badbc5952c5b8cd",
+    },
+    Embedded {
+        id: "cut_lit-directional-diffuse-f0",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-light_directional-lobes_diffuse.wgsl"),
+        sha256: "42c94eac318b1b61d7ee93b53a7a831a004912bc6e060ee43d8bf99bcdc67b13",
+    },
+    Embedded {
+        id: "cut_lit-point-both-f0",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-light_point.wgsl"),
+        sha256: "33b958718f5df4ef4cce7501ac41fd68b797cdc873dc849e92c776dd074ab79a",
+    },
+    Embedded {
+        id: "cut_lit-point-diffuse-f0",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-light_point-lobes_diffuse.wgsl"),
+        sha256: "4c117f74330e644331a9acb4e9a56e2d7ae18fefe6686f669a48baf291d07468",
+    },
+    Embedded {
+        id: "cut_lit-spot-both-f0",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit.wgsl"),
+        sha256: "f17630ed175bd6755c5c4e29bbe1d5036ed019b28e3774310ebe67e97d61f850",
+    },
+    Embedded {
+        id: "cut_lit-spot-diffuse-f0",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-lobes_diffuse.wgsl"),
+        sha256: "97513506deaa91fe51cd78c0a8ea4c12694842d72da840bcee8e86e5183696a1",
+    },
+    Embedded {
+        id: "cut_ranks",
+        pass: cut_ranks::PASS,
+        text: include_str!("../wgsl/cut_ranks.wgsl"),
+        sha256: "8810a0a08cdd31be878eab6cab60aa67c406caa93c956038649fc7fc5b868836",
+    },
+    Embedded {
+        id: "cut_sums-both",
+        pass: cut_sums::PASS,
+        text: include_str!("../wgsl/cut_sums.wgsl"),
+        sha256: "e21c68de9338f6279a3be3b7e9b7fc1c1ca0d91cba878193062ee447d86340cd",
+    },
+    Embedded {
+        id: "cut_sums-diffuse",
+        pass: cut_sums::PASS,
+        text: include_str!("../wgsl/cut_sums-lobes_diffuse.wgsl"),
+        sha256: "90967c151575a09a9a1311af5da8b3f8934fae26220b0f5e867aff1b7caf6235",
+    },
+    Embedded {
+        id: "cut_tree-both",
+        pass: cut_tree::PASS,
+        text: include_str!("../wgsl/cut_tree.wgsl"),
+        sha256: "b414c7db129d07550ddb3569c139031ec1a02aadced60b4c7d5b670da3b80412",
+    },
+    Embedded {
+        id: "cut_tree-diffuse",
+        pass: cut_tree::PASS,
+        text: include_str!("../wgsl/cut_tree-lobes_diffuse.wgsl"),
+        sha256: "f1f3c4832553a27834307b705b188aec305cde00856c749620930cf35e0cbb04",
     },
     Embedded {
         id: "density-bidirectional-cosine-both-f0",
@@ -3271,13 +3531,49 @@ pub mod frame {
     /// Resources.
     pub mod resource {
         /// A resource of the part `lights`.
+        pub const BLOCKS: &str = "blocks";
+        /// A resource of the part `lights`.
         pub const BOXES: &str = "boxes";
+        /// A resource of the part `lights`.
+        pub const CAMERA_BOXES: &str = "camera_boxes";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CENTRES: &str = "camera_centres";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CENTRES_BOX: &str = "camera_centres_box";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CHAINS: &str = "camera_chains";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CHILDREN: &str = "camera_children";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_COUNTS: &str = "camera_codes_counts";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_KEYS: &str = "camera_codes_keys";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_SORTED: &str = "camera_codes_sorted";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_VALUES: &str = "camera_codes_values";
         /// A resource of the part `lights`.
         pub const CAMERA_DENSITY: &str = "camera_density";
         /// A resource of the part `lights`.
         pub const CAMERA_KERNELS: &str = "camera_kernels";
         /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES: &str = "camera_leaves";
+        /// A resource of the part `lights`.
         pub const CAMERA_MOMENTS: &str = "camera_moments";
+        /// A resource of the part `lights`.
+        pub const CAMERA_PARENTS: &str = "camera_parents";
+        /// A resource of the part `lights`.
+        pub const CAMERA_STARTS: &str = "camera_starts";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_COUNTS: &str = "camera_texels_counts";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_KEYS: &str = "camera_texels_keys";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_SORTED: &str = "camera_texels_sorted";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_VALUES: &str = "camera_texels_values";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TRILINEAR: &str = "camera_trilinear";
         /// A resource of the part `lights`.
         pub const CAMERA_VSGLS: &str = "camera_vsgls";
         /// A resource of the part `lights`.
@@ -3296,6 +3592,8 @@ pub mod frame {
         pub const CODES_SORTED: &str = "codes_sorted";
         /// A resource of the part `lights`.
         pub const CODES_VALUES: &str = "codes_values";
+        /// A resource of the part `lights`.
+        pub const COSTS: &str = "costs";
         /// A resource of the part `lights`.
         pub const DENSITY: &str = "density";
         /// A resource of the part `shading`.
@@ -3317,15 +3615,39 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const KERNELS: &str = "kernels";
         /// A resource of the part `lights`.
+        pub const LEAF_COUNT: &str = "leaf_count";
+        /// A resource of the part `lights`.
         pub const LEAVES: &str = "leaves";
+        /// A resource of the part `lights`.
+        pub const LEAVES_BOX: &str = "leaves_box";
+        /// A resource of the part `lights`.
+        pub const LEAVES_COUNTS: &str = "leaves_counts";
+        /// A resource of the part `lights`.
+        pub const LEAVES_KEYS: &str = "leaves_keys";
+        /// A resource of the part `lights`.
+        pub const LEAVES_SORTED: &str = "leaves_sorted";
+        /// A resource of the part `lights`.
+        pub const LEAVES_VALUES: &str = "leaves_values";
         /// A resource of the part `visibility`.
         pub const LIGHT_MAPS: &str = "light_maps";
         /// A resource of the part `lights`.
         pub const MOMENTS: &str = "moments";
+        /// A resource of the part `lights`.
+        pub const NODES: &str = "nodes";
+        /// A resource of the part `lights`.
+        pub const NODES_COUNTS: &str = "nodes_counts";
+        /// A resource of the part `lights`.
+        pub const NODES_KEYS: &str = "nodes_keys";
+        /// A resource of the part `lights`.
+        pub const NODES_SORTED: &str = "nodes_sorted";
+        /// A resource of the part `lights`.
+        pub const NODES_VALUES: &str = "nodes_values";
         /// A resource of the part `visibility`.
         pub const OCCLUDER_INDICES: &str = "occluder_indices";
         /// A resource of the part `visibility`.
         pub const OCCLUDER_POSITIONS: &str = "occluder_positions";
+        /// A resource of the part `lights`.
+        pub const OWN_WEIGHTS: &str = "own_weights";
         /// A resource of the part `lights`.
         pub const PARENTS: &str = "parents";
         /// A resource of the part `visibility`.
@@ -4528,18 +4850,21 @@ pub enum Space {
     Image,
     /// In the world, three-dimensional.
     World,
+    /// In a tree over normals and positions in the world: a cut through it, by power and spread; nothing is drawn.
+    Tree,
 }
 impl Space {
     /// The name of the axis.
     pub const AXIS: &str = "space";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 3] = [Self::None, Self::Image, Self::World];
+    pub const ALL: [Self; 4] = [Self::None, Self::Image, Self::World, Self::Tree];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
             Self::Image => "image",
             Self::World => "world",
+            Self::Tree => "tree",
         }
     }
 }
@@ -6542,10 +6867,10 @@ pub mod centres {
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
-            if matches!(self.space, super::Space::None) {
+            if matches!(self.space, super::Space::None | super::Space::Tree) {
                 return Some(super::Exclusion {
                     name: "clusters-without-space",
-                    reason: "clusters are close to their centres in some space",
+                    reason: "clusters are close to their centres in some space, and a cut has no centres",
                 });
             }
             None
@@ -6630,10 +6955,10 @@ pub mod cluster_codes {
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
-            if matches!(self.space, super::Space::None) {
+            if matches!(self.space, super::Space::None | super::Space::Tree) {
                 return Some(super::Exclusion {
                     name: "clusters-without-space",
-                    reason: "clusters are close to their centres in some space",
+                    reason: "clusters are close to their centres in some space, and a cut has no centres",
                 });
             }
             None
@@ -6972,10 +7297,10 @@ pub mod cluster_assign {
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
-            if matches!(self.space, super::Space::None) {
+            if matches!(self.space, super::Space::None | super::Space::Tree) {
                 return Some(super::Exclusion {
                     name: "clusters-without-space",
-                    reason: "clusters are close to their centres in some space",
+                    reason: "clusters are close to their centres in some space, and a cut has no centres",
                 });
             }
             None
@@ -7248,6 +7573,708 @@ pub mod cluster_sum {
             "sglow_base_color_texture",
             "sglow_order",
             "sglow_starts",
+            "sglow_vsgls",
+        ],
+    ];
+}
+/// Finds the texels of a map that become leaves of a tree, and the box around them.
+pub mod cut_lit {
+    /// The name of the pass.
+    pub const PASS: &str = "cut_lit";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cut_lit`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct CutLit {
+        /// The kind of the light.
+        pub light: super::Light,
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+        /// The power of a virtual light's specular lobe.
+        pub specular_power: super::SpecularPower,
+    }
+    impl CutLit {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for light in super::Light::ALL {
+                for lobes in super::Lobes::ALL {
+                    for specular_power in super::SpecularPower::ALL {
+                        all.push(Self {
+                            light,
+                            lobes,
+                            specular_power,
+                        });
+                    }
+                }
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}-{}-{}", self.light, self.lobes, self.specular_power)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.light, super::Light::Camera) {
+                return Some(super::Exclusion {
+                    name: "leaves-of-the-camera",
+                    reason: "a cut is through what a light's map holds",
+                });
+            }
+            if matches!(self.lobes, super::Lobes::Diffuse)
+                && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "specular-power-without-specular-lobe",
+                    reason: "a virtual light without a specular lobe has no specular power",
+                });
+            }
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_cut_find_lit",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cut_lit-directional-both-f0`, `cut_lit-directional-diffuse-f0`, `cut_lit-point-both-f0`, `cut_lit-point-diffuse-f0`, `cut_lit-spot-both-f0`, `cut_lit-spot-diffuse-f0`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_cut_map_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_cut_box",
+            "sglow_cut_keys",
+        ],
+    ];
+}
+/// The key of each leaf: the face of its normal, then the Morton code of its position.
+pub mod cut_keys {
+    /// The name of the pass.
+    pub const PASS: &str = "cut_keys";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cut_keys`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct CutKeys;
+    impl CutKeys {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_cut_make_keys",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cut_keys`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_cut_keys_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_cut_box",
+            "sglow_cut_keys",
+            "sglow_order",
+        ],
+    ];
+}
+/// The moments of each leaf, in the order of the keys.
+pub mod cut_leaves {
+    /// The name of the pass.
+    pub const PASS: &str = "cut_leaves";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cut_leaves`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct CutLeaves {
+        /// The kind of the light.
+        pub light: super::Light,
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+        /// The power of a virtual light's specular lobe.
+        pub specular_power: super::SpecularPower,
+        /// How the sharpness of a virtual light's directions follows from their mean.
+        pub sharpness: super::Sharpness,
+    }
+    impl CutLeaves {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for light in super::Light::ALL {
+                for lobes in super::Lobes::ALL {
+                    for specular_power in super::SpecularPower::ALL {
+                        for sharpness in super::Sharpness::ALL {
+                            all.push(Self {
+                                light,
+                                lobes,
+                                specular_power,
+                                sharpness,
+                            });
+                        }
+                    }
+                }
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        pub fn id(self) -> String {
+            format!(
+                "{PASS}-{}-{}-{}-{}", self.light, self.lobes, self.specular_power, self
+                .sharpness
+            )
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            if matches!(self.light, super::Light::Camera) {
+                return Some(super::Exclusion {
+                    name: "moments-of-the-camera",
+                    reason: "a cut is through what a light's map holds",
+                });
+            }
+            if matches!(self.lobes, super::Lobes::Diffuse)
+                && matches!(self.specular_power, super::SpecularPower::Albedo)
+            {
+                return Some(super::Exclusion {
+                    name: "specular-power-without-specular-lobe",
+                    reason: "a virtual light without a specular lobe has no specular power",
+                });
+            }
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_cut_make_leaves",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cut_leaves-directional-both-f0-exact`, `cut_leaves-point-both-f0-exact`, `cut_leaves-spot-both-f0-exact`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_cut_map_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_cut_keys",
+            "sglow_order",
+            "sglow_cut_blocks",
+            "sglow_cut_leaf_count",
+        ],
+    ];
+    /// `cut_leaves-directional-diffuse-f0-exact`, `cut_leaves-point-diffuse-f0-exact`, `cut_leaves-spot-diffuse-f0-exact`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_cut_map_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_cut_keys",
+            "sglow_order",
+            "sglow_cut_blocks",
+            "sglow_cut_leaf_count",
+        ],
+    ];
+}
+/// Sums blocks of leaves in pairs.
+pub mod cut_sums {
+    /// The name of the pass.
+    pub const PASS: &str = "cut_sums";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cut_sums`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct CutSums {
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+    }
+    impl CutSums {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for lobes in super::Lobes::ALL {
+                all.push(Self { lobes });
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}", self.lobes)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_cut_make_sums",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cut_sums-both`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 80),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &["sglow_cut_sums_parameters", "sglow_cut_blocks"],
+    ];
+    /// `cut_sums-diffuse`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 48),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &["sglow_cut_sums_parameters", "sglow_cut_blocks"],
+    ];
+}
+/// The binary tree of the sorted keys, and what each node costs as one light.
+pub mod cut_tree {
+    /// The name of the pass.
+    pub const PASS: &str = "cut_tree";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cut_tree`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct CutTree {
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+    }
+    impl CutTree {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for lobes in super::Lobes::ALL {
+                all.push(Self { lobes });
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        pub fn id(self) -> String {
+            format!("{PASS}-{}", self.lobes)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_cut_make_tree",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cut_tree-both`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_cut_tree_parameters",
+            "sglow_cut_blocks",
+            "sglow_cut_keys",
+            "sglow_cut_leaf_count",
+            "sglow_cut_nodes",
+            "sglow_cut_costs",
+        ],
+    ];
+    /// `cut_tree-diffuse`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_cut_tree_parameters",
+            "sglow_cut_blocks",
+            "sglow_cut_keys",
+            "sglow_cut_leaf_count",
+            "sglow_cut_nodes",
+            "sglow_cut_costs",
+        ],
+    ];
+}
+/// Ranks the nodes of the tree: the order in which they are refined.
+pub mod cut_ranks {
+    /// The name of the pass.
+    pub const PASS: &str = "cut_ranks";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cut_ranks`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct CutRanks;
+    impl CutRanks {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            vec![Self]
+        }
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        pub fn id(self) -> String {
+            String::from(PASS)
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_cut_make_ranks",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cut_ranks`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_cut_tree_parameters",
+            "sglow_cut_nodes",
+            "sglow_cut_costs",
+            "sglow_cut_leaf_count",
+            "sglow_cut_ranks",
+            "sglow_order",
+        ],
+    ];
+}
+/// Makes one virtual spherical Gaussian light of each node of a cut.
+pub mod cut_lights {
+    /// The name of the pass.
+    pub const PASS: &str = "cut_lights";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cut_lights`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct CutLights {
+        /// The variance of a virtual light's positions.
+        pub variance: super::Variance,
+        /// How the sharpness of a virtual light's directions follows from their mean.
+        pub sharpness: super::Sharpness,
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+        /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
+        pub precision: super::Precision,
+    }
+    impl CutLights {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for variance in super::Variance::ALL {
+                for sharpness in super::Sharpness::ALL {
+                    for lobes in super::Lobes::ALL {
+                        for precision in super::Precision::ALL {
+                            all.push(Self {
+                                variance,
+                                sharpness,
+                                lobes,
+                                precision,
+                            });
+                        }
+                    }
+                }
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        pub fn id(self) -> String {
+            format!(
+                "{PASS}-{}-{}-{}-{}", self.variance, self.sharpness, self.lobes, self
+                .precision
+            )
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_cut_make_lights",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cut_lights-trace-exact-both-f32`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_cut_lights_parameters",
+            "sglow_cut_blocks",
+            "sglow_cut_nodes",
+            "sglow_cut_leaf_count",
+            "sglow_cut_ranks",
+            "sglow_order",
+            "sglow_vsgls",
+        ],
+    ];
+    /// `cut_lights-trace-exact-diffuse-f32`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_cut_lights_parameters",
+            "sglow_cut_blocks",
+            "sglow_cut_nodes",
+            "sglow_cut_leaf_count",
+            "sglow_cut_ranks",
+            "sglow_order",
             "sglow_vsgls",
         ],
     ];
@@ -10289,6 +11316,216 @@ impl Default for SglowCodesParameters {
 const _: () = {
     equal(size_of::<SglowCodesParameters>(), 4);
     equal(core::mem::offset_of!(SglowCodesParameters, count), 0);
+};
+/// `SglowCutKeysParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutKeysParameters {
+    /// What positions are relative to. (`vec3<f32>` at byte 0)
+    pub origin: [f32; 3],
+    /// Number of places, a power of four. (`u32` at byte 12)
+    pub places: u32,
+}
+impl Default for SglowCutKeysParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutKeysParameters>(), 16);
+    equal(core::mem::offset_of!(SglowCutKeysParameters, origin), 0);
+    equal(core::mem::offset_of!(SglowCutKeysParameters, places), 12);
+};
+/// `SglowCutLightsParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutLightsParameters {
+    /// What the moments' positions are relative to. (`vec3<f32>` at byte 0)
+    pub origin: [f32; 3],
+    /// Number of lights, 1 to 65536. (`u32` at byte 12)
+    pub count: u32,
+    /// Number of places, a power of two. (`u32` at byte 16)
+    pub places: u32,
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1, as the moments pass takes it. (`f32` at byte 20)
+    pub diffuse_mean_length: f32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 8],
+}
+impl Default for SglowCutLightsParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutLightsParameters>(), 32);
+    equal(core::mem::offset_of!(SglowCutLightsParameters, origin), 0);
+    equal(core::mem::offset_of!(SglowCutLightsParameters, count), 12);
+    equal(core::mem::offset_of!(SglowCutLightsParameters, places), 16);
+    equal(core::mem::offset_of!(SglowCutLightsParameters, diffuse_mean_length), 20);
+};
+/// What the passes over the texels of a map agree on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutMapParameters {
+    /// `SglowLight` at byte 0.
+    pub light: SglowLight,
+    /// What positions are relative to. (`vec3<f32>` at byte 80)
+    pub origin: [f32; 3],
+    /// Number of places, a power of four: those of the least square of a power of two that holds the map. (`u32` at byte 92)
+    pub places: u32,
+}
+impl Default for SglowCutMapParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutMapParameters>(), 96);
+    equal(core::mem::offset_of!(SglowCutMapParameters, light), 0);
+    equal(core::mem::offset_of!(SglowCutMapParameters, origin), 80);
+    equal(core::mem::offset_of!(SglowCutMapParameters, places), 92);
+};
+/// What texels add up to: moments about their mean, so that what is small beside its distance from the origin does not cancel.
+///
+/// `SglowCutMoments` of the variants with lobes = both.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutMomentsBoth {
+    /// Mean position, relative to the origin. (`vec3<f32>` at byte 0)
+    pub mean: [f32; 3],
+    /// The luminance of the power of all lobes, which weighs positions; 0 of nothing. (`f32` at byte 12)
+    pub weight: f32,
+    /// The power that is reflected diffusely. (`vec3<f32>` at byte 16)
+    pub diffuse_power: [f32; 3],
+    /// Mean squared distance from the mean position. (`f32` at byte 28)
+    pub variance: f32,
+    /// Sum of the normals, weighed by the luminance of the diffuse power. (`vec3<f32>` at byte 32)
+    pub diffuse_direction: [f32; 3],
+    /// Sum of these weights. (`f32` at byte 44)
+    pub diffuse_weight: f32,
+    /// The power that is reflected specularly. (`vec3<f32>` at byte 48)
+    pub specular_power: [f32; 3],
+    /// Sum of the lengths of the mean directions of specular lobes, weighed by the luminance of their power. (`f32` at byte 60)
+    pub specular_length: f32,
+    /// Sum of these mean directions, weighed alike. (`vec3<f32>` at byte 64)
+    pub specular_direction: [f32; 3],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
+}
+impl Default for SglowCutMomentsBoth {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutMomentsBoth>(), 80);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, mean), 0);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, weight), 12);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, diffuse_power), 16);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, variance), 28);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, diffuse_direction), 32);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, diffuse_weight), 44);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, specular_power), 48);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, specular_length), 60);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, specular_direction), 64);
+};
+/// What texels add up to: moments about their mean, so that what is small beside its distance from the origin does not cancel.
+///
+/// `SglowCutMoments` of the variants with lobes = diffuse.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutMomentsDiffuse {
+    /// Mean position, relative to the origin. (`vec3<f32>` at byte 0)
+    pub mean: [f32; 3],
+    /// The luminance of the power of all lobes, which weighs positions; 0 of nothing. (`f32` at byte 12)
+    pub weight: f32,
+    /// The power that is reflected diffusely. (`vec3<f32>` at byte 16)
+    pub diffuse_power: [f32; 3],
+    /// Mean squared distance from the mean position. (`f32` at byte 28)
+    pub variance: f32,
+    /// Sum of the normals, weighed by the luminance of the diffuse power. (`vec3<f32>` at byte 32)
+    pub diffuse_direction: [f32; 3],
+    /// Sum of these weights. (`f32` at byte 44)
+    pub diffuse_weight: f32,
+}
+impl Default for SglowCutMomentsDiffuse {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutMomentsDiffuse>(), 48);
+    equal(core::mem::offset_of!(SglowCutMomentsDiffuse, mean), 0);
+    equal(core::mem::offset_of!(SglowCutMomentsDiffuse, weight), 12);
+    equal(core::mem::offset_of!(SglowCutMomentsDiffuse, diffuse_power), 16);
+    equal(core::mem::offset_of!(SglowCutMomentsDiffuse, variance), 28);
+    equal(core::mem::offset_of!(SglowCutMomentsDiffuse, diffuse_direction), 32);
+    equal(core::mem::offset_of!(SglowCutMomentsDiffuse, diffuse_weight), 44);
+};
+/// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one node splits.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutNode {
+    /// Its first and its last leaf. (`u32` at byte 0)
+    pub first: u32,
+    /// `u32` at byte 4.
+    pub last: u32,
+    /// The node above; the root has itself. (`u32` at byte 8)
+    pub parent: u32,
+    /// The length of the prefix that the keys of its leaves share; with equal keys 32 plus that of their numbers. (`u32` at byte 12)
+    pub prefix: u32,
+}
+impl Default for SglowCutNode {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutNode>(), 16);
+    equal(core::mem::offset_of!(SglowCutNode, first), 0);
+    equal(core::mem::offset_of!(SglowCutNode, last), 4);
+    equal(core::mem::offset_of!(SglowCutNode, parent), 8);
+    equal(core::mem::offset_of!(SglowCutNode, prefix), 12);
+};
+/// `SglowCutSumsParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutSumsParameters {
+    /// Number of blocks that are made, which is the number of the first one. (`u32` at byte 0)
+    pub count: u32,
+}
+impl Default for SglowCutSumsParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutSumsParameters>(), 4);
+    equal(core::mem::offset_of!(SglowCutSumsParameters, count), 0);
+};
+/// What the passes over the nodes of the tree agree on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutTreeParameters {
+    /// Number of places, a power of two. (`u32` at byte 0)
+    pub places: u32,
+}
+impl Default for SglowCutTreeParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutTreeParameters>(), 4);
+    equal(core::mem::offset_of!(SglowCutTreeParameters, places), 0);
 };
 /// `SglowDensityParameters` of the shaders.
 #[repr(C)]
