@@ -169,6 +169,9 @@ pub fn parse(file: usize, path: &str, text: &str, errors: &mut Vec<Diagnostic>) 
 
 type Parse<T> = Result<T, Box<Diagnostic>>;
 
+/// A name with its place.
+type Name = (String, Range<usize>);
+
 /// The attributes before a node.
 #[derive(Default)]
 struct Attributes {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Declaration, Import, Item, Kind, Module, Parse, Parser};
+use super::{Declaration, Import, Item, Kind, Module, Name, Parse, Parser};
 use crate::condition::Condition;
 use crate::error::{Code, Diagnostic};
 use crate::token::{Token, TokenKind};
@@ -142,10 +142,7 @@ impl Parser<'_> {
     }
 
     /// Reads a declaration after its keyword; returns its name and, of a function, where its block begins.
-    fn declaration(
-        &mut self,
-        kind: Kind,
-    ) -> Parse<(Option<(String, Range<usize>)>, Option<usize>)> {
+    fn declaration(&mut self, kind: Kind) -> Parse<(Option<Name>, Option<usize>)> {
         if kind == Kind::Assertion {
             self.skip_to(b';')?;
             return Ok((None, None));
