@@ -485,7 +485,10 @@ fn manifest(
 }
 
 fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, Error> {
-    let mut bytes = serde_json::to_vec_pretty(value)?;
+    // A space for each level: half the bytes of a manifest would be indentation.
+    let formatter = serde_json::ser::PrettyFormatter::with_indent(b" ");
+    let mut bytes = Vec::new();
+    value.serialize(&mut serde_json::Serializer::with_formatter(&mut bytes, formatter))?;
     bytes.push(b'\n');
     Ok(bytes)
 }

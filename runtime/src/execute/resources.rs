@@ -101,6 +101,10 @@ impl Resources {
             one.begin(queue);
             one.changed = true;
         }
+        let most = device.limits().max_storage_buffer_binding_size;
+        let over = |of: &&Resource| of.of.external && !of.buffer.is_empty() && of.of.bytes > most;
+        let found = self.list.iter().filter(over);
+        faults.extend(found.map(|one| one.refused(format!("it binds up to {most} bytes"))));
         self.make_views();
     }
 
@@ -122,11 +126,9 @@ impl Resources {
     ) -> bool {
         for (index, one) in self.list.iter_mut().enumerate() {
             one.changed = false;
-            if !(one.of.external && used.contains(&index)) {
-                continue;
-            }
             let given = inputs.resources.get(one.of.name.as_str());
-            if given.is_some() && given == one.object.as_ref() {
+            let known = given.is_some() && given == one.object.as_ref();
+            if !(one.of.external && used.contains(&index)) || known {
                 continue;
             }
             match given.map_or(Some("left out".to_owned()), |given| one.misfit(given)) {
@@ -387,8 +389,8 @@ fn described(resource: &frame::Resource) -> String {
             let several = |number: &u64, text| if *number > 1 { text } else { String::new() };
             let layers = several(layers, format!(", {layers} layers"));
             let levels = several(levels, format!(", {levels} levels"));
-            let other = resource.other_formats.concat();
-            format!("a texture of {width} x {height} texels, {format}{layers}{levels}{other}")
+            let formats = format!("{format}{layers}{levels}{}", resource.other_formats.concat());
+            format!("a texture of {width} x {height} texels, {formats}")
         }
         Kind::Sampler { .. } => "a sampler".to_owned(),
     }

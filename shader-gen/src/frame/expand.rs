@@ -7,7 +7,9 @@ use sglow_graph::description::{self as flat, Description, Table};
 
 use super::authored::{self, Authored, Choice, Field};
 use super::formula::{Condition as _, both, not, simple};
-use super::scope::{Caller, Expansion, Fault, Here, Known, Origin, Path, Round, Scope, choice_of};
+use super::scope::{
+    Caller, Expansion, Fault, Here, Known, Origin, Path, Round, Scope, choice_of, mentions,
+};
 
 const ONE: Formula = Formula::Number(1);
 
@@ -589,19 +591,6 @@ impl<'a> Expansion<'a> {
             repeat: self.option(here, draw.repeat.as_ref(), &at("repeat")),
             index,
             viewport: draw.viewport.as_ref().map(|of| self.formulas(call, of, &at("viewport"))),
-        }
-    }
-}
-
-/// Whether a formula depends on a name, lets included.
-fn mentions(of: &Formula, name: &str, lets: &Table<Formula>) -> bool {
-    match of {
-        Formula::Number(_) | Formula::Is { .. } => false,
-        Formula::Name { name: own } => {
-            own == name || lets.get(own).is_some_and(|of| mentions(of, name, lets))
-        }
-        Formula::Apply(operation) => {
-            operation.values().flatten().any(|part| mentions(part, name, lets))
         }
     }
 }

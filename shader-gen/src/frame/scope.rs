@@ -524,3 +524,16 @@ pub(super) fn choice_of<T>(cases: Cases<T>) -> Option<description::Choice<T>> {
         _ => Some(flat::Choice::Cases(cases)),
     }
 }
+
+/// Whether a formula depends on a name, lets included.
+pub(super) fn mentions(of: &Formula, name: &str, lets: &Table<Formula>) -> bool {
+    match of {
+        Formula::Number(_) | Formula::Is { .. } => false,
+        Formula::Name { name: own } => {
+            own == name || lets.get(own).is_some_and(|of| mentions(of, name, lets))
+        }
+        Formula::Apply(operation) => {
+            operation.values().flatten().any(|part| mentions(part, name, lets))
+        }
+    }
+}

@@ -164,11 +164,11 @@ fn what_does_not_fit_is_named_all_at_once() {
         let view = View { resource: image, level: None };
         group.entry("tally_input".to_owned()).and_modify(|given| *given = Binding::View(view));
     }
-    let show = "template.frame.step.4: a target has to be a texture";
+    let show = "step.4: a target has to be a texture";
     if let Action::Draw(draw) = &mut frame.steps.last_mut().unwrap().action {
         draw.color[0].resource = frame.resources.iter().position(|one| one.name == "bars").unwrap();
     }
-    let step = "template.frame.step";
+    let step = "step";
     let scan = "variant 'scan-inclusive' binds";
     let expected = [
         format!(
@@ -200,7 +200,7 @@ fn what_does_not_fit_is_named_all_at_once() {
         }
     }
     let many = made(&frame).unwrap();
-    let count = "template.frame.step.1: 4294967296 workgroups; this device allows ";
+    let count = "step.1: 4294967296 workgroups; this device allows ";
     assert!(many.lines().any(|line| line.starts_with(count)), "{many}");
 }
 

@@ -68,8 +68,8 @@ fn sglow_exponent(number: f32) -> i32 {
 
 /// The grid around a box.
 ///
-/// The width of a cell is a power of two and its corners are multiples of it, so that the planes between cells stay where
-/// they are while the box around the texels moves. Products with powers of two and floors round nothing.
+/// The width of a cell is a power of two and its corners are multiples of it, so that the planes between cells stay
+/// where they are while the box around the texels moves. Products with powers of two and floors round nothing.
 fn sglow_cut_grid(box: SglowBox) -> SglowCutGrid {
     let magnitude = max(abs(box.low), abs(box.high));
     let largest = max(magnitude.x, max(magnitude.y, magnitude.z));
@@ -91,8 +91,8 @@ fn sglow_cut_grid(box: SglowBox) -> SglowCutGrid {
     return SglowCutGrid(exponent, low);
 }
 
-/// The face of a cube that a direction looks through: 0 to 5 for +x, -x, +y, -y, +z, -z; the first one where two are equally
-/// near.
+/// The face of a cube that a direction looks through: 0 to 5 for +x, -x, +y, -y, +z, -z; the first one where two are
+/// equally near.
 fn sglow_cut_face(direction: vec3<f32>) -> u32 {
     let part = abs(direction);
     if part.x >= part.y && part.x >= part.z {
@@ -113,8 +113,8 @@ fn sglow_cut_spread(word: u32) -> u32 {
     return (spread | (spread << 2u)) & 0x09249249u;
 }
 
-/// The key of a texel: three bits of its normal's face, then 29 bits of the Morton code of its cell, whose lowest bit has no
-/// room beside the face. [Morton 1966]
+/// The key of a texel: three bits of its normal's face, then 29 bits of the Morton code of its cell, whose lowest bit
+/// has no room beside the face. [Morton 1966]
 ///
 /// position: relative to the origin; normal: of any length above 0.
 fn sglow_cut_key(grid: SglowCutGrid, position: vec3<f32>, normal: vec3<f32>) -> u32 {

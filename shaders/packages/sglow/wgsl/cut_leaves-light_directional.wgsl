@@ -74,8 +74,8 @@ struct SglowCutMoments {
 @group(0) @binding(4) var<storage, read> sglow_cut_keys: array<u32>;
 /// The places in the order of their keys.
 @group(0) @binding(5) var<storage, read> sglow_order: array<u32>;
-/// Sums of blocks of 1, 2, 4 … leaves: block i has the blocks 2 i and 2 i + 1, block 1 has all leaves. From the number of
-/// places on they are single leaves.
+/// Sums of blocks of 1, 2, 4 … leaves: block i has the blocks 2 i and 2 i + 1, block 1 has all leaves. From the
+/// number of places on they are single leaves.
 @group(0) @binding(6) var<storage, read_write> sglow_cut_blocks: array<SglowCutMoments>;
 /// The number of leaves; clear it to 0 before.
 @group(0) @binding(7) var<storage, read_write> sglow_cut_leaf_count: array<u32>;
@@ -112,11 +112,29 @@ fn sglow_cut_make_leaves(@builtin(global_invocation_id) id: vec3<u32>) {
     sglow_cut_blocks[places + id.x] = moments;
 }
 
-/// The moments of one texel of a light's map, spread evenly over the piece of the surface that it covers; of weight 0 if it
-/// is no leaf: without a surface, with a power of luminance 1e-37 or less, or with a number that is not finite.
+/// The key of what is no leaf: larger than that of any leaf, whose face is at most 5.
+const SGLOW_UNLIT: u32 = 0xffffffffu;
+
+/// Every second bit of a word, the lowest one first.
+fn sglow_every_second_bit(word: u32) -> u32 {
+    var bits = word & 0x55555555u;
+    bits = (bits | (bits >> 1u)) & 0x33333333u;
+    bits = (bits | (bits >> 2u)) & 0x0f0f0f0fu;
+    bits = (bits | (bits >> 4u)) & 0x00ff00ffu;
+    return (bits | (bits >> 8u)) & 0x0000ffffu;
+}
+
+/// The texel of a place along a curve whose pieces are compact: texels of equal keys are then split as the map is.
+/// [Morton 1966]
+fn sglow_cut_texel(place: u32) -> vec2<u32> {
+    return vec2<u32>(sglow_every_second_bit(place), sglow_every_second_bit(place >> 1u));
+}
+
+/// The moments of one texel of a light's map, spread evenly over the piece of the surface that it covers; of weight 0
+/// if it is no leaf: without a surface, with a power of luminance 1e-37 or less, or with a number that is not finite.
 ///
-/// texel: below size; size: of the whole map; origin: what positions are relative to; the rest: what the surface textures
-/// hold there.
+/// texel: below size; size: of the whole map; origin: what positions are relative to; the rest: what the surface
+/// textures hold there.
 fn sglow_cut_texel_moments(
     light: SglowLight,
     origin: vec3<f32>,
@@ -323,8 +341,8 @@ fn sglow_is_finite(number: f32) -> bool {
 
 /// The area of the surface that a texel of a light's map covers.
 ///
-/// texel: below size; size: of the whole map; squared: the squared distance to the light; cosine: of the light at the surface,
-/// kept at or above 0.05, below which a texel covers no small piece.
+/// texel: below size; size: of the whole map; squared: the squared distance to the light; cosine: of the light at the
+/// surface, kept at or above 0.05, below which a texel covers no small piece.
 fn sglow_texel_footprint(
     light: SglowLight,
     texel: vec2<u32>,
@@ -339,22 +357,4 @@ fn sglow_texel_footprint(
 /// The unit direction from a position towards the light.
 fn sglow_light_direction(light: SglowLight, position: vec3<f32>) -> vec3<f32> {
     return -light.forward;
-}
-
-/// The key of what is no leaf: larger than that of any leaf, whose face is at most 5.
-const SGLOW_UNLIT: u32 = 0xffffffffu;
-
-/// Every second bit of a word, the lowest one first.
-fn sglow_every_second_bit(word: u32) -> u32 {
-    var bits = word & 0x55555555u;
-    bits = (bits | (bits >> 1u)) & 0x33333333u;
-    bits = (bits | (bits >> 2u)) & 0x0f0f0f0fu;
-    bits = (bits | (bits >> 4u)) & 0x00ff00ffu;
-    return (bits | (bits >> 8u)) & 0x0000ffffu;
-}
-
-/// The texel of a place along a curve whose pieces are compact: texels of equal keys are then split as the map is.
-/// [Morton 1966]
-fn sglow_cut_texel(place: u32) -> vec2<u32> {
-    return vec2<u32>(sglow_every_second_bit(place), sglow_every_second_bit(place >> 1u));
 }

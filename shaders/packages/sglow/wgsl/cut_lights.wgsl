@@ -50,7 +50,8 @@ struct SglowCutMoments {
     specular_direction: vec3<f32>,
 }
 
-/// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one node splits.
+/// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one
+/// node splits.
 struct SglowCutNode {
     /// Its first and its last leaf.
     first: u32,
@@ -94,12 +95,12 @@ struct SglowVsgl {
 @group(0) @binding(5) var<storage, read> sglow_order: array<u32>;
 @group(0) @binding(6) var<storage, read_write> sglow_vsgls: array<SglowVsgl>;
 
-/// Makes the lights of a cut: the nodes and leaves that remain where as many nodes are refined as lights are to be more than
-/// one.
+/// Makes the lights of a cut: the nodes and leaves that remain where as many nodes are refined as lights are to be
+/// more than one.
 ///
-/// A refined node's gap is where one light ends and the next one begins, so that light 0 begins at leaf 0 and light i behind
-/// the gap of the node of rank i - 1. It is the topmost node from there that is not refined. Where there are fewer leaves
-/// than lights, the last lights have no power.
+/// A refined node's gap is where one light ends and the next one begins, so that light 0 begins at leaf 0 and light i
+/// behind the gap of the node of rank i - 1. It is the topmost node from there that is not refined. Where there are
+/// fewer leaves than lights, the last lights have no power.
 @compute @workgroup_size(64)
 fn sglow_cut_make_lights(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = sglow_cut_lights_parameters.count;

@@ -103,28 +103,11 @@ fn sglow_cut_texel(place: u32) -> vec2<u32> {
 /// The key of what is no leaf: larger than that of any leaf, whose face is at most 5.
 const SGLOW_UNLIT: u32 = 0xffffffffu;
 
-/// What texels add up to: moments about their mean, so that what is small beside its distance from the origin does not
-/// cancel.
-struct SglowCutMoments {
-    /// Mean position, relative to the origin.
-    mean: vec3<f32>,
-    /// The luminance of the power of all lobes, which weighs positions; 0 of nothing.
-    weight: f32,
-    /// The power that is reflected diffusely.
-    diffuse_power: vec3<f32>,
-    /// Mean squared distance from the mean position.
-    variance: f32,
-    /// Sum of the normals, weighed by the luminance of the diffuse power.
-    diffuse_direction: vec3<f32>,
-    /// Sum of these weights.
-    diffuse_weight: f32,
-}
-
-/// The moments of one texel of a light's map, spread evenly over the piece of the surface that it covers; of weight 0 if it
-/// is no leaf: without a surface, with a power of luminance 1e-37 or less, or with a number that is not finite.
+/// The moments of one texel of a light's map, spread evenly over the piece of the surface that it covers; of weight 0
+/// if it is no leaf: without a surface, with a power of luminance 1e-37 or less, or with a number that is not finite.
 ///
-/// texel: below size; size: of the whole map; origin: what positions are relative to; the rest: what the surface textures
-/// hold there.
+/// texel: below size; size: of the whole map; origin: what positions are relative to; the rest: what the surface
+/// textures hold there.
 fn sglow_cut_texel_moments(
     light: SglowLight,
     origin: vec3<f32>,
@@ -159,6 +142,23 @@ fn sglow_cut_texel_moments(
     moments.diffuse_direction = direction;
     moments.diffuse_weight = texel_moments.diffuse_direction.w;
     return moments;
+}
+
+/// What texels add up to: moments about their mean, so that what is small beside its distance from the origin does not
+/// cancel.
+struct SglowCutMoments {
+    /// Mean position, relative to the origin.
+    mean: vec3<f32>,
+    /// The luminance of the power of all lobes, which weighs positions; 0 of nothing.
+    weight: f32,
+    /// The power that is reflected diffusely.
+    diffuse_power: vec3<f32>,
+    /// Mean squared distance from the mean position.
+    variance: f32,
+    /// Sum of the normals, weighed by the luminance of the diffuse power.
+    diffuse_direction: vec3<f32>,
+    /// Sum of these weights.
+    diffuse_weight: f32,
 }
 
 /// What one texel adds to the light of its cluster. [Tokuyoshi 2016, Appendix B]
@@ -246,8 +246,8 @@ fn sglow_is_finite(number: f32) -> bool {
 
 /// The area of the surface that a texel of a light's map covers.
 ///
-/// texel: below size; size: of the whole map; squared: the squared distance to the light; cosine: of the light at the surface,
-/// kept at or above 0.05, below which a texel covers no small piece.
+/// texel: below size; size: of the whole map; squared: the squared distance to the light; cosine: of the light at the
+/// surface, kept at or above 0.05, below which a texel covers no small piece.
 fn sglow_texel_footprint(
     light: SglowLight,
     texel: vec2<u32>,

@@ -13,7 +13,8 @@ struct SglowCutTreeParameters {
     places: u32,
 }
 
-/// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one node splits.
+/// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one
+/// node splits.
 struct SglowCutNode {
     /// Its first and its last leaf.
     first: u32,
@@ -35,9 +36,9 @@ struct SglowCutNode {
 
 /// Ranks each node by the least cost on the path from it to the root, so that no node comes before its parent.
 ///
-/// Nodes of larger costs come first, of equal costs that nearer to the root: the six lowest bits are those of the prefix,
-/// so that costs within 2^-17 of each other count as equal. The root is always the first one. Costs themselves fall from a node
-/// to its children but for rounding and where widths of specular lobes differ.
+/// Nodes of larger costs come first, of equal costs that nearer to the root: the six lowest bits are those of the
+/// prefix, so that costs within 2^-17 of each other count as equal. The root is always the first one. Costs
+/// themselves fall from a node to its children but for rounding and where widths of specular lobes differ.
 @compute @workgroup_size(64)
 fn sglow_cut_make_ranks(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= sglow_cut_tree_parameters.places {

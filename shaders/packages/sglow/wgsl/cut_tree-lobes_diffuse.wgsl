@@ -33,7 +33,8 @@ struct SglowCutMoments {
     diffuse_weight: f32,
 }
 
-/// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one node splits.
+/// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one
+/// node splits.
 struct SglowCutNode {
     /// Its first and its last leaf.
     first: u32,
@@ -58,9 +59,9 @@ struct SglowCutNode {
 
 /// Makes each inner node of the binary tree of the sorted keys, all at once, and what it costs.
 ///
-/// The leaves of the node of a gap are those that share with the leaf before the gap at least the prefix that both leaves
-/// beside it share; its parent is that gap at its ends whose leaves share the longer prefix. On a path from the root the
-/// prefix grows with every node, 0 to 63. [Karras 2012; Apetrei 2014]
+/// The leaves of the node of a gap are those that share with the leaf before the gap at least the prefix that both
+/// leaves beside it share; its parent is that gap at its ends whose leaves share the longer prefix. On a path from
+/// the root the prefix grows with every node, 0 to 63. [Karras 2012; Apetrei 2014]
 @compute @workgroup_size(64)
 fn sglow_cut_make_tree(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = sglow_cut_leaf_count[0];
@@ -87,13 +88,13 @@ fn sglow_cut_make_tree(@builtin(global_invocation_id) id: vec3<u32>) {
     sglow_cut_costs[gap] = sglow_cut_cost(sum, sglow_cut_whole());
 }
 
-/// What a spread of directions counts beside one of positions. It is there for curved surfaces, whose normals vary within a
-/// face: in rooms of boxes and columns any value from 0 to 5 gives the same error within 3 % (the oracle's test
-/// what_directions_count_is_near_the_best).
+/// What a spread of directions counts beside one of positions. It is there for curved surfaces, whose normals vary
+/// within a face: in rooms of boxes and columns any value from 0 to 5 gives the same error within 3 % (the oracle's
+/// test what_directions_count_is_near_the_best).
 const SGLOW_CUT_DIRECTIONS: f32 = 0.2;
 
-/// The length of the prefix that the keys of two leaves share; -1 where there is no second leaf. Equal keys are told apart by
-/// the leaves' numbers. [Karras 2012, Section 4]
+/// The length of the prefix that the keys of two leaves share; -1 where there is no second leaf. Equal keys are told
+/// apart by the leaves' numbers. [Karras 2012, Section 4]
 fn sglow_cut_shared_prefix(count: u32, leaf: u32, other: i32) -> i32 {
     if other < 0 || other >= i32(count) {
         return -1;
@@ -130,8 +131,8 @@ fn sglow_cut_spread_of(direction: vec3<f32>, total: f32) -> f32 {
     return (1.0 - coherence) * (1.0 + coherence);
 }
 
-/// What a node costs as one light: its share of the power times the spread of its positions, over that of all texels, and of
-/// its directions.
+/// What a node costs as one light: its share of the power times the spread of its positions, over that of all texels,
+/// and of its directions.
 fn sglow_cut_cost(node: SglowCutMoments, whole: SglowCutMoments) -> f32 {
     if whole.weight <= 0.0 {
         return 0.0;
