@@ -706,7 +706,7 @@ fn settings_that_cannot_be_are_named() {
             "`light_maps`, a texture of 65536 x 65536 texels",
         ),
         (Config { count: 65536, ..config.clone() }, "`splats`, a buffer of 1073741824 bytes"),
-        (Config { points: 1 << 20, ..config.clone() }, "`points`, a buffer of 536870912 bytes"),
+        (Config { points: 1 << 20, ..config.clone() }, "it has to be a buffer of 536870912 bytes"),
         (Config { bias_scale: f32::NAN, ..config.clone() }, "`bias_scale` is NaN"),
     ] {
         let found = fault(&config);

@@ -102,7 +102,7 @@ impl Resources {
             one.changed = true;
         }
         let most = device.limits().max_storage_buffer_binding_size;
-        let over = |of: &&Resource| of.of.external && !of.buffer.is_empty() && of.of.bytes > most;
+        let over = |r: &&Resource| r.of.external && !r.buffer.is_empty() && r.of.bytes > most;
         let found = self.list.iter().filter(over);
         faults.extend(found.map(|one| one.refused(format!("it binds up to {most} bytes"))));
         self.make_views();
