@@ -32,6 +32,12 @@ pub struct Report {
     pub details: Map<String, Value>,
 }
 
+impl Default for Report {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Report {
     /// An empty report of the command that is running.
     pub fn new() -> Self {

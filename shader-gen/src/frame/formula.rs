@@ -226,11 +226,12 @@ pub(super) fn simple(of: Formula) -> Formula {
         of => Formula::apply("!=", [of.clone(), Number(0)]),
     };
     let Some((symbol, parts)) = operation(&of) else { return of };
-    let simpler = match (symbol, parts) {
+
+    match (symbol, parts) {
         ("!", [Number(number)]) => Number(u64::from(*number == 0)),
         ("!", [inner]) => match operation(inner) {
             Some(("!", [inner])) => truth(inner),
-            _ => return of,
+            _ => of,
         },
         ("&&", [Number(0), _] | [_, Number(0)]) => Number(0),
         ("||", [Number(1..), _] | [_, Number(1..)]) => Number(1),
@@ -245,7 +246,6 @@ pub(super) fn simple(of: Formula) -> Formula {
         ("*", [Number(0), _] | [_, Number(0)]) => Number(0),
         ("==", [Number(a), Number(b)]) => Number(u64::from(a == b)),
         ("%", [Number(a), Number(b @ 1..)]) => Number(a % b),
-        _ => return of,
-    };
-    simpler
+        _ => of,
+    }
 }
