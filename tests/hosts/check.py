@@ -38,7 +38,7 @@ CLUSTERS, CHAINS = "space=world,emitter=disc", "draw=metropolis"
 # control, with the formula that takes its place ("it" is the one that was there).
 SHORT = {"-": ["it", 1]}
 CASES = {
-    "default": ("", "lights=256", 1, False, ("step.mip moments.repeat", SHORT)),
+    "default": ("", "lights=256", 1, False, ("uniform.chain_sample.count", SHORT)),
     "one-light": ("", "lights=1", 1, False, ("step.shade.dispatch.0", SHORT)),
     "f16": ("precision=f16", "lights=256", 1, False, ("step.moments.dispatch.1", SHORT)),
     "rgba16float": ("output=rgba16float", "lights=256", 1, False, ("step.shade.dispatch.0", SHORT)),
