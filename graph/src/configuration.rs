@@ -5,11 +5,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::description::{
-    ClassDefault, Description, Number, Parameter, ParameterType, Setting, Table,
-};
-use crate::error::{Error, Errors, Kind, Place, unknown};
-use crate::scope::{Env, Evaluation};
+use crate::description::{Description, Number, Parameter, ParameterType, Setting, Table};
+use crate::error::{Error, Kind, Place, unknown};
 
 /// A value on axes, numbers, facts, and what the host brings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -61,45 +58,6 @@ impl Configuration {
             }
         }
         errors
-    }
-}
-
-impl Description {
-    /// What an input with these facts is rendered with: the defaults of its class, changed by a preset, changed by `set`.
-    ///
-    /// # Errors
-    ///
-    /// An unknown preset, or a rule whose condition is none. Whether the result is legal, [`Self::evaluate`] says.
-    pub fn configure(
-        &self,
-        facts: &Table<bool>,
-        preset: Option<&str>,
-        set: &Table<Setting>,
-    ) -> Result<Configuration, Errors> {
-        let mut configuration = Configuration { facts: facts.clone(), ..Configuration::default() };
-        let of = Evaluation::new(self, &configuration);
-        let env = Env::new(&of, &[]);
-        let set_by_hand =
-            |rule: &ClassDefault| rule.unless.iter().any(|name| set.contains_key(name));
-        let rules = self.default.iter().filter(|rule| env.holds(&rule.when) && !set_by_hand(rule));
-        let mut made: Table<_> = rules.flat_map(|rule| rule.set.clone()).collect();
-        if let Some(name) = preset {
-            match self.preset.get(name) {
-                Some(preset) => made.extend(preset.set.clone()),
-                None => env.wrong(Kind::Unknown, unknown("preset", name, self.preset.keys())),
-            }
-        }
-        made.extend(set.clone());
-        of.finish()?;
-        for (name, setting) in made {
-            match setting {
-                Setting::Number(number) if !self.axes.contains_key(&name) => {
-                    configuration.parameters.insert(name, number);
-                }
-                setting => drop(configuration.axes.insert(name, setting.to_string())),
-            }
-        }
-        Ok(configuration)
     }
 }
 

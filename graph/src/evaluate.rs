@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use crate::configuration::Configuration;
-use crate::description::{self, Choice, Description, Filter, Table};
+use crate::description::{self, Choice, Description, Filter, Table, Texture};
 use crate::error::Kind::{Illegal, Invalid, Unknown};
 use crate::error::{Errors, unknown};
 use crate::formula::Formula;
@@ -59,16 +59,14 @@ impl<'a> Env<'a> {
             self.wrong(Invalid, "what is kept is not supplied by the host");
         }
         let external = resource.external || supplied;
-        let cases = match resource.texture.as_ref().map(|texture| &texture.format) {
-            Some(Choice::Cases(cases)) => &cases[..],
-            _ => &[],
+        let other_formats = match (&resource.texture, &kind) {
+            (Some(Texture { format: Choice::Cases(cases), .. }), Kind::Texture { format, .. }) => {
+                let others = cases.iter().filter(|case| case.value != *format);
+                let conditions = others.filter_map(|case| Some((&case.value, case.when.as_ref()?)));
+                conditions.map(|(format, when)| format!("; {format} where {when}")).collect()
+            }
+            _ => Vec::new(),
         };
-        let own = |of: &str| matches!(&kind, Kind::Texture { format, .. } if *format == of);
-        let others = cases.iter().filter(|case| !own(&case.value));
-        let other = |case: &description::Case<String>| {
-            Some(format!("; {} where {}", case.value, case.when.as_ref()?))
-        };
-        let other_formats = others.filter_map(other).collect();
         Some(Resource { name, part, kind, bytes, external, kept, other_formats })
     }
 

@@ -1,11 +1,10 @@
 //! Formulas of whole numbers: what they are, and what they come to.
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-
-use crate::description::Table;
 
 /// A formula of whole numbers, as a tree.
 ///
@@ -24,7 +23,7 @@ pub enum Formula {
     #[expect(missing_docs, reason = "said above")]
     Is { is: [String; 2] },
     /// One operation by its symbol, with its arguments.
-    Apply(Table<Vec<Formula>>),
+    Apply(BTreeMap<String, Vec<Formula>>),
 }
 
 impl fmt::Display for Formula {

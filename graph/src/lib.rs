@@ -58,6 +58,7 @@
 //! A configuration may leave out parts of the frame and supply resources itself: those are `external` in the result.
 
 pub mod configuration;
+mod configure;
 pub mod description;
 pub mod error;
 mod evaluate;

@@ -1,6 +1,7 @@
 //! A package: the files of a set of variants, written beside their place and renamed.
 
 mod folder;
+mod json;
 mod text;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,6 +15,7 @@ use rayon::prelude::*;
 
 pub use self::folder::{Change, Difference, Outcome, compare, verify_hashes, write};
 use self::folder::{SUMS, read_if_there, remember, remembered};
+pub use self::json::json;
 use crate::bindings;
 use crate::emit::{spirv, wgsl};
 use crate::error::Report;
@@ -482,13 +484,4 @@ fn manifest(
         shared,
         variants,
     }
-}
-
-fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, Error> {
-    // A space for each level: half the bytes of a manifest would be indentation.
-    let formatter = serde_json::ser::PrettyFormatter::with_indent(b" ");
-    let mut bytes = Vec::new();
-    value.serialize(&mut serde_json::Serializer::with_formatter(&mut bytes, formatter))?;
-    bytes.push(b'\n');
-    Ok(bytes)
 }

@@ -65,8 +65,6 @@ const FILE_LINES: usize = 600;
 const LARGER: &[(&str, usize)] = &[];
 /// Circles that remain, each with the modules in it. The list may only shrink, and so may each circle.
 const CIRCLES: &[(&str, &[&str])] = &[
-    ("graph", &["configuration", "scope"]),
-    ("graph", &["description", "formula"]),
     (
         "shader-gen",
         &[
