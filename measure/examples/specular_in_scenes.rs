@@ -108,19 +108,23 @@ fn errors(meetings: &[Meeting], drawn: &[usize]) -> Vec<[f64; 2]> {
         .map(|&index| {
             let Meeting { arriving, view, normal, material } = &meetings[index];
             let weight = meetings[index].weight();
-            let truth = specular::truth(arriving, material, Ndf::Ggx, *view, *normal).luminance();
+            let expected =
+                specular::quadrature(arriving, material, Ndf::Ggx, *view, *normal).luminance();
             let found = forms.map(|form| {
                 form.reflect(arriving, material, Ndf::Ggx, *view, *normal).luminance() / weight
             });
-            (truth / weight, found.to_vec())
+            (expected / weight, found.to_vec())
         })
         .collect();
-    let total: f64 = each.iter().map(|(truth, _)| truth).sum();
+    let total: f64 = each.iter().map(|(expected, _)| expected).sum();
     (0..forms.len())
         .map(|form| {
-            let absolute: f64 = each.iter().map(|(truth, found)| (found[form] - truth).abs()).sum();
-            let square: f64 =
-                each.iter().map(|(truth, found)| (found[form] - truth).powi(2) / truth).sum();
+            let absolute: f64 =
+                each.iter().map(|(expected, found)| (found[form] - expected).abs()).sum();
+            let square: f64 = each
+                .iter()
+                .map(|(expected, found)| (found[form] - expected).powi(2) / expected)
+                .sum();
             [absolute / total, (square / total).sqrt()]
         })
         .collect()

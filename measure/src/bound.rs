@@ -134,7 +134,7 @@ pub const FUNCTIONS: &[Bound] = &[
         regimes: &[],
         quantity: Quantity::ModelOverPeak,
         at_most: 1e-14,
-        reason: "the oracle's own are held against quadrature and series: 64 roundings of f64",
+        reason: "the oracle's own are compared with quadrature and series: 64 roundings of f64",
     },
     Bound {
         functions: &["g1_smith_beckmann"],

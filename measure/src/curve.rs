@@ -14,7 +14,7 @@ const SHARPNESSES: usize = 121;
 /// Cosines at each: uniform in angle, and as many around the horizon.
 const COSINES: usize = 96;
 
-/// Follows a function of a cosine (component 0) and a sharpness (component 3) that has a truth.
+/// Follows a function of a cosine (component 0) and a sharpness (component 3) that has a reference.
 ///
 /// # Errors
 ///
@@ -24,7 +24,7 @@ pub fn follow(
     package: &Package,
     function: &Function,
 ) -> Result<Option<Vec<Point>>, HoldError> {
-    let Some(truth) = function.truth else {
+    let Some(reference) = function.reference else {
         return Ok(None);
     };
     let mut inputs: Vec<Arguments> = Vec::with_capacity(SHARPNESSES * COSINES);
@@ -55,9 +55,9 @@ pub fn follow(
             let (mut model, mut total) = (0.0_f64, 0.0_f64);
             for (input, measured) in inputs.iter().zip(measured) {
                 let exact = Function::exact(input);
-                let (truth, peak) = (truth(exact)[0], (function.peak)(exact)[0]);
+                let (reference, peak) = (reference(exact)[0], (function.peak)(exact)[0]);
                 let over = |value: f64| {
-                    let error = (value - truth).abs() / peak.max(f64::MIN_POSITIVE);
+                    let error = (value - reference).abs() / peak.max(f64::MIN_POSITIVE);
                     if error.is_nan() { f64::INFINITY } else { error }
                 };
                 model = model.max(over((function.oracle)(exact)[0]));

@@ -360,7 +360,7 @@ fn in_scene(gpu: &Gpu, package: &Package, case: &Case) -> Result<ExtremeReport, 
     let bound = bound::extreme(case.name);
     let mut extreme = scene.clone();
     (case.scene)(&mut extreme);
-    // What the mean is held against: the scene as it is, or its twin.
+    // What the mean is compared with: the scene as it is, or its twin.
     let mut plain = scene;
     if let Expected::Twin(change) = case.expected {
         change(&mut plain);
@@ -384,7 +384,7 @@ fn in_scene(gpu: &Gpu, package: &Package, case: &Case) -> Result<ExtremeReport, 
         let (settings, literal) = (base(), about_the_worlds_origin(package)?);
         let expected = render(gpu, package, &plain, &settings)?.mean;
         let outcome = render(gpu, &literal, &extreme, &settings)?;
-        // The paper's form, to show what the origin of the moments buys: it is held to nothing.
+        // The paper's form, to show what the origin of the moments buys: it has no guarantee.
         let shown = verdict(LITERAL.to_owned(), &outcome, Some(expected), None);
         tried.push(ExtremeVariant { holds: true, ..shown });
     }

@@ -1,4 +1,4 @@
-//! A function of the library, its oracle, its truth, and what is known of it.
+//! A function of the library, its oracle, its reference, and what is known of it.
 
 use sglow_oracle::{Bounded, Real};
 use sglow_renderer::function::Arguments;
@@ -33,9 +33,9 @@ pub struct Function {
     /// The same formula with the error that GPU languages allow.
     pub bounded: fn(Numbers<Bounded>) -> Results<Bounded>,
     /// What the formula approximates or equals, by quadrature or by another exact way; not cheap.
-    pub truth: Option<fn(Numbers<f64>) -> Results<f64>>,
-    /// Whether the truth takes milliseconds: then it is known of few inputs.
-    pub slow_truth: bool,
+    pub reference: Option<fn(Numbers<f64>) -> Results<f64>>,
+    /// Whether the reference takes milliseconds: then it is known of few inputs.
+    pub slow_reference: bool,
     /// The largest value that each result can have at these arguments: what errors are seen against.
     pub peak: fn(Numbers<f64>) -> Results<f64>,
     /// The share of the peak below which an error is nothing whatever the grant says: 0 for nearly all.

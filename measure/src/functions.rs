@@ -1,4 +1,4 @@
-//! The table of functions: what each takes, its oracle and its truth. One file per folder of `shaders/src`.
+//! The table of functions: what each takes, its oracle and its reference. One file per folder of `shaders/src`.
 
 mod asg;
 mod brdf;

@@ -1,4 +1,4 @@
-//! Holds functions against their oracles and truths: on the device, on the CPU under every arithmetic, in f64.
+//! Holds functions against their oracles and references: on the device, on the CPU under every arithmetic, in f64.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ use crate::function::{Function, Results};
 use crate::input::Inputs;
 use crate::mirror::{Mirror, MirrorError};
 
-/// Why a function cannot be held against anything.
+/// Why a function cannot be compared with anything.
 #[derive(Debug, Error)]
 pub enum HoldError {
     /// The library has no variant for it.
@@ -47,20 +47,20 @@ pub enum HoldError {
 pub struct Extent {
     /// Inputs per regime on the device and on the CPU.
     pub inputs: usize,
-    /// Of these, inputs per regime that are held against the truth.
-    pub truths: usize,
+    /// Of these, inputs per regime that are compared with the reference.
+    pub references: usize,
     /// Inputs per regime that are followed by their neighbours to see whether the function is monotone.
     pub neighbours: usize,
 }
 
 impl Extent {
     /// What `cargo xtask stability` does by default.
-    pub const FULL: Self = Self { inputs: 32_768, truths: 8_192, neighbours: 512 };
+    pub const FULL: Self = Self { inputs: 32_768, references: 8_192, neighbours: 512 };
     /// What the tests do.
-    pub const QUICK: Self = Self { inputs: 2_048, truths: 256, neighbours: 64 };
+    pub const QUICK: Self = Self { inputs: 2_048, references: 256, neighbours: 64 };
 }
 
-/// A slow truth is known of one in so many of the inputs that a fast one is known of.
+/// A slow reference is known of one in so many of the inputs that a fast one is known of.
 const SLOW: usize = 64;
 
 /// The text of a function's variant, and how to run it.
@@ -198,7 +198,7 @@ impl Expected {
     }
 }
 
-/// Holds a function against its oracle and its truth in every regime.
+/// Holds a function against its oracle and its reference in every regime.
 ///
 /// # Errors
 ///
@@ -237,19 +237,19 @@ fn in_regime(
         *entry = std::mem::take(entry).merge(errors);
     }
     let (mut model, mut total) = (None, None);
-    if let Some(truth) = function.truth {
-        let share = if function.slow_truth { SLOW } else { 1 };
-        let count = (extent.truths / share).min(inputs.len());
-        let truths = of_all(&inputs[..count], |input| truth(Function::exact(input)));
+    if let Some(reference) = function.reference {
+        let share = if function.slow_reference { SLOW } else { 1 };
+        let count = (extent.references / share).min(inputs.len());
+        let references = of_all(&inputs[..count], |input| reference(Function::exact(input)));
         let components = function.components();
         let errors = |values: &(dyn Fn(usize) -> Results<f64> + Sync)| {
             collect(count, |index, errors| {
-                let numbers = values(index).into_iter().zip(truths[index]);
+                let numbers = values(index).into_iter().zip(references[index]);
                 let known = numbers
                     .zip(expected.peaks[index])
                     .take(function.results.len())
-                    // Where there is no truth it is not a number.
-                    .filter(|((_, truth), _)| !truth.is_nan());
+                    // Where there is no reference it is not a number.
+                    .filter(|((_, reference), _)| !reference.is_nan());
                 for ((measured, expected), peak) in known {
                     let pair = Pair { measured, expected, tolerance: f64::INFINITY, peak };
                     errors.add(pair, &inputs[index], &components);

@@ -2,7 +2,7 @@
 //!
 //! Error is three numbers. *Rounding*: the device's f32 against the oracle's f64, in ULP and as a share of what GPU
 //! languages allow. *Conditioning*: the shader's own text on the CPU in f32, under every [`arithmetic`] a driver may
-//! use, against the same f64. *Model*: the oracle against the truth.
+//! use, against the same f64. *Model*: the oracle against the reference.
 
 pub mod bound;
 pub mod cache;

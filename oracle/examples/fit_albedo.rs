@@ -6,7 +6,7 @@
 
 mod minimax;
 
-use sglow_oracle::brdf::albedo::truth;
+use sglow_oracle::brdf::albedo::quadrature;
 
 /// Powers of c and a.
 type Powers = &'static [(i32, i32)];
@@ -31,7 +31,7 @@ fn points(cosines: u32, alphas: u32) -> Vec<Point> {
     let steps = |count: u32| (0..count).map(move |i| (f64::from(i) / f64::from(count - 1)).powi(2));
     steps(alphas)
         .flat_map(|alpha| steps(cosines).map(move |cosine| (cosine.max(1e-3), 0.01 + 0.99 * alpha)))
-        .map(|(cosine, alpha)| Point { cosine, alpha, albedo: truth(cosine, alpha) })
+        .map(|(cosine, alpha)| Point { cosine, alpha, albedo: quadrature(cosine, alpha) })
         .collect()
 }
 

@@ -10,10 +10,10 @@ use core::f64::consts::PI;
 
 use minimax::{fit, largest};
 use rayon::prelude::*;
-use sglow_oracle::sg::cosine::{DarkSide, dark_side, truth};
+use sglow_oracle::sg::cosine::{DarkSide, dark_side, quadrature};
 use sglow_oracle::sg::{Cosine, upper_cosine_integral};
 
-/// A sharpness, a cosine, the truth and its largest value.
+/// A sharpness, a cosine, the reference and its largest value.
 type Sample = [f64; 4];
 
 /// Numbers that grow by a constant factor.
@@ -34,7 +34,7 @@ fn samples() -> Vec<Sample> {
             (0..33).map(move |i| {
                 let cosine = -0.5 * reach * (1.0 - (PI * f64::from(i) / 32.0).cos());
                 let upper = upper_cosine_integral(sharpness);
-                [sharpness, cosine, truth(cosine, sharpness), upper]
+                [sharpness, cosine, quadrature(cosine, sharpness), upper]
             })
         })
         .collect()
@@ -109,8 +109,8 @@ fn constants(shape: Shape, parameters: &[f64]) -> Constants {
 fn residuals(samples: &[Sample], constants: &Constants) -> Vec<f64> {
     samples
         .iter()
-        .map(|&[sharpness, cosine, truth, upper]| {
-            let error = (dark_side(cosine, sharpness, constants.borrow()) - truth) / upper;
+        .map(|&[sharpness, cosine, quadrature, upper]| {
+            let error = (dark_side(cosine, sharpness, constants.borrow()) - quadrature) / upper;
             // Outside of what the square roots take, the fit is no good at all.
             if error.is_finite() { error } else { 1.0 }
         })
@@ -154,7 +154,7 @@ fn table() {
             let reach = (8.0 / sharpness.sqrt()).min(0.5 * PI);
             let near = (0..81).map(|i| 0.5 * PI + reach * (f64::from(i) / 40.0 - 1.0));
             let angles = uniform.chain(near).map(f64::cos);
-            (sharpness, angles.map(|cosine| (cosine, truth(cosine, sharpness))).collect())
+            (sharpness, angles.map(|cosine| (cosine, quadrature(cosine, sharpness))).collect())
         })
         .collect();
     println!(
@@ -166,8 +166,8 @@ fn table() {
         let mut at = (0.0, 0.0);
         for (sharpness, row) in &truths {
             let upper = upper_cosine_integral(*sharpness);
-            for (index, &(cosine, truth)) in row.iter().enumerate() {
-                let error = (form.integral(cosine, *sharpness) - truth).abs() / upper;
+            for (index, &(cosine, quadrature)) in row.iter().enumerate() {
+                let error = (form.integral(cosine, *sharpness) - quadrature).abs() / upper;
                 if error > most {
                     (most, at) = (error, (*sharpness, cosine));
                 }
@@ -177,8 +177,8 @@ fn table() {
                 if index < 181 {
                     squares += error * error / (181.0 * 181.0);
                 }
-                if truth > 1e-3 * upper {
-                    relative = relative.max(error * upper / truth);
+                if quadrature > 1e-3 * upper {
+                    relative = relative.max(error * upper / quadrature);
                 }
             }
         }

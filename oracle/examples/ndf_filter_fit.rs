@@ -28,7 +28,7 @@ fn main() {
     let error = |k: f64| {
         points
             .iter()
-            .map(|&(x, truth)| ((1.0 + x + k * (1.0 + x).log2()) / truth - 1.0).abs())
+            .map(|&(x, quadrature)| ((1.0 + x + k * (1.0 + x).log2()) / quadrature - 1.0).abs())
             .fold(0.0, f64::max)
     };
     let best = (0..=1000)

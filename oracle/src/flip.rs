@@ -28,7 +28,7 @@ pub enum FlipError {
         which: &'static str,
         /// The pixels given.
         found: usize,
-        /// The size asked for.
+        /// The size requested.
         size: [usize; 2],
     },
     /// A pixel is no colour.
@@ -42,7 +42,7 @@ pub enum FlipError {
     /// Nobody looks from there.
     #[error("there are {found} pixels per degree, and must be {} to {}", RANGE[0], RANGE[1])]
     PixelsPerDegree {
-        /// What was asked for.
+        /// What was requested.
         found: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! The f64 evaluation of every formula of sglow, and the truths that the formulas approximate.
+//! The f64 evaluation of every formula of sglow, and the references that the formulas approximate.
 //!
 //! Written from the papers and from the conventions in `docs/conventions.md`, apart from the shaders, so that agreement
 //! between the two means something. Everything is a pure function over plain arrays.

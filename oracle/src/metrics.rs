@@ -325,10 +325,10 @@ mod tests {
 
     type Pixels = Vec<[f64; 3]>;
 
-    /// A picture, the truth, and noisy halves of it: Gaussian with a standard deviation of `noise` times the truth.
+    /// A picture, the exact, and noisy halves of it: Gaussian with a standard deviation of `noise` times the exact.
     fn noisy(seed: u64, error: f64, noise: f64) -> (Pixels, Pixels, [Pixels; 2]) {
         let mut random = Random::new(seed);
-        let truth: Vec<[f64; 3]> =
+        let exact: Vec<[f64; 3]> =
             (0..4000).map(|_| [1.0, 0.7, 0.3].map(|part| part * random.normal().exp())).collect();
         let mut apart = |share: f64, together: bool| -> Vec<[f64; 3]> {
             let scaled = |pixel: &[f64; 3]| {
@@ -336,13 +336,13 @@ mod tests {
                 pixel
                     .map(|part| part * (1.0 + share * if together { one } else { random.normal() }))
             };
-            truth.iter().map(scaled).collect()
+            exact.iter().map(scaled).collect()
         };
         // All channels of a pixel share its paths, so their noise hangs together.
         let halves = [apart(noise, true), apart(noise, true)];
         let picture =
             apart(error, false).iter().map(|pixel| pixel.map(|part| 1.05 * part)).collect();
-        (picture, truth, halves)
+        (picture, exact, halves)
     }
 
     fn against(picture: &[[f64; 3]], halves: &[Vec<[f64; 3]>; 2]) -> Metrics {
@@ -397,11 +397,11 @@ mod tests {
         for (error, noise) in [(0.05, 0.1), (0.02, 0.05), (0.0, 0.1)] {
             let mut sums = [0.0; 2];
             let mut naive = [0.0; 2];
-            let mut exact = [0.0; 2];
+            let mut known_sums = [0.0; 2];
             let mut within = [0; 2];
             for seed in 0..repeats {
-                let (picture, truth, halves) = noisy(seed, error, noise);
-                let known = compare_exact(&picture, &truth).unwrap();
+                let (picture, exact, halves) = noisy(seed, error, noise);
+                let known = compare_exact(&picture, &exact).unwrap();
                 let found = against(&picture, &halves);
                 let mean: Vec<[f64; 3]> = halves[0]
                     .iter()
@@ -415,14 +415,15 @@ mod tests {
                 for at in 0..2 {
                     let power = if at == 0 { 2 } else { 1 };
                     sums[at] += of(&found)[at].0.powi(power);
-                    exact[at] += of(&known)[at].0.powi(power);
+                    known_sums[at] += of(&known)[at].0.powi(power);
                     naive[at] += of(&blind)[at].0.powi(power);
                     let apart = (of(&found)[at].0 - of(&known)[at].0).abs();
                     within[at] += u64::from(apart <= of(&found)[at].1);
                 }
             }
             for at in 0..2 {
-                let [free, blind] = [sums[at], naive[at]].map(|sum| (sum / exact[at] - 1.0).abs());
+                let [free, blind] =
+                    [sums[at], naive[at]].map(|sum| (sum / known_sums[at] - 1.0).abs());
                 let case =
                     format!("error {error}, noise {noise}, metric {at}: {free:.4} {blind:.4}");
                 assert!(free < 0.1, "{case}");
@@ -435,48 +436,48 @@ mod tests {
 
     #[test]
     fn the_product_over_a_noisy_weight_is_biased_and_ours_is_not() {
-        let (mut product, mut ours, mut exact) = (0.0, 0.0, 0.0);
+        let (mut product, mut ours, mut best) = (0.0, 0.0, 0.0);
         for seed in 0..16 {
-            let (_, truth, halves) = noisy(seed, 0.0, 0.2);
+            let (_, exact, halves) = noisy(seed, 0.0, 0.2);
             let picture: Vec<[f64; 3]> =
-                truth.iter().map(|pixel| pixel.map(|part| 1.1 * part)).collect();
-            exact += compare_exact(&picture, &truth).unwrap().relative_mse.value;
+                exact.iter().map(|pixel| pixel.map(|part| 1.1 * part)).collect();
+            best += compare_exact(&picture, &exact).unwrap().relative_mse.value;
             ours += against(&picture, &halves).relative_mse.value;
-            let square: f64 = truth.iter().flatten().map(|part| part * part).sum();
-            let floor = RELATIVE_MSE_FLOOR * square / (3 * truth.len()) as f64;
+            let square: f64 = exact.iter().flatten().map(|part| part * part).sum();
+            let floor = RELATIVE_MSE_FLOOR * square / (3 * exact.len()) as f64;
             let term = |((found, one), other): ((f64, f64), f64)| {
                 let middle = 0.5 * (one + other);
                 (found - one) * (found - other) / (middle * middle + floor)
             };
             let flat = |pixels: &[[f64; 3]]| pixels.iter().flatten().copied().collect::<Vec<f64>>();
             let terms = flat(&picture).into_iter().zip(flat(&halves[0])).zip(flat(&halves[1]));
-            product += terms.map(term).sum::<f64>() / (3 * truth.len()) as f64;
+            product += terms.map(term).sum::<f64>() / (3 * exact.len()) as f64;
         }
-        assert!(product > 1.5 * exact, "{} of {exact}", product / exact);
-        assert!((ours / exact - 1.0).abs() < 0.5 * (product / exact - 1.0), "{}", ours / exact);
+        assert!(product > 1.5 * best, "{} of {best}", product / best);
+        assert!((ours / best - 1.0).abs() < 0.5 * (product / best - 1.0), "{}", ours / best);
     }
 
     #[test]
     fn an_error_below_the_noise_is_called_so() {
-        let (_, truth, halves) = noisy(3, 0.0, 0.2);
-        let metrics = against(&truth, &halves);
+        let (_, exact, halves) = noisy(3, 0.0, 0.2);
+        let metrics = against(&exact, &halves);
         let all = [metrics.rmse, metrics.relative_mse, metrics.median, metrics.quantile_95];
         assert!(all.iter().all(|one| one.below_noise() && !one.value.is_nan()), "{metrics:?}");
         assert!(metrics.bias.below_noise());
-        let off: Vec<[f64; 3]> = truth.iter().map(|pixel| pixel.map(|part| 2.0 * part)).collect();
+        let off: Vec<[f64; 3]> = exact.iter().map(|pixel| pixel.map(|part| 2.0 * part)).collect();
         let metrics = against(&off, &halves);
         let all = [metrics.rmse, metrics.relative_mse, metrics.median, metrics.bias];
         assert!(all.iter().all(|one| !one.below_noise()), "{metrics:?}");
         // What is known exactly has no noise to be below.
-        let same = compare_exact(&truth, &truth).unwrap();
+        let same = compare_exact(&exact, &exact).unwrap();
         assert!(!same.rmse.below_noise() && same.rmse.value == 0.0);
     }
 
     #[test]
     fn noise_raises_quantiles_by_no_more_than_is_said() {
         for (error, noise) in [(0.0, 0.1), (0.1, 0.05), (0.1, 0.2), (0.3, 0.1)] {
-            let (picture, truth, halves) = noisy(5, error, noise);
-            let known = compare_exact(&picture, &truth).unwrap();
+            let (picture, exact, halves) = noisy(5, error, noise);
+            let known = compare_exact(&picture, &exact).unwrap();
             let found = against(&picture, &halves);
             for (found, known) in
                 [(found.median, known.median), (found.quantile_95, known.quantile_95)]

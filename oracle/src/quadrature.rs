@@ -1,4 +1,4 @@
-//! Integrals over the sphere: the truth behind the closed forms.
+//! Integrals over the sphere: the reference behind the closed forms.
 
 use core::f64::consts::PI;
 

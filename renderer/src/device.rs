@@ -17,7 +17,7 @@ pub enum DeviceError {
     /// No adapter of the wanted name.
     #[error("no adapter is named like '{wanted}'; there are: {}", known.join(", "))]
     UnknownAdapter {
-        /// What was asked for.
+        /// What was requested.
         wanted: String,
         /// The adapters that exist.
         known: Vec<String>,

@@ -63,7 +63,7 @@ pub enum FrameError {
     /// The scene has no such light.
     #[error("the scene has no light {index}; it has {count}, counted from 0")]
     NoSuchLight {
-        /// The number asked for.
+        /// The number requested.
         index: usize,
         /// How many there are.
         count: usize,

@@ -33,7 +33,7 @@ pub struct Worst {
     pub input: Input,
     /// What was measured there.
     pub measured: f64,
-    /// What it was held against.
+    /// What it was compared with.
     pub expected: f64,
 }
 
@@ -46,7 +46,7 @@ fn finite_or_text<S: serde::Serializer>(value: &f64, serializer: S) -> Result<S:
     }
 }
 
-/// One comparison: a measured number and what it was held against.
+/// One comparison: a measured number and what it was compared with.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     /// The measured number.

@@ -61,7 +61,7 @@ pub struct Traits {
     pub alpha: [f32; 2],
 }
 
-/// The least and the greatest value of each channel of images, of those that were asked for.
+/// The least and the greatest value of each channel of images, of those that were requested.
 pub(crate) struct Texels<'a> {
     images: &'a [Image],
     ranges: RefCell<BTreeMap<usize, [[u8; 2]; 4]>>,

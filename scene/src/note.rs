@@ -51,7 +51,7 @@ impl fmt::Display for Note {
 #[derive(Debug, Default)]
 pub(super) struct Notes(BTreeMap<Key, Subjects>);
 
-/// What notes are sorted by, and how they are told apart.
+/// What notes are sorted by, and how they are distinguished.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
     kind: NoteKind,

@@ -75,7 +75,7 @@ fn run() -> Result<bool, Box<dyn Error>> {
         "ratio       {ratio:8.3}    (bound {BOUND}: {})",
         if holds { "holds" } else { "does not hold" }
     );
-    println!("ratio       {against_modules:8.3}    (held against whole modules; no bound)");
+    println!("ratio       {against_modules:8.3}    (compared with whole modules; no bound)");
     let report = json!({
         "adapter": null,
         "driver": null,
@@ -89,7 +89,7 @@ fn run() -> Result<bool, Box<dyn Error>> {
             "holds": holds,
             "command": "cargo bench -p sglow-shader-gen --bench generation",
             "note": format!(
-                "{} variants, {} threads, {ROUNDS} rounds; generation {:.3} ms, naga alone {:.3} ms; reading the files is not in it; held against whole modules the ratio is {against_modules:.3}",
+                "{} variants, {} threads, {ROUNDS} rounds; generation {:.3} ms, naga alone {:.3} ms; reading the files is not in it; compared with whole modules the ratio is {against_modules:.3}",
                 variants.len(), rayon::current_num_threads(), ours * 1e3, floor * 1e3,
             ),
         }],

@@ -15,7 +15,7 @@ use crate::source::{Sources, Span};
 pub enum Code {
     /// A file cannot be read.
     Read,
-    /// `library.toml` does not have the form that is asked for.
+    /// `library.toml` does not have the form that is requested.
     Declaration,
     /// A name that nothing declares.
     Unknown,

@@ -10,7 +10,7 @@ use crate::parse::Kind;
 use crate::prune::{Difference, Whole, prove, prune};
 use crate::validate::{Validated, validate};
 
-/// Generates `variants`, on all cores, in their order, each held against what it imports.
+/// Generates `variants`, on all cores, in their order, each compared with what it imports.
 ///
 /// # Errors
 ///
@@ -19,7 +19,7 @@ pub fn variants(library: &Library, variants: &[Variant]) -> Result<Vec<Validated
     variants_against(library, variants, Whole::Imports)
 }
 
-/// Generates `variants`, on all cores, in their order, each held against `whole`.
+/// Generates `variants`, on all cores, in their order, each compared with `whole`.
 ///
 /// # Errors
 ///

@@ -14,7 +14,7 @@ use crate::assemble::{Assembled, Text};
 use crate::order::Order;
 use crate::parse::Kind;
 
-/// What a pruned text is held against.
+/// What a pruned text is compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Whole {
     /// The module of the pass with what it imports, name by name, as WESL has it. Every generation does this.

@@ -68,9 +68,9 @@ fn faults(name: &str, text: &str) -> Vec<String> {
         if table && mark.is_none() && !defined && line.split('|').any(is_figure) {
             fault("no command writes this figure");
         }
-        if ["TODO", "TBD", "FIXME", "XXX", "???", "to be measured"]
+        if ["todo", "tbd", "fixme", "xxx", "???", "to be measured"]
             .iter()
-            .any(|one| line.contains(one))
+            .any(|one| line.to_lowercase().contains(one))
         {
             fault("a placeholder");
         }

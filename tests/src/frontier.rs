@@ -6,8 +6,8 @@ use std::sync::OnceLock;
 
 use sglow_measure::cache::Cache;
 use sglow_measure::frontier::configuration::{Allowed, allowed, every, fits};
+use sglow_measure::frontier::references::references;
 use sglow_measure::frontier::subject::{FrontierError, Subject};
-use sglow_measure::frontier::truth::truth;
 use sglow_measure::frontier::{buy, scene};
 use sglow_results::frontier::choose::Budget;
 use sglow_results::frontier::document::{Configuration, Metric, SceneReport};
@@ -120,7 +120,7 @@ fn every_configuration_is_measured_kept_and_measured_again_if_its_shader_changes
             configuration.picture.rmse_over_mean > 0.0
                 && configuration.picture.rmse_over_mean < 10.0
         );
-        // The device agrees with the oracle far better than the method with its truth.
+        // The device agrees with the oracle far better than the method with its reference.
         let rounding = configuration.rounding.as_ref().unwrap().rms_over_mean;
         let model = configuration.model_rms_over_mean.unwrap();
         assert!(
@@ -171,7 +171,7 @@ fn maps_that_are_drawn_otherwise_have_another_reference() {
     let reference = |package: &Package| {
         let subject = Subject::new(gpu(), package, &scene, base());
         let cache = Cache::new(folder.path(), false);
-        let found = truth(&subject, &cache, &Silent).unwrap();
+        let found = references(&subject, &cache, &Silent).unwrap();
         (found.reference.mean, cache.counts()[1])
     };
     let (mean, made) = reference(&Package::embedded());

@@ -69,7 +69,7 @@ fn every_function_keeps_every_bound() {
     for function in functions::all() {
         let held = held(&function, variant(&function), &Extent::QUICK);
         let verdicts = judge(&function, &held);
-        assert!(function.literal || verdicts.len() >= 3, "{} is held to nothing", function.name);
+        assert!(function.literal || verdicts.len() >= 3, "{} has no guarantee", function.name);
         for verdict in verdicts.into_iter().filter(|verdict| !verdict.holds) {
             failures.push(format!("{verdict:?}"));
         }
@@ -90,7 +90,7 @@ fn every_value_of_the_axis_is_held() {
 /// Each bound's negative control: what is broken in that way must fail it.
 #[test]
 fn every_bound_notices_what_it_is_for() {
-    let extent = Extent { inputs: 256, truths: 64, neighbours: 32 };
+    let extent = Extent { inputs: 256, references: 64, neighbours: 32 };
     for function in functions::all().iter().filter(|function| !function.literal) {
         // A percent off, not finite, of the wrong sign; and in every second number lower by a tenth.
         let component = function.monotone.map_or(0, |monotone| monotone.component);
@@ -130,7 +130,7 @@ fn every_bound_notices_what_it_is_for() {
 /// The negative control of the bounds that only an oracle can break.
 #[test]
 fn a_broken_oracle_is_noticed() {
-    let extent = Extent { inputs: 256, truths: 64, neighbours: 0 };
+    let extent = Extent { inputs: 256, references: 64, neighbours: 0 };
     let quantities = |function: &Function| -> Vec<Quantity> {
         let held = held(function, variant(function), &extent);
         let failing = judge(function, &held).into_iter().filter(|verdict| !verdict.holds);
@@ -151,7 +151,7 @@ fn a_broken_oracle_is_noticed() {
     let vacuous = Function {
         bounded: |_| [Bounded::with_error(1.0, f64::INFINITY); 4],
         monotone: None,
-        truth: None,
+        reference: None,
         ..named("sg_evaluate")
     };
     assert_eq!(quantities(&vacuous), [Quantity::WithoutPromise]);

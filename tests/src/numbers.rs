@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use sglow_measure::frontier::evaluate::Evaluator;
+use sglow_measure::frontier::references::References;
 use sglow_measure::frontier::subject::Subject;
-use sglow_measure::frontier::truth::Truth;
 use sglow_measure::picture;
 use sglow_oracle::metrics;
 use sglow_renderer::frame::Renderer;
@@ -54,7 +54,7 @@ fn every_command_has_the_same_numbers_for_the_same_pair() {
     let subject = Subject::new(gpu(), &package, &shot.scene, shot.settings.clone());
     let drawn = subject.drawn().unwrap();
     let position = &drawn.frame.gbuffer.position;
-    let truth = Truth {
+    let references = References {
         reference: Reference { samples: 64, mean: 1.0, noise_over_mean: 0.0, dark: false },
         indirect: mean(halves.each_ref()),
         halves,
@@ -63,7 +63,7 @@ fn every_command_has_the_same_numbers_for_the_same_pair() {
         sample: Vec::new(),
         points: Vec::new(),
     };
-    let evaluator = Evaluator::new(&subject, &truth, &drawn.frame, drawn.renderer.eye());
+    let evaluator = Evaluator::new(&subject, &references, &drawn.frame, drawn.renderer.eye());
     let reported = evaluator.picture(&picture);
 
     assert!(rendered.pixels > 0 && rendered.pixels < 24 * 18, "some pixels show no surface");
@@ -77,7 +77,7 @@ fn every_command_has_the_same_numbers_for_the_same_pair() {
         assert!(one.value != 0.0 && one.uncertainty > 0.0, "{metric}: {one:?}");
     }
     // Over all pixels, as once, the number is another.
-    let [one, other] = truth.halves.each_ref().map(Vec::as_slice);
+    let [one, other] = references.halves.each_ref().map(Vec::as_slice);
     let all = metrics::compare(&picture, [one, other], None).unwrap().rmse_over_mean().value;
     assert!((all / rendered.rmse_over_mean - 1.0).abs() > 0.02, "{all} {rendered:?}");
 }

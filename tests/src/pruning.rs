@@ -38,7 +38,7 @@ const PLAIN: Needs = Needs {
     light: KINDS[0],
 };
 
-/// A floor and a wall that have just the properties asked for, and a table if something is to be hidden.
+/// A floor and a wall that have just the properties requested, and a table if something is to be hidden.
 fn scene(needs: Needs) -> Scene {
     let quad = |name: &str, corners: [[f32; 3]; 4], normal: [f32; 3], material| Mesh {
         name: name.to_owned(),

@@ -373,7 +373,7 @@ impl Run<'_> {
     }
 
     /// Whether each pixel with a surface sees each light, by rays.
-    fn truth(&self) -> Vec<Vec<bool>> {
+    fn expected(&self) -> Vec<Vec<bool>> {
         let maps = self.maps();
         let views: Vec<View> =
             self.lights.iter().map(|light| View::of_light(&plain(light), &maps)).collect();
@@ -384,15 +384,15 @@ impl Run<'_> {
 
     /// The share of pairs of light and pixel that the map decides wrongly: too dark, too bright, and weighted by the
     /// light that arrives without visibility.
-    fn wrong(&self, truth: &[Vec<bool>]) -> [f64; 3] {
+    fn wrong(&self, expected: &[Vec<bool>]) -> [f64; 3] {
         let maps = self.maps();
         let lights: Vec<Vsgl> = self.lights.iter().map(plain).collect();
         let surfaces = self.receivers();
         let model = reference::model(self.indirect.settings());
         let eye = reference::vector(self.stage.eye);
         let (mut dark, mut bright, mut weighted, mut pairs, mut total) = (0, 0, 0.0, 0, 0.0);
-        for (surface, truth) in surfaces.iter().zip(truth) {
-            for (index, (light, &truth)) in lights.iter().zip(truth).enumerate() {
+        for (surface, expected) in surfaces.iter().zip(expected) {
+            for (index, (light, &expected)) in lights.iter().zip(expected).enumerate() {
                 let way = light.position - surface.position;
                 // Behind the surface no light matters.
                 if way.dot(surface.normal) <= 0.0 {
@@ -404,10 +404,10 @@ impl Run<'_> {
                     visible(index, light, surface.position, surface.normal, &maps, &self.atlas);
                 pairs += 1;
                 total += weight;
-                if (found == Seen::Yes) != truth {
+                if (found == Seen::Yes) != expected {
                     weighted += weight;
-                    dark += usize::from(truth);
-                    bright += usize::from(!truth);
+                    dark += usize::from(expected);
+                    bright += usize::from(!expected);
                 }
             }
         }
@@ -637,9 +637,9 @@ fn an_occluder_darkens_what_rays_say_it_darkens() {
             let (mut wrong, mut far, mut shadowed) = (0, 0, 0);
             for (pixel, &receiver) in pixels.iter().zip(&receivers) {
                 let position = reference::vector(receiver);
-                let truth = exact::seen(&triangles, &view, position);
-                shadowed += usize::from(!truth);
-                if (pixel[0] > 0.0) == truth {
+                let expected = exact::seen(&triangles, &view, position);
+                shadowed += usize::from(!expected);
+                if (pixel[0] > 0.0) == expected {
                     continue;
                 }
                 wrong += 1;
@@ -654,7 +654,7 @@ fn an_occluder_darkens_what_rays_say_it_darkens() {
                     let (sine, cosine) = (f64::from(step) * 0.196_35).sin_cos();
                     [0.5, 1.0].iter().any(|share| {
                         let aside = Vector3::new(cosine, sine, 0.0) * (band * share);
-                        exact::seen(&triangles, &view, position + aside) != truth
+                        exact::seen(&triangles, &view, position + aside) != expected
                     })
                 });
                 far += usize::from(!edge);

@@ -14,7 +14,7 @@ pub fn line(packages: &[&str]) -> String {
     )
 }
 
-/// Installs `packages` if this user may without being asked for a password; shows each line it runs.
+/// Installs `packages` if this user may without a password; shows each line it runs.
 ///
 /// # Errors
 ///

@@ -8,9 +8,9 @@ use sglow_results::frontier::rank;
 use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 
+use super::references::references;
 use super::subject::{FrontierError, Subject};
 use super::together::whole_frames;
-use super::truth::truth;
 use super::{configuration, measure};
 use crate::cache::Cache;
 
@@ -28,8 +28,8 @@ pub fn buy(
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<Purchase, FrontierError> {
-    let truth = truth(subject, cache, progress)?;
-    let mut measured = measure::every(subject, configurations, &truth, cache, progress)?;
+    let references = references(subject, cache, progress)?;
+    let mut measured = measure::every(subject, configurations, &references, cache, progress)?;
     rank::mark(&mut measured.configurations);
     let settings: BTreeMap<String, &Settings> = configurations
         .iter()
@@ -47,7 +47,7 @@ pub fn buy(
             .iter()
             .find(|configuration| order.first() == Some(&configuration.name));
         if first.is_none_or(|configuration| configuration.whole.is_some()) {
-            let (reference, clock) = (truth.reference, measured.clock);
+            let (reference, clock) = (references.reference, measured.clock);
             return Ok(Purchase {
                 configurations: measured.configurations,
                 order,

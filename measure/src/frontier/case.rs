@@ -20,7 +20,7 @@ pub enum SelectError {
     Nothing {
         /// The scene.
         scene: String,
-        /// What took the last ones away.
+        /// The values that exclude the last ones.
         help: Vec<String>,
     },
     /// The default with the requested values is not legal.

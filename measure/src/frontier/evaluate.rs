@@ -18,8 +18,8 @@ use sglow_results::picture_error::{Display, Pair, compare};
 use sglow_runtime::settings::Settings;
 use sglow_shaders::Visibility;
 
+use super::references::References;
 use super::subject::{Subject, worst};
-use super::truth::Truth;
 
 /// How far one picture is off.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -40,7 +40,7 @@ pub struct Evaluation {
 
 /// A reference with all that is needed to evaluate pictures by it.
 pub struct Evaluator<'a> {
-    truth: &'a Truth,
+    references: &'a References,
     surfaces: &'a Surfaces,
     /// Radiance that no configuration changes: direct light and emission.
     fixed: Radiance,
@@ -58,7 +58,12 @@ pub struct Evaluator<'a> {
 impl<'a> Evaluator<'a> {
     /// An evaluator of pictures of a subject, of which `frame` is one.
     #[must_use]
-    pub fn new(subject: &Subject<'_>, truth: &'a Truth, frame: &'a Frame, eye: glam::Vec3) -> Self {
+    pub fn new(
+        subject: &Subject<'_>,
+        references: &'a References,
+        frame: &'a Frame,
+        eye: glam::Vec3,
+    ) -> Self {
         let emission = frame.emission.as_deref().unwrap_or_default();
         let fixed: Radiance = frame
             .direct
@@ -70,22 +75,22 @@ impl<'a> Evaluator<'a> {
             })
             .collect();
         let surfaces: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
-        let exposure = Exposure::automatic(&whole(&fixed, &truth.indirect));
+        let exposure = Exposure::automatic(&whole(&fixed, &references.indirect));
         let mut unshadowed = vec![[0.0; 3]; fixed.len()];
-        for (&at, &pixel) in truth.present.iter().zip(&truth.unshadowed) {
+        for (&at, &pixel) in references.present.iter().zip(&references.unshadowed) {
             unshadowed[at] = pixel;
         }
         Self {
-            sample: truth.sample.iter().map(|&at| surfaces[at]).collect(),
+            sample: references.sample.iter().map(|&at| surfaces[at]).collect(),
             surfaces: &frame.gbuffer,
             eye: reference::vector(eye),
             size: subject.base.size,
             others: subject.base.others.clone(),
-            whole_halves: truth.halves.each_ref().map(|half| whole(&fixed, half)),
+            whole_halves: references.halves.each_ref().map(|half| whole(&fixed, half)),
             unshadowed: [unshadowed.clone(), whole(&fixed, &unshadowed)],
             exposure,
             fixed,
-            truth,
+            references,
         }
     }
 
@@ -105,12 +110,12 @@ impl<'a> Evaluator<'a> {
     ) -> Evaluation {
         let picture = self.picture(indirect);
         let at_present = |radiance: &Radiance| -> Vec<[f64; 3]> {
-            self.truth.present.iter().map(|&at| radiance[at].map(f64::from)).collect()
+            self.references.present.iter().map(|&at| radiance[at].map(f64::from)).collect()
         };
-        let (found, expected) = (at_present(indirect), at_present(&self.truth.indirect));
+        let (found, expected) = (at_present(indirect), at_present(&self.references.indirect));
         let not_finite = found.iter().flatten().filter(|value| !value.is_finite()).count();
         let worst_of_all = apart(&found, &expected).1.map_or_else(Worst::default, |at| {
-            let pixel = self.truth.present[at];
+            let pixel = self.references.present[at];
             worst(self.surfaces, self.size[0], pixel, found[at], expected[at])
         });
         let seen = Evaluation {
@@ -127,16 +132,16 @@ impl<'a> Evaluator<'a> {
         }
         let oracle = self.by_oracle(settings, lights);
         let device: Vec<[f64; 3]> =
-            self.truth.sample.iter().map(|&at| indirect[at].map(f64::from)).collect();
+            self.references.sample.iter().map(|&at| indirect[at].map(f64::from)).collect();
         let (rms, at) = apart(&device, &oracle);
         let rounding = Rounding {
             rms_over_mean: over_mean(rms, &oracle),
             worst: at.map_or_else(Worst::default, |at| {
-                let pixel = self.truth.sample[at];
+                let pixel = self.references.sample[at];
                 worst(self.surfaces, self.size[0], pixel, device[at], oracle[at])
             }),
         };
-        let model = over_mean(apart(&oracle, &self.truth.points).0, &self.truth.points);
+        let model = over_mean(apart(&oracle, &self.references.points).0, &self.references.points);
         Evaluation {
             unshadowed: Some(self.unshadowed(indirect)),
             rounding: Some(rounding),
@@ -158,7 +163,7 @@ impl<'a> Evaluator<'a> {
     /// How far a picture is from the reference.
     #[must_use]
     pub fn picture(&self, indirect: &Radiance) -> PictureError {
-        let [one, other] = &self.truth.halves;
+        let [one, other] = &self.references.halves;
         let [whole_one, whole_other] = &self.whole_halves;
         self.against(indirect, [one, other], [whole_one, whole_other])
     }
@@ -178,7 +183,7 @@ impl<'a> Evaluator<'a> {
     ) -> PictureError {
         compare(&Pair {
             size: self.size,
-            present: Some(&self.truth.present),
+            present: Some(&self.references.present),
             picture: indirect,
             halves,
             whole: &self.whole(indirect),

@@ -14,10 +14,10 @@ use sglow_shaders::{Diffuse, Lobes, Specular};
 use super::bench::{Timed, of_lights, of_maps, shading_id};
 use super::configuration;
 use super::evaluate::{Evaluation, Evaluator};
+use super::references::References;
 use super::shadings::time_shadings;
 use super::shared::{Lights, Shared, Step};
 use super::subject::{Drawn, FrontierError, Subject};
-use super::truth::Truth;
 use crate::cache::Cache;
 
 /// What was found of every configuration.
@@ -34,12 +34,17 @@ pub(super) struct Measured {
 pub(super) fn every(
     subject: &Subject<'_>,
     configurations: &[Settings],
-    truth: &Truth,
+    references: &References,
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<Measured, FrontierError> {
-    let context =
-        Context { shared: Shared::new(subject), subject, truth, cache, evaluator: OnceCell::new() };
+    let context = Context {
+        shared: Shared::new(subject),
+        subject,
+        references,
+        cache,
+        evaluator: OnceCell::new(),
+    };
     let shadings = time_shadings(&context.shared, configurations, cache, progress)?;
     progress.start(
         &format!("{}: {} configurations", subject.scene.name, configurations.len()),
@@ -79,7 +84,7 @@ pub(super) fn shared(settings: &Settings) -> [String; 3] {
 struct Context<'a, 's> {
     shared: Shared<'a, 's>,
     subject: &'a Subject<'s>,
-    truth: &'a Truth,
+    references: &'a References,
     cache: &'a Cache,
     evaluator: OnceCell<Evaluator<'a>>,
 }
@@ -110,7 +115,7 @@ impl<'a> Context<'a, '_> {
             return Ok(evaluator);
         }
         let Drawn { renderer, frame, .. } = self.subject.drawn()?;
-        let evaluator = Evaluator::new(self.subject, self.truth, frame, renderer.eye());
+        let evaluator = Evaluator::new(self.subject, self.references, frame, renderer.eye());
         Ok(self.evaluator.get_or_init(|| evaluator))
     }
 }

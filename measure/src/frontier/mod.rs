@@ -11,6 +11,7 @@ mod measure;
 pub mod named;
 pub mod offer;
 mod prune;
+pub mod references;
 pub mod scene;
 pub mod screen;
 pub mod screening;
@@ -20,6 +21,5 @@ mod straddling;
 pub mod subject;
 mod sweep;
 mod together;
-pub mod truth;
 
 pub use bench::RUNS;

@@ -127,7 +127,7 @@ fn needs_leave(derivation: &Derivation, configuration: &Settings) -> bool {
 ///
 /// # Errors
 ///
-/// When none remains: says what took the last ones away.
+/// When none remains: names the values that exclude the last ones.
 pub fn of(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Vec<Settings>, SelectError> {
     let Case { scene, derivation, library } = case;
     let scene = &scene.name;
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn what_took_the_last_configuration_away_is_named() {
+    fn a_value_that_leaves_no_configuration_is_named() {
         let help = |scene, words: &[&str], all, filters| {
             configurations(scene, words, all, filters).unwrap_err().to_string()
         };

@@ -10,9 +10,9 @@ use sglow_runtime::settings::Settings;
 
 use super::bench::RUNS;
 use super::evaluate::Evaluator;
+use super::references::{References, references};
 use super::subject::{Drawn, FrontierError, Subject};
 use super::together::{self, Named};
-use super::truth::{Truth, truth};
 use super::{configuration, measure, prune, straddling, sweep};
 use crate::cache::Cache;
 
@@ -33,11 +33,11 @@ pub fn scene(
         let why = "none of the variants has the requested values".to_owned();
         return Err(FrontierError::NoWay { scene: subject.scene.name.clone(), why });
     }
-    let truth = truth(subject, cache, progress)?;
-    let mut measured = measure::every(subject, configurations, &truth, cache, progress)?;
+    let references = references(subject, cache, progress)?;
+    let mut measured = measure::every(subject, configurations, &references, cache, progress)?;
     rank::mark(&mut measured.configurations);
     let chosen = chosen(&measured.configurations, configurations, close, &subject.base);
-    let pictures = pictures(subject, &chosen, &truth, cache)?;
+    let pictures = pictures(subject, &chosen, &references, cache)?;
     again(subject, &chosen, close, &mut measured.configurations, cache, progress)?;
     let base = &subject.base;
     Ok((
@@ -52,10 +52,10 @@ pub fn scene(
             size_factor: f64::from(base.size_factor),
             clock: measured.clock,
             runs: RUNS,
-            reference: truth.reference.clone(),
+            reference: references.reference.clone(),
             configurations: measured.configurations,
-            sweeps: sweep::sweeps(subject, &truth, cache, progress)?,
-            straddling: straddling::straddling(subject, &truth, cache)?,
+            sweeps: sweep::sweeps(subject, &references, cache, progress)?,
+            straddling: straddling::straddling(subject, &references, cache)?,
             screening: None,
             pruned: prune::pruned(subject, cache, progress)?,
             not_finite: measured.not_finite,
@@ -86,16 +86,16 @@ fn chosen<'w>(
 fn pictures(
     subject: &Subject<'_>,
     chosen: &Named<'_>,
-    truth: &Truth,
+    references: &References,
     cache: &Cache,
 ) -> Result<Pictures, FrontierError> {
     let whole = |indirect: &Radiance| -> Result<Radiance, FrontierError> {
         let Drawn { renderer, frame, .. } = subject.drawn()?;
-        Ok(Evaluator::new(subject, truth, frame, renderer.eye()).whole(indirect))
+        Ok(Evaluator::new(subject, references, frame, renderer.eye()).whole(indirect))
     };
     let mut found = Pictures {
         reference: cache
-            .get(&subject.scene_key("reference picture")?, || whole(&truth.indirect))?,
+            .get(&subject.scene_key("reference picture")?, || whole(&references.indirect))?,
         configurations: BTreeMap::new(),
     };
     for (name, settings) in chosen {

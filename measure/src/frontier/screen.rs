@@ -16,8 +16,8 @@ use sglow_shaders::{
     Specular, SpecularPower, Variance, Visibility,
 };
 
+use super::references::references;
 use super::subject::{FrontierError, Subject};
-use super::truth::truth;
 use super::{configuration, measure};
 use crate::cache::Cache;
 
@@ -153,8 +153,8 @@ pub fn screen(
 ) -> Result<Screened, FrontierError> {
     let all = singles.iter().map(|single| single.settings.clone());
     let settings = distinct(&subject.base, std::iter::once(base.clone()).chain(all));
-    let truth = truth(subject, cache, progress)?;
-    let measured = measure::every(subject, &settings, &truth, cache, progress)?;
+    let references = references(subject, cache, progress)?;
+    let measured = measure::every(subject, &settings, &references, cache, progress)?;
     let name = |settings: &Settings| configuration::name(settings, &subject.base);
     Ok(said(base, singles, &name, &measured.configurations))
 }

@@ -54,7 +54,7 @@ impl<'a, 's> Shared<'a, 's> {
 /// Makes something and times it in so many runs.
 type Make<'a> = dyn Fn(usize) -> Result<(Indirect, Runs), FrontierError> + 'a;
 
-/// A step on the way to lights. Its time is known at once; itself is made only when it is needed.
+/// A stage that lights are made by: its time, which may come from the cache, and its result, which is made on demand.
 pub(super) struct Step<'a> {
     pub(super) timed: Timed,
     made: OnceCell<Indirect>,

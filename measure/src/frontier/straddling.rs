@@ -12,16 +12,16 @@ use sglow_shaders::{Density, Draw, Kernel, SglowKernel, Solver, Space, Visibilit
 
 use super::bench::no_density;
 use super::evaluate::Evaluator;
+use super::references::References;
 use super::subject::{Drawn, FrontierError, Subject};
-use super::truth::Truth;
 use crate::cache::Cache;
 use crate::rivals::flicker::of_pixels;
 use crate::rivals::overlap::weighted;
 
-/// Lights and their kernels' texels against the sum over all texels, on the sample of pixels of `truth`.
+/// Lights and their kernels' texels against the sum over all texels, on the sample of pixels of `references`.
 pub(super) fn straddling(
     subject: &Subject<'_>,
-    truth: &Truth,
+    references: &References,
     cache: &Cache,
 ) -> Result<Straddling, FrontierError> {
     let settings = Settings {
@@ -38,8 +38,8 @@ pub(super) fn straddling(
         let (maps, _) = subject.maps(&settings, 0)?;
         let (lights, _) = subject.lights(&settings, &maps, 0)?;
         let made = reference::lights(subject.gpu, &lights)?;
-        let evaluator = Evaluator::new(subject, truth, frame, renderer.eye());
-        let own = compared(&evaluator.by_oracle(&settings, &made), truth);
+        let evaluator = Evaluator::new(subject, references, frame, renderer.eye());
+        let own = compared(&evaluator.by_oracle(&settings, &made), references);
         let texture = lights.density().ok_or_else(no_density)?;
         let side = texture.width() as usize;
         let density: Vec<f32> =
@@ -50,11 +50,11 @@ pub(super) fn straddling(
         let counted = |[x, y]: [usize; 2]| coverage.counted()[y * side + x];
         let light = renderer.light();
         let texels = reference::counted_facets(light, renderer.indirect().settings(), rsm, counted);
-        let receivers = reference::texels(&of_pixels(&frame.gbuffer, &truth.sample));
+        let receivers = reference::texels(&of_pixels(&frame.gbuffer, &references.sample));
         let eye = reference::vector(renderer.eye());
         let summed = texels.reflect(&receivers, eye, &|_| true).unwrap_or_default();
         let summed: Vec<[f64; 3]> = summed.iter().map(|one| one.total().to_array()).collect();
-        let floor = compared(&summed, truth);
+        let floor = compared(&summed, references);
         Ok(Straddling {
             size_factor: f64::from(settings.size_factor),
             lights_relative_mse: own.relative_mse.value,
@@ -65,6 +65,6 @@ pub(super) fn straddling(
     })
 }
 
-fn compared(found: &[[f64; 3]], truth: &Truth) -> Metrics {
-    metrics::compare_exact(found, &truth.points).unwrap_or_default()
+fn compared(found: &[[f64; 3]], references: &References) -> Metrics {
+    metrics::compare_exact(found, &references.points).unwrap_or_default()
 }

@@ -18,9 +18,9 @@ use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
 
 use super::bench::{RUNS, Timed, no_density};
 use super::evaluate::{Evaluator, apart, over_mean};
+use super::references::References;
 use super::subject::{Drawn, FrontierError, Subject};
 use super::together;
-use super::truth::Truth;
 use crate::cache::Cache;
 
 /// Bisection steps that are measured.
@@ -40,7 +40,7 @@ struct At {
 /// All sweeps of a subject, about its default configuration without visibility.
 pub(super) fn sweeps(
     subject: &Subject<'_>,
-    truth: &Truth,
+    references: &References,
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<Vec<Sweep>, FrontierError> {
@@ -62,7 +62,7 @@ pub(super) fn sweeps(
     progress.start(&format!("{}: iterations, K, lights", subject.scene.name), steps);
     let mut done = 0;
     let mut at = |settings: &Settings| {
-        let found = at(subject, truth, cache, settings);
+        let found = at(subject, references, cache, settings);
         done += 1;
         progress.done(done);
         found
@@ -80,7 +80,7 @@ pub(super) fn sweeps(
         }
         iterations.push(series(filter.name().to_owned(), points));
     }
-    iterations.push(modelled(subject, truth, cache, &base)?);
+    iterations.push(modelled(subject, references, cache, &base)?);
     let mut sizes = Vec::new();
     let sized = SIZE_FACTORS.map(|size_factor| Settings { size_factor, ..base.clone() });
     for settings in &sized {
@@ -118,7 +118,7 @@ pub(super) fn sweeps(
 
 fn at(
     subject: &Subject<'_>,
-    truth: &Truth,
+    references: &References,
     cache: &Cache,
     settings: &Settings,
 ) -> Result<At, FrontierError> {
@@ -132,8 +132,8 @@ fn at(
         let mut timed = Timed::of(&runs);
         timed.passes.extend(Timed::of(&subject.time_reflecting(&lights, &shading, RUNS)?).passes);
         let indirect = subject.reflect(&lights, None, &shading)?;
-        let picture = Evaluator::new(subject, truth, frame, renderer.eye()).picture(&indirect);
-        let indirect = present(&indirect, truth);
+        let picture = Evaluator::new(subject, references, frame, renderer.eye()).picture(&indirect);
+        let indirect = present(&indirect, references);
         Ok(At { timed, picture, indirect })
     })
 }
@@ -143,7 +143,7 @@ fn at(
 /// picture is that of the oracle on a sample of pixels.
 fn modelled(
     subject: &Subject<'_>,
-    truth: &Truth,
+    references: &References,
     cache: &Cache,
     base: &Settings,
 ) -> Result<Series, FrontierError> {
@@ -152,7 +152,7 @@ fn modelled(
         let Drawn { renderer, frame, .. } = subject.drawn()?;
         let (maps, _) = subject.maps(base, 0)?;
         let (lights, _) = subject.lights(base, &maps, 0)?;
-        let evaluator = Evaluator::new(subject, truth, frame, renderer.eye());
+        let evaluator = Evaluator::new(subject, references, frame, renderer.eye());
         let pyramids = Pyramids::read(subject, &lights, renderer.light())?;
         let picture = |weights, solver, iterations| {
             let settings = Settings { solver, iterations, ..base.clone() };
@@ -217,8 +217,8 @@ impl Pyramids {
     }
 }
 
-fn present(indirect: &Radiance, truth: &Truth) -> Vec<[f64; 3]> {
-    truth.present.iter().map(|&at| indirect[at].map(f64::from)).collect()
+fn present(indirect: &Radiance, references: &References) -> Vec<[f64; 3]> {
+    references.present.iter().map(|&at| indirect[at].map(f64::from)).collect()
 }
 
 /// A point of a line. Its time is that of one pass, or of all that make and reflect lights.

@@ -32,8 +32,8 @@ pub(super) const FUNCTIONS: &[Function] = &[
     ),
     function!(asg_convolution(Axis @ 0, Sharpness @ 3, FacingAxis @ 4, OtherAxis @ 8, Alpha @ 11) -> ["integral"],
         convolution,
-        truth: Some(convolution_truth),
-        slow_truth: true,
+        reference: Some(convolution_reference),
+        slow_reference: true,
         peak: |x| {
             let lobe = lobe(&x);
             [asg::convolution(&lobe, lobe.axes[2], x[3]).max(PI * 1e-30); 4]
@@ -42,11 +42,11 @@ pub(super) const FUNCTIONS: &[Function] = &[
 ];
 
 /// By quadrature, where that resolves both lobes.
-fn convolution_truth(x: Numbers<f64>) -> Results<f64> {
+fn convolution_reference(x: Numbers<f64>) -> Results<f64> {
     let lobe = lobe(&x);
     let resolved = lobe.bandwidths[0].max(lobe.bandwidths[1]) <= 1e3 && x[3] <= 400.0;
     let axis = vector(&x, 8);
-    one(if resolved { asg::convolution::truth(&lobe, axis, x[3]) } else { f64::NAN })
+    one(if resolved { asg::convolution::quadrature(&lobe, axis, x[3]) } else { f64::NAN })
 }
 
 fn lobe<R: Real>(x: &Numbers<R>) -> asg::Asg<R> {

@@ -30,12 +30,12 @@ pub(super) const FUNCTIONS: &[Function] = &[
         peak: distribution_peak,
     ),
     function!(g1_smith_beckmann(UpperCosine @ 0, Alpha @ 11) -> ["masking"],
-        truth: Some(|x| one(g1_smith_beckmann_truth(x[0], x[11]))),
+        reference: Some(|x| one(g1_smith_beckmann_reference(x[0], x[11]))),
         peak: unit,
     ),
     function!(v_smith_beckmann(UpperCosine @ 0, UpperCosine @ 1, Alpha @ 11) -> ["visibility"],
-        truth: Some(|x| {
-            let masking = g1_smith_beckmann_truth(x[0], x[11]) * g1_smith_beckmann_truth(x[1], x[11]);
+        reference: Some(|x| {
+            let masking = g1_smith_beckmann_reference(x[0], x[11]) * g1_smith_beckmann_reference(x[1], x[11]);
             one(masking / (4.0 * x[0] * x[1]))
         }),
         peak: |x| [v_smith_beckmann(x)[0]; 4],
@@ -53,8 +53,8 @@ pub(super) const FUNCTIONS: &[Function] = &[
     function!(ndf_filtered_reflection(Axis @ 0, Sharpness @ 3, FacingAxis @ 4, OtherAxis @ 8, Alpha @ 11) ->
         ["radiance", "cosine"],
         filtered,
-        truth: Some(filtered_truth),
-        slow_truth: true,
+        reference: Some(filtered_reference),
+        slow_reference: true,
         // What a mirror reflects is at most 1, what a rough surface does at most the lobe's integral over the horizon's
         // projected area; this is a scale, no bound.
         peak: |x| [sg::integral(x[3].min(4e37)).min(1.0), 1.0, 1.0, 1.0],
@@ -63,16 +63,16 @@ pub(super) const FUNCTIONS: &[Function] = &[
     function!(ndf_filtered_2024_reflection(Axis @ 0, Sharpness @ 3, FacingAxis @ 4, OtherAxis @ 8, Alpha @ 11) ->
         ["radiance"],
         filtered_2024,
-        truth: Some(filtered_truth),
-        slow_truth: true,
+        reference: Some(filtered_reference),
+        slow_reference: true,
         peak: |x| [sg::integral(x[3].min(4e37)).min(1.0), 1.0, 1.0, 1.0],
         floor: FILTERED_FLOOR,
     ),
     function!(ggx_albedo(UpperCosine @ 0, Alpha @ 11) ->
         ["white metal", "dielectric", "blue of a dielectric", "fading"],
         directional_albedo,
-        truth: Some(directional_albedo_truth),
-        slow_truth: true,
+        reference: Some(directional_albedo_reference),
+        slow_reference: true,
         // Each result is seen against what makes its own largest error that of white metal over its peak. Blue has half of
         // the dielectric's reflectance and all of the same error.
         peak: |x| {
@@ -92,7 +92,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
 
 /// Smith's masking of Beckmann, which Walter's rational function fits.
 // [Walter 2007, Eq. (26)]
-fn g1_smith_beckmann_truth(cosine: f64, alpha: f64) -> f64 {
+fn g1_smith_beckmann_reference(cosine: f64, alpha: f64) -> f64 {
     let a = cosine / (alpha * (1.0 - cosine * cosine).max(0.0).sqrt());
     if a > 1e3 {
         return 1.0;
@@ -101,18 +101,18 @@ fn g1_smith_beckmann_truth(cosine: f64, alpha: f64) -> f64 {
 }
 
 /// The reflection of a white surface by quadrature, where that resolves lobe and surface. Of the cosine for Fresnel's
-/// term there is no truth.
-fn filtered_truth(x: Numbers<f64>) -> Results<f64> {
+/// term there is no reference.
+fn filtered_reference(x: Numbers<f64>) -> Results<f64> {
     let (view, normal, axis) = (vector(&x, 0), vector(&x, 4), vector(&x, 8));
     let [view, normal, axis] = [view, normal, axis].map(Vector3::normalized);
-    let mut truth = [f64::NAN; 4];
+    let mut reference = [f64::NAN; 4];
     if x[11] >= 0.05 && x[3] <= 1e3 && view.dot(normal) >= 0.05 {
         let one = Vector3::splat(1.0);
         let arriving = shade::Incoming { axis, sharpness: x[3], coefficient: one };
         let material = Material { diffuse: one * 0.0, specular: one, alpha: x[11] };
-        truth[0] = shade::specular::truth(&arriving, &material, Ndf::Ggx, view, normal).x;
+        reference[0] = shade::specular::quadrature(&arriving, &material, Ndf::Ggx, view, normal).x;
     }
-    truth
+    reference
 }
 
 fn d_ggx<R: Real>(x: Numbers<R>) -> Results<R> {
@@ -175,11 +175,11 @@ fn directional_albedo<R: Real>(x: Numbers<R>) -> Results<R> {
 }
 
 /// By quadrature, where that has a lobe to resolve.
-fn directional_albedo_truth(x: Numbers<f64>) -> Results<f64> {
+fn directional_albedo_reference(x: Numbers<f64>) -> Results<f64> {
     if x[0] < 1e-3 || x[11] < 0.01 {
         return [f64::NAN; 4];
     }
-    let [white, added] = albedo::truth(x[0], x[11]);
+    let [white, added] = albedo::quadrature(x[0], x[11]);
     let [w, d, f] = REFLECTANCES
         .map(|[r, _, b]| [r, b].map(|own| own * (white - added) + (50.0 * r).min(1.0) * added));
     [w[0], d[0], d[1], f[0]]

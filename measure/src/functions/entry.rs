@@ -23,7 +23,7 @@ macro_rules! function {
 }
 pub(crate) use function;
 
-/// What most functions are: never negative, at most 1, without a truth of their own.
+/// What most functions are: never negative, at most 1, without a reference of their own.
 pub(crate) const fn plain(name: &'static str) -> Function {
     Function {
         name,
@@ -31,8 +31,8 @@ pub(crate) const fn plain(name: &'static str) -> Function {
         arguments: &[],
         oracle: |_| [0.0; 4],
         bounded: |_| [sglow_oracle::Bounded { value: 0.0, error: 0.0 }; 4],
-        truth: None,
-        slow_truth: false,
+        reference: None,
+        slow_reference: false,
         peak: crate::function::unit,
         floor: 0.0,
         never_negative: true,

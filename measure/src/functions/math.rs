@@ -16,34 +16,34 @@ const GROWS: Option<Monotone> = Some(Monotone { component: 3, grows: true });
 /// The functions of this folder. Errors are relative: each number is its own peak.
 pub(super) const FUNCTIONS: &[Function] = &[
     function!(erf(Number @ 3) -> ["value"],
-        truth: Some(|x| one(erf_truth(x[3]))),
+        reference: Some(|x| one(erf_reference(x[3]))),
         peak: |x| [math::erf(x[3]).abs(); 4],
         never_negative: false,
         monotone: GROWS,
     ),
     function!(erfc(Number @ 3) -> ["value"],
-        truth: Some(|x| one(erfc_truth(x[3]))),
+        reference: Some(|x| one(erfc_reference(x[3]))),
         peak: |x| [math::erfc(x[3]); 4],
         monotone: FALLS,
     ),
     function!(erfc_scaled(Sharpness @ 3) -> ["value"],
-        truth: Some(|x| one(erfc_scaled_truth(x[3]))),
+        reference: Some(|x| one(erfc_scaled_reference(x[3]))),
         peak: |x| [math::erfc_scaled(x[3].min(1e6)); 4],
         monotone: FALLS,
     ),
     function!(erfc_integral_scaled(Sharpness @ 3) -> ["value"],
-        truth: Some(|x| one(erfc_integral_scaled_truth(x[3]))),
+        reference: Some(|x| one(erfc_integral_scaled_reference(x[3]))),
         peak: |x| [math::erfc_integral_scaled(x[3].min(1e5)); 4],
         monotone: FALLS,
     ),
     function!(expm1(Exponent @ 3) -> ["value"],
-        truth: Some(|x| one(expm1_truth(x[3]))),
+        reference: Some(|x| one(expm1_reference(x[3]))),
         peak: |x| [x[3].exp_m1().abs(); 4],
         never_negative: false,
         monotone: GROWS,
     ),
     function!(expm1_over_x(Exponent @ 3) -> ["value"],
-        truth: Some(|x| one(expm1_over_x_truth(x[3]))),
+        reference: Some(|x| one(expm1_over_x_reference(x[3]))),
         peak: |x| [math::expm1_over_x(x[3].max(-8.5e37)); 4],
         monotone: GROWS,
     ),
@@ -66,29 +66,29 @@ fn decaying(x: f64, power: i32) -> f64 {
 static RULE: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(64));
 
 /// By quadrature of the Gaussian from 0.
-fn erf_truth(x: f64) -> f64 {
+fn erf_reference(x: f64) -> f64 {
     let reach = x.abs().min(6.5);
     let gaussian =
         |(node, weight): &(f64, f64)| weight * (-(0.5 * reach * (1.0 + node)).powi(2)).exp();
     FRAC_2_SQRT_PI * 0.5 * reach * RULE.iter().map(gaussian).sum::<f64>() * x.signum()
 }
 
-fn erfc_truth(x: f64) -> f64 {
-    if x > 0.5 { (-x * x).exp() * erfc_scaled_truth(x) } else { 1.0 - erf_truth(x) }
+fn erfc_reference(x: f64) -> f64 {
+    if x > 0.5 { (-x * x).exp() * erfc_scaled_reference(x) } else { 1.0 - erf_reference(x) }
 }
 
 /// As far as the function's contract goes.
-fn erfc_scaled_truth(x: f64) -> f64 {
+fn erfc_scaled_reference(x: f64) -> f64 {
     FRAC_2_SQRT_PI * decaying(x.min(1e6), 0)
 }
 
 /// As far as the function's contract goes.
-fn erfc_integral_scaled_truth(x: f64) -> f64 {
+fn erfc_integral_scaled_reference(x: f64) -> f64 {
     FRAC_2_SQRT_PI * decaying(x.min(1e5), 1)
 }
 
 /// By the exponential's own series near 0, where the difference cancels.
-fn expm1_over_x_truth(x: f64) -> f64 {
+fn expm1_over_x_reference(x: f64) -> f64 {
     // The contract: below -8.5e37 it counts as there.
     let x = x.max(-8.5e37);
     if x.abs() > 1.0 {
@@ -103,8 +103,8 @@ fn expm1_over_x_truth(x: f64) -> f64 {
     sum
 }
 
-fn expm1_truth(x: f64) -> f64 {
-    if x.abs() > 1.0 { x.exp() - 1.0 } else { x * expm1_over_x_truth(x) }
+fn expm1_reference(x: f64) -> f64 {
+    if x.abs() > 1.0 { x.exp() - 1.0 } else { x * expm1_over_x_reference(x) }
 }
 
 fn erf<R: Real>(x: Numbers<R>) -> Results<R> {

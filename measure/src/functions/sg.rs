@@ -32,7 +32,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         monotone: SHARPER_FALLS,
     ),
     function!(sg_integral(Sharpness @ 3) -> ["integral"], integral,
-        truth: Some(|x| with_truth(x[3], integral_truth)),
+        reference: Some(|x| with_reference(x[3], integral_reference)),
         peak: |x| [sg::integral(sharpness(x[3])); 4],
         monotone: SHARPER_FALLS,
     ),
@@ -41,12 +41,12 @@ pub(super) const FUNCTIONS: &[Function] = &[
         never_negative: false,
     ),
     function!(sg_upper_cosine_integral(Sharpness @ 3) -> ["integral"], upper_cosine_integral,
-        truth: Some(|x| with_truth(x[3], |sharpness| sg::cosine::truth(1.0, sharpness))),
+        reference: Some(|x| with_reference(x[3], |sharpness| sg::cosine::quadrature(1.0, sharpness))),
         peak: upper,
         monotone: SHARPER_FALLS,
     ),
     function!(sg_lower_cosine_integral(Sharpness @ 3) -> ["integral"], lower_cosine_integral,
-        truth: Some(|x| with_truth(x[3], |sharpness| sg::cosine::truth(-1.0, sharpness))),
+        reference: Some(|x| with_reference(x[3], |sharpness| sg::cosine::quadrature(-1.0, sharpness))),
         peak: upper,
         monotone: SHARPER_FALLS,
     ),
@@ -55,7 +55,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         literal: true,
     ),
     function!(sg_integral_literal(Sharpness @ 3) -> ["integral"], integral,
-        truth: Some(|x| with_truth(x[3], integral_truth)),
+        reference: Some(|x| with_reference(x[3], integral_reference)),
         peak: |x| [sg::integral(sharpness(x[3])); 4],
         monotone: SHARPER_FALLS,
         literal: true,
@@ -66,62 +66,62 @@ pub(super) const FUNCTIONS: &[Function] = &[
         literal: true,
     ),
     function!(sg_upper_cosine_integral_literal(Sharpness @ 3) -> ["integral"], upper_cosine_integral,
-        truth: Some(|x| with_truth(x[3], |sharpness| sg::cosine::truth(1.0, sharpness))),
+        reference: Some(|x| with_reference(x[3], |sharpness| sg::cosine::quadrature(1.0, sharpness))),
         peak: upper,
         monotone: SHARPER_FALLS,
         literal: true,
     ),
     function!(sg_lower_cosine_integral_literal(Sharpness @ 3) -> ["integral"], lower_cosine_integral,
-        truth: Some(|x| with_truth(x[3], |sharpness| sg::cosine::truth(-1.0, sharpness))),
+        reference: Some(|x| with_reference(x[3], |sharpness| sg::cosine::quadrature(-1.0, sharpness))),
         peak: upper,
         monotone: SHARPER_FALLS,
         literal: true,
     ),
     function!(sg_hemisphere_integral(Sharpness @ 3, Cosine @ 0) -> ["integral"], hemisphere_integral,
-        truth: Some(|x| with_truth(x[3], |sharpness| sg::hemisphere::truth(x[0], sharpness))),
+        reference: Some(|x| with_reference(x[3], |sharpness| sg::hemisphere::quadrature(x[0], sharpness))),
         peak: |x| [2.0 * PI * math::expm1_over_x(-sharpness(x[3])); 4],
         monotone: COSINE_GROWS,
     ),
     function!(sg_cosine_constant(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_constant,
-        truth: Some(cosine_truth),
+        reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
     ),
     function!(sg_cosine_gaussian(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_gaussian,
-        truth: Some(cosine_truth),
+        reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
     ),
     function!(sg_cosine_logistic(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_logistic,
-        truth: Some(cosine_truth),
+        reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
     ),
     function!(sg_cosine_logistic_literal(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_logistic,
-        truth: Some(cosine_truth),
+        reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
         literal: true,
     ),
     function!(sg_cosine_erf(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_erf,
-        truth: Some(cosine_truth),
+        reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
     ),
     function!(sg_cosine_fitted(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted,
-        truth: Some(cosine_truth),
+        reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
     ),
     function!(sg_cosine_fitted_fine(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted_fine,
-        truth: Some(cosine_truth),
+        reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
     ),
 ];
 
 /// Independent of the closed form: the integral over the height above the axis, of `exp(-l h)` for h from 0 to 2.
-fn integral_truth(sharpness: f64) -> f64 {
+fn integral_reference(sharpness: f64) -> f64 {
     // Beyond 40/l nothing is left.
     let reach = (40.0 / sharpness).min(2.0);
     let nodes = sglow_oracle::quadrature::gauss_legendre(48);
@@ -130,15 +130,15 @@ fn integral_truth(sharpness: f64) -> f64 {
     2.0 * PI * 0.5 * reach * terms.sum::<f64>()
 }
 
-/// The quadrature is held to the exact identities up to this sharpness; beyond it there is no truth.
-const GREATEST_TRUTH: f64 = 1e9;
+/// The quadrature is held to the exact identities up to this sharpness; beyond it there is no reference.
+const REFERENCE_UP_TO: f64 = 1e9;
 
-fn with_truth(sharpness: f64, truth: impl Fn(f64) -> f64) -> Results<f64> {
-    one(if sharpness <= GREATEST_TRUTH { truth(sharpness) } else { f64::NAN })
+fn with_reference(sharpness: f64, reference: impl Fn(f64) -> f64) -> Results<f64> {
+    one(if sharpness <= REFERENCE_UP_TO { reference(sharpness) } else { f64::NAN })
 }
 
-fn cosine_truth(x: Numbers<f64>) -> Results<f64> {
-    with_truth(x[3], |sharpness| sg::cosine::truth(x[0], sharpness))
+fn cosine_reference(x: Numbers<f64>) -> Results<f64> {
+    with_reference(x[3], |sharpness| sg::cosine::quadrature(x[0], sharpness))
 }
 
 /// The contract of these functions: sharpness beyond 4e37 counts as 4e37, since no language promises a quotient whose

@@ -16,31 +16,31 @@ fn own(x: Numbers<f64>) -> Results<f64> {
 /// The functions of this folder. A mean length and its complement are not followed to neighbours: they go together.
 pub(super) const FUNCTIONS: &[Function] = &[
     function!(vmf_sharpness_toksvig(MeanLength @ 0) -> ["sharpness"], toksvig,
-        truth: Some(sharpness_truth),
+        reference: Some(sharpness_reference),
         peak: own,
     ),
     function!(vmf_sharpness_banerjee(MeanLength @ 0) -> ["sharpness"], banerjee,
-        truth: Some(sharpness_truth),
+        reference: Some(sharpness_reference),
         peak: own,
     ),
     function!(vmf_sharpness_kroeger(MeanLength @ 0) -> ["sharpness"], kroeger,
-        truth: Some(sharpness_truth),
+        reference: Some(sharpness_reference),
         peak: own,
     ),
     function!(vmf_sharpness_exact(MeanLength @ 0) -> ["sharpness"], exact,
-        truth: Some(sharpness_truth),
+        reference: Some(sharpness_reference),
         peak: own,
     ),
     function!(vmf_mean_length_toksvig(Sharpness @ 3) -> ["mean length"], mean_length_toksvig,
-        truth: Some(|x| one(with_truth(x[3])[0])),
+        reference: Some(|x| one(with_reference(x[3])[0])),
         monotone: SHARPER_GROWS,
     ),
     function!(vmf_mean_length_exact(Sharpness @ 3) -> ["mean length"], mean_length,
-        truth: Some(|x| one(with_truth(x[3])[0])),
+        reference: Some(|x| one(with_reference(x[3])[0])),
         monotone: SHARPER_GROWS,
     ),
     function!(vmf_mean_length_complement(Sharpness @ 3) -> ["complement"], mean_length_complement,
-        truth: Some(|x| one(with_truth(x[3])[1])),
+        reference: Some(|x| one(with_reference(x[3])[1])),
         peak: |x| [vmf::mean_length_complement(x[3]); 4],
         monotone: SHARPER_FALLS,
     ),
@@ -70,12 +70,12 @@ fn inverse(x: Numbers<f64>) -> f64 {
     (0.5 * (low + high)).exp()
 }
 
-fn sharpness_truth(x: Numbers<f64>) -> Results<f64> {
+fn sharpness_reference(x: Numbers<f64>) -> Results<f64> {
     one(inverse(x))
 }
 
-/// Up to sharpness 1e9, where the quadrature is held to; beyond it there is no truth.
-fn with_truth(sharpness: f64) -> [f64; 2] {
+/// Up to sharpness 1e9, where the quadrature is held to; beyond it there is no reference.
+fn with_reference(sharpness: f64) -> [f64; 2] {
     if sharpness <= 1e9 { moments(sharpness) } else { [f64::NAN; 2] }
 }
 

@@ -27,7 +27,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         peak: |x| [x[7] + x[3] * x[3] / x[8], 0.5 / (PI * x[8]), 1.0, 1.0],
     ),
     function!(cosine_quadratic(Sharpness @ 3, Cosine @ 0) -> ["integral"],
-        truth: Some(|x| one(if x[3] <= 1e6 { cosine::truth(x[0], x[3]) } else { f64::NAN })),
+        reference: Some(|x| one(if x[3] <= 1e6 { cosine::quadrature(x[0], x[3]) } else { f64::NAN })),
         peak: |x| [upper_cosine_integral(x[3].min(2e37)); 4],
         monotone: Some(Monotone { component: 0, grows: true }),
     ),

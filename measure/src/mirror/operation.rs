@@ -136,9 +136,9 @@ fn missed(operation: Operation, value: f64, (ulps, absolute): (f64, f64), draw: 
         return nearest;
     }
     // One ULP is kept for the rounding itself, which may go either way.
-    let wished = value + draw * ((ulps - 1.0).max(0.0) * ulp(value) + absolute);
-    let nearest = wished as f32;
-    let rounded = match f64::from(nearest).total_cmp(&wished) {
+    let perturbed = value + draw * ((ulps - 1.0).max(0.0) * ulp(value) + absolute);
+    let nearest = perturbed as f32;
+    let rounded = match f64::from(nearest).total_cmp(&perturbed) {
         core::cmp::Ordering::Less if draw > 0.0 => nearest.next_up(),
         core::cmp::Ordering::Greater if draw < 0.0 => nearest.next_down(),
         _ => nearest,

@@ -51,7 +51,7 @@ pub fn survey(
     let rsm = renderer.read_rsm()?;
     let (view, eye) = (renderer.light(), renderer.eye());
     let reflected = reference::unshadowed(view, settings, &rsm, &surfaces, eye, |_, _| true);
-    let truth: Vec<f64> =
+    let expected: Vec<f64> =
         reflected.unwrap_or_default().iter().flat_map(|one| one.total().to_array()).collect();
     let missing = || IndirectError::Description("the frame has no density".to_owned());
     let texture = own.density().ok_or_else(missing)?;
@@ -107,7 +107,7 @@ pub fn survey(
             let summed = lights.reflect(&receivers, reference::vector(eye), &|_| true);
             let summed = summed.unwrap_or_default();
             let numbers: Vec<[f64; 3]> = summed.iter().map(|one| one.total().to_array()).collect();
-            let compared = metrics::compare_exact(&numbers, truth.as_chunks::<3>().0);
+            let compared = metrics::compare_exact(&numbers, expected.as_chunks::<3>().0);
             let compared = compared.unwrap_or_default();
             Floor {
                 error: compared.rmse_over_mean().value,
@@ -119,7 +119,7 @@ pub fn survey(
         let powers: Vec<f64> = lights.iter().map(|light| light.power().luminance()).collect();
         let over = |power: f64| if photons > 0.0 { power / photons } else { 0.0 };
         let ours = indirect_at(gpu, &indirect, &pixels)?;
-        let compared = metrics::compare_exact(ours.as_chunks::<3>().0, truth.as_chunks::<3>().0);
+        let compared = metrics::compare_exact(ours.as_chunks::<3>().0, expected.as_chunks::<3>().0);
         let compared = compared.unwrap_or_default();
         rows.push(Row {
             method,

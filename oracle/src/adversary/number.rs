@@ -27,11 +27,11 @@ impl Adversary {
     fn missed(value: f64, ulps: f64, absolute: f64) -> Self {
         // One ULP is kept for the rounding itself.
         let spread = (ulps - 1.0).max(0.0) * f64::from(f32::EPSILON) * 0.5 * value.abs() + absolute;
-        let wished = value + malice(value, 1) * spread;
-        let nearest = wished as f32;
-        let rounded = if f64::from(nearest) == wished || malice(value, 2) > 0.0 {
+        let perturbed = value + malice(value, 1) * spread;
+        let nearest = perturbed as f32;
+        let rounded = if f64::from(nearest) == perturbed || malice(value, 2) > 0.0 {
             nearest
-        } else if f64::from(nearest) < wished {
+        } else if f64::from(nearest) < perturbed {
             nearest.next_up()
         } else {
             nearest.next_down()

@@ -30,7 +30,7 @@ pub fn convolution<R: Real>(asg: &Asg<R>, axis: Vector3<R>, sharpness: R) -> R {
 
 /// The same by quadrature, for bandwidths up to 1e3 and a sharpness up to 1e3 about the same axis, 400 elsewhere; milliseconds.
 #[must_use]
-pub fn truth(asg: &Asg, axis: Vector3, sharpness: f64) -> f64 {
+pub fn quadrature(asg: &Asg, axis: Vector3, sharpness: f64) -> f64 {
     let widest = asg.bandwidths[0].max(asg.bandwidths[1]);
     SphereRule::around(asg.axes[2], 4.0 * widest)
         .with_azimuths(1024)
@@ -60,16 +60,17 @@ mod tests {
             let [x, y, z] = asg.axes;
             for offset in [Vector3::zero(), x * 0.05 + y * 0.1, y * -0.2] {
                 let axis = (z + offset).normalized();
-                let (found, truth) =
-                    (convolution(&asg, axis, sharpness), truth(&asg, axis, sharpness));
-                let error = found / truth - 1.0;
+                let (found, quadrature) =
+                    (convolution(&asg, axis, sharpness), quadrature(&asg, axis, sharpness));
+                let error = found / quadrature - 1.0;
                 println!("{bandwidths:?} {sharpness} {offset:?}: {error:.4}");
                 assert!(error.abs() < bound, "{bandwidths:?} {sharpness} {error}");
             }
             // Negative control: the bandwidths exchanged.
             let axis = (z + x * 0.2).normalized();
             let other = Asg { bandwidths: [bandwidths[1], bandwidths[0]], ..asg };
-            let error = convolution(&other, axis, sharpness) / truth(&asg, axis, sharpness) - 1.0;
+            let error =
+                convolution(&other, axis, sharpness) / quadrature(&asg, axis, sharpness) - 1.0;
             assert!(error.abs() > bound || bandwidths[0] < 2.0 * bandwidths[1], "{error}");
         }
     }

@@ -54,7 +54,7 @@ fn schlick_share<R: Real>(cosine: R, alpha: R) -> R {
 /// The directional albedo of GGX with Schlick's Fresnel term, from the specular reflectance at normal incidence (0 to 1), the
 /// cosine of the light and the roughness alpha (0.01 to 1). The cosine is moved into 0 to 1; 0 for a reflectance of 0.
 ///
-/// Within [`WHITE_ERROR`], [`DIELECTRIC_ERROR`] and [`FADING_ERROR`] of the [`truth`].
+/// Within [`WHITE_ERROR`], [`DIELECTRIC_ERROR`] and [`FADING_ERROR`] of the [`quadrature`].
 // [Schlick 1994, Eq. (15)] with [`f90`] for white, integrated over GGX; the fits are ours
 pub fn directional<R: Real>(specular: Vector3<R>, cosine: R, alpha: R) -> Vector3<R> {
     let cosine = cosine.clamp(0.0, 1.0);
@@ -68,7 +68,7 @@ pub fn directional<R: Real>(specular: Vector3<R>, cosine: R, alpha: R) -> Vector
 /// the direction of the light; for cosines and alphas above 0. Off by less than 2e-4; a millisecond.
 // [Dupuy 2023] for the visible facets, [Heitz 2014, Eq. (99)] for what is shadowed of them
 #[must_use]
-pub fn truth(cosine: f64, alpha: f64) -> [f64; 2] {
+pub fn quadrature(cosine: f64, alpha: f64) -> [f64; 2] {
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
     let view = Vector3::new(sine, 0.0, cosine);
     let stretched = Vector3::new(alpha * sine, 0.0, cosine).normalized();
@@ -128,7 +128,7 @@ mod tests {
                     material.specular_brdf(Ndf::Ggx, &directions).x * light.z.max(0.0)
                 })
             };
-            let [white, added] = truth(view.z, alpha);
+            let [white, added] = quadrature(view.z, alpha);
             assert!((albedo(1.0) - white).abs() < 3e-4, "{angle} {alpha} {white}");
             let dielectric = 0.04 * (white - added) + added;
             assert!((albedo(0.04) - dielectric).abs() < 3e-4, "{angle} {alpha} {dielectric}");
@@ -142,7 +142,7 @@ mod tests {
         let (mut worst, mut printed) = ([0.0_f64; 3], [0.0_f64; 3]);
         for alpha in ALPHAS {
             for cosine in COSINES {
-                let [white, added] = truth(cosine, alpha);
+                let [white, added] = quadrature(cosine, alpha);
                 let specular = Vector3::new(1.0, 0.04, 0.01);
                 let found = directional(specular, cosine, alpha).to_array();
                 let apart = [1.0, 0.04, 0.01].map(|reflectance| {

@@ -1,4 +1,4 @@
-//! The reflection that the approximations are held against: `R_d/pi + D V F`.
+//! The reflection that the approximations are compared with: `R_d/pi + D V F`.
 
 pub mod albedo;
 pub mod beckmann;

@@ -8,7 +8,7 @@
 //! reflection lobe of roughness R in a direction has `R = P/(1 + P)`. A light direction that turns by an angle turns the
 //! half vector by half of it in the plane of incidence and by 1/(2 v.h) of it across.
 //!
-//! Some things differ from the publication, each because it was measured to be closer to the truth:
+//! Some things differ from the publication, each because it was measured to be closer to the reference:
 //! - The width of the light's lobe is not 2/l but what gives the filtered reflection of a perfect mirror the peak of the
 //!   lobe itself, exactly: `P = 1/(l (1 + L(l)))`, L being the mean length of a von Mises-Fisher lobe.
 //! - Widths do not simply add: GGX has tails, which the convolution takes from the peak.
@@ -26,7 +26,7 @@ use crate::sg::{hemisphere_share, integral, product};
 use crate::vmf::{mean_length, mean_length_complement};
 use crate::{Real, Vector3};
 
-/// The greatest sharpness of a light's lobe that is told apart.
+/// The greatest sharpness of a light's lobe that is distinguished.
 pub const GREATEST_SHARPNESS: f64 = 1e15;
 /// The least sharpness that is.
 pub const LEAST_SHARPNESS: f64 = 1e-20;

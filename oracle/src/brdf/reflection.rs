@@ -101,11 +101,11 @@ mod tests {
         let mut worst = [0.0_f64; 3];
         for alpha in [0.05, 0.1, 0.2, 0.5, 1.0] {
             for angle in [0.2, 0.8, 1.3, 1.5, 1.56] {
-                let truth = mean_direction(at(angle), alpha);
+                let expected = mean_direction(at(angle), alpha);
                 let errors = [
-                    angle_between(dominant(at(angle), NORMAL, alpha).axis, truth),
-                    angle_between(mirror(at(angle), NORMAL, alpha).axis, truth),
-                    angle_between(mean_of_hemisphere(at(angle), alpha), truth),
+                    angle_between(dominant(at(angle), NORMAL, alpha).axis, expected),
+                    angle_between(mirror(at(angle), NORMAL, alpha).axis, expected),
+                    angle_between(mean_of_hemisphere(at(angle), alpha), expected),
                 ];
                 println!("alpha {alpha} angle {angle}: {errors:.3?}");
                 assert!(errors[0] < errors[1].max(0.05), "{alpha} {angle} {errors:?}");

@@ -28,7 +28,7 @@ impl Grid {
         let (low, high) = (low.map(f64::from), high.map(f64::from));
         let largest = low.iter().chain(&high).fold(0.0_f64, |a, b| a.max(b.abs()));
         let cells = |at: [f64; 3], exponent: i32| at.map(|x| (x * 2f64.powi(-exponent)).floor());
-        // f32 has 24 bits: with cells much smaller than the numbers' own distances nothing is told apart.
+        // f32 has 24 bits: cells much smaller than the spacing of these numbers resolve nothing.
         let least = exponent(largest).saturating_sub(22).max(-100);
         let fits = |&exponent: &i32| {
             let (low, high) = (cells(low, exponent), cells(high, exponent));

@@ -20,7 +20,7 @@ pub struct Tree {
     pub nodes: Vec<Node>,
 }
 
-/// The length of the prefix that two leaves' keys share. Equal keys are told apart by the leaves' numbers.
+/// The length of the prefix that two leaves' keys share. Ties between equal keys are broken by the leaves' numbers.
 // [Karras 2012, Section 4]
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "a map has fewer texels than 2^32")]

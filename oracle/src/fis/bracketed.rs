@@ -360,8 +360,8 @@ mod tests {
                     .enumerate()
             {
                 let rising = side == 0;
-                let truth = zero_between(lower, upper, rising);
-                let error = |steps| (solve_between(lower, upper, rising, steps) - truth).abs();
+                let expected = zero_between(lower, upper, rising);
+                let error = |steps| (solve_between(lower, upper, rising, steps) - expected).abs();
                 worst[side] = worst[side].max(error(2));
                 one = one.max(error(1));
             }

@@ -171,8 +171,8 @@ mod tests {
         // With as many bits as an f32 has the weights are exact, and with 52 all the more.
         assert!(worst(23, 23) <= 1.0);
         let at = |bits: u32| trilinear(&fixed(bits), [0.303, 0.411], 1.27);
-        let truth = trilinear(&exact, [0.303, 0.411], 1.27);
-        assert!((at(23) - truth).abs() < 1e-5 && (at(52) - truth).abs() < 1e-13);
-        assert!((at(8) - truth).abs() > 1e-4);
+        let expected = trilinear(&exact, [0.303, 0.411], 1.27);
+        assert!((at(23) - expected).abs() < 1e-5 && (at(52) - expected).abs() < 1e-13);
+        assert!((at(8) - expected).abs() > 1e-4);
     }
 }

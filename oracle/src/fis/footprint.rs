@@ -1,4 +1,4 @@
-//! What lies within a kernel, by summing it: the truth that filtering approximates.
+//! What lies within a kernel, by summing it: the reference that filtering approximates.
 
 /// Sums of a density from its corner, in f64.
 // [Crow 1984, Summed-area tables for texture mapping]

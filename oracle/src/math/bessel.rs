@@ -61,9 +61,9 @@ mod tests {
     fn equals_the_quadrature() {
         for x in [0.0, 1e-3, 0.5, 3.0, 10.0, 24.9, 25.0, 26.0, 80.0, 1e3, 1e6] {
             for order in 0..3 {
-                let (found, truth) = (bessel_i_scaled(order, x), quadrature(order, x));
+                let (found, expected) = (bessel_i_scaled(order, x), quadrature(order, x));
                 // At small x the quadrature of the higher orders cancels.
-                assert!((found - truth).abs() < 4e-15 * truth.abs() + 1e-15, "{order} {x}");
+                assert!((found - expected).abs() < 4e-15 * expected.abs() + 1e-15, "{order} {x}");
             }
             // Negative control: the next order is another number.
             assert!((bessel_i_scaled(1, x) - bessel_i_scaled(0, x)).abs() > 1e-10);

@@ -23,7 +23,7 @@ pub enum PyramidError {
     /// The texels are not those of a square.
     #[error("the image has {found} texels; a square of size {size} has {}", size * size)]
     WrongCount {
-        /// The size asked for.
+        /// The size requested.
         size: usize,
         /// The texels given.
         found: usize,

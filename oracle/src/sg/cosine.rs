@@ -1,6 +1,6 @@
 //! The integral over the sphere of a spherical Gaussian times the clamped cosine about a normal,
 //! `I(l, z) = int G(w) max(n . w, 0) dw`, as a function of the sharpness l and the cosine z of the angle between the
-//! lobe's axis and the normal: its truth by quadrature, and six closed forms.
+//! lobe's axis and the normal: its reference by quadrature, and six closed forms.
 
 use core::f64::consts::PI;
 use std::sync::LazyLock;
@@ -40,7 +40,7 @@ pub(crate) fn polar(cosine: f64, sharpness: f64, weight: impl Fn(f64) -> f64) ->
 /// The integral itself: the azimuth in closed form, the polar angle by a Gauss-Legendre rule of 48 nodes. Within 1e-9
 /// of it, and within 1e-13 of its largest value.
 #[must_use]
-pub fn truth(cosine: f64, sharpness: f64) -> f64 {
+pub fn quadrature(cosine: f64, sharpness: f64) -> f64 {
     polar(cosine, sharpness, f64::cos)
 }
 
@@ -245,7 +245,7 @@ mod tests {
         let errors = SHARPNESS.iter().flat_map(|&sharpness| {
             let upper = upper_cosine_integral(sharpness);
             cosines(sharpness).map(move |cosine| {
-                (form.integral(cosine, sharpness) - truth(cosine, sharpness)).abs() / upper
+                (form.integral(cosine, sharpness) - quadrature(cosine, sharpness)).abs() / upper
             })
         });
         errors.fold(0.0, f64::max)
@@ -262,11 +262,11 @@ mod tests {
                 .with_azimuths(512);
             let expected =
                 rule.integrate(|at| evaluate(at, axis, sharpness) * at.dot(normal).max(0.0));
-            let found = truth(angle.cos(), sharpness);
+            let found = quadrature(angle.cos(), sharpness);
             let upper = upper_cosine_integral(sharpness);
             assert!((found - expected).abs() < 1e-9 * upper, "{sharpness} {angle}");
             // Negative control: another angle is another integral.
-            let other = truth((angle + 0.01).cos(), sharpness);
+            let other = quadrature((angle + 0.01).cos(), sharpness);
             assert!((other - expected).abs() > 1e-6 * sharpness.min(1.0) * upper);
         }
     }
@@ -289,7 +289,7 @@ mod tests {
         let numerator = [1.0, -1.66, 4.425_602_4];
         let broken = DarkSide { numerator: &numerator, ..FITTED };
         let error = SHARPNESS.map(|sharpness| {
-            (dark_side(0.0, sharpness, broken) - truth(0.0, sharpness)).abs()
+            (dark_side(0.0, sharpness, broken) - quadrature(0.0, sharpness)).abs()
                 / upper_cosine_integral(sharpness)
         });
         assert!(error.into_iter().fold(0.0, f64::max) > 1.5e-4);

@@ -6,7 +6,7 @@ use crate::sg::integral;
 
 /// By quadrature over the polar angle; within 1e-9 of it.
 #[must_use]
-pub fn truth(cosine: f64, sharpness: f64) -> f64 {
+pub fn quadrature(cosine: f64, sharpness: f64) -> f64 {
     polar(cosine, sharpness, |_| 1.0)
 }
 
@@ -46,10 +46,10 @@ mod tests {
                 .with_azimuths(512);
             let upper = |at: Vector3| f64::from(u8::from(at.dot(normal) > 0.0));
             let expected = rule.integrate(|at| evaluate(at, axis, sharpness) * upper(at));
-            let found = truth(angle.cos(), sharpness);
+            let found = quadrature(angle.cos(), sharpness);
             assert!((found - expected).abs() < 1e-9 * integral(sharpness), "{sharpness} {angle}");
             // Both hemispheres are the sphere.
-            let both = found + truth(-angle.cos(), sharpness);
+            let both = found + quadrature(-angle.cos(), sharpness);
             assert!((both / integral(sharpness) - 1.0).abs() < 1e-9);
         }
     }
@@ -62,7 +62,7 @@ mod tests {
             for step in 0..=180 {
                 let cosine = (PI * f64::from(step) / 180.0).cos();
                 let found = hemisphere_integral(cosine, sharpness);
-                worst = worst.max((found - truth(cosine, sharpness)).abs() / largest);
+                worst = worst.max((found - quadrature(cosine, sharpness)).abs() / largest);
                 // Exact: both hemispheres are the sphere, since the error function is odd.
                 let both = found + hemisphere_integral(-cosine, sharpness);
                 assert!((both / integral(sharpness) - 1.0).abs() < 1e-12);

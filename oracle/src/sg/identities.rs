@@ -106,7 +106,7 @@ pub fn differential_equation(form: impl Fn(f64, f64) -> f64, cosine: f64, sharpn
 mod tests {
     use super::*;
     use crate::sg::Cosine;
-    use crate::sg::cosine::truth;
+    use crate::sg::cosine::quadrature;
 
     const SHARPNESS: [f64; 8] = [1e-3, 0.3, 1.0, 3.0, 7.0, 30.0, 1e3, 1e5];
 
@@ -125,16 +125,17 @@ mod tests {
 
     #[test]
     fn the_truth_has_them_all() {
-        assert!(cosines(|cosine, sharpness| odd_part(truth, cosine, sharpness)) < 1e-12);
-        assert!(worst(|sharpness| horizon(truth, sharpness)) < 1e-12);
-        assert!(worst(|sharpness| horizon_slope(truth, sharpness)) < 1e-7);
-        assert!(worst(|sharpness| horizon_curvature(truth, sharpness)) < 1e-5);
-        assert!(worst(|sharpness| facing_slope(truth, sharpness)) < 1e-4);
-        assert!(worst(|sharpness| energy(truth, sharpness)) < 1e-12);
-        assert!(worst(|sharpness| ends(truth, sharpness)[0].abs()) < 1e-12);
-        assert!(worst(|sharpness| ends(truth, sharpness)[1].abs()) < 1e-12);
+        assert!(cosines(|cosine, sharpness| odd_part(quadrature, cosine, sharpness)) < 1e-12);
+        assert!(worst(|sharpness| horizon(quadrature, sharpness)) < 1e-12);
+        assert!(worst(|sharpness| horizon_slope(quadrature, sharpness)) < 1e-7);
+        assert!(worst(|sharpness| horizon_curvature(quadrature, sharpness)) < 1e-5);
+        assert!(worst(|sharpness| facing_slope(quadrature, sharpness)) < 1e-4);
+        assert!(worst(|sharpness| energy(quadrature, sharpness)) < 1e-12);
+        assert!(worst(|sharpness| ends(quadrature, sharpness)[0].abs()) < 1e-12);
+        assert!(worst(|sharpness| ends(quadrature, sharpness)[1].abs()) < 1e-12);
         assert!(
-            cosines(|cosine, sharpness| differential_equation(truth, cosine, sharpness)) < 1e-5
+            cosines(|cosine, sharpness| differential_equation(quadrature, cosine, sharpness))
+                < 1e-5
         );
     }
 
@@ -152,8 +153,8 @@ mod tests {
             cosines(|cosine, sharpness| differential_equation(gaussian, cosine, sharpness)) > 0.05
         );
         assert!(worst(|sharpness| energy(gaussian, sharpness)) < 1e-9);
-        // And a truth that is scaled by a thousandth more has not the energy either.
-        let more = |cosine: f64, sharpness: f64| 1.001 * truth(cosine, sharpness);
+        // And a reference that is scaled by a thousandth more has not the energy either.
+        let more = |cosine: f64, sharpness: f64| 1.001 * quadrature(cosine, sharpness);
         assert!(worst(|sharpness| energy(more, sharpness)) > 5e-4);
     }
 

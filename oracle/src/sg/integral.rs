@@ -21,9 +21,9 @@ mod tests {
     fn equals_the_quadrature() {
         let axis = Vector3::new(0.48, -0.6, 0.64);
         for sharpness in [0.0, 1e-30, 2f64.powi(-24), 1.0, 1e2, 1e5, 1e9] {
-            let truth = SphereRule::around(axis, sharpness)
+            let quadrature = SphereRule::around(axis, sharpness)
                 .integrate(|direction| evaluate(direction, axis, sharpness));
-            assert!((integral(sharpness) / truth - 1.0).abs() < 1e-12, "{sharpness}");
+            assert!((integral(sharpness) / quadrature - 1.0).abs() < 1e-12, "{sharpness}");
         }
     }
 

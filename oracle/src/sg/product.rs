@@ -97,13 +97,17 @@ mod tests {
             (1e4, 2.0, 2.5),
         ] {
             let (a, b) = (direction(0.5, 0.0), direction(0.5 + angle, 0.0));
-            let truth = SphereRule::around(if la > lb { a } else { b }, la.max(lb))
+            let quadrature = SphereRule::around(if la > lb { a } else { b }, la.max(lb))
                 .integrate(|at| evaluate(at, a, la) * evaluate(at, b, lb));
             let found = product_integral(a, la, b, lb);
-            assert!((found / truth - 1.0).abs() < 1e-9, "{la} {lb} {angle}: {found} {truth}");
+            assert!(
+                (found / quadrature - 1.0).abs() < 1e-9,
+                "{la} {lb} {angle}: {found} {quadrature}"
+            );
             // Negative control: another sharpness is another integral.
             assert!(
-                (product_integral(a, la + 0.01 * (1.0 + la), b, lb) / truth - 1.0).abs() > 1e-4
+                (product_integral(a, la + 0.01 * (1.0 + la), b, lb) / quadrature - 1.0).abs()
+                    > 1e-4
             );
         }
     }

@@ -83,7 +83,7 @@ pub fn clamped<R: Real>(
 
 /// What the forms approximate: the Lambert reflection of the incoming lobe, by quadrature.
 #[must_use]
-pub fn truth(arriving: &Incoming, reflectance: Vector3, normal: Vector3) -> Vector3 {
+pub fn quadrature(arriving: &Incoming, reflectance: Vector3, normal: Vector3) -> Vector3 {
     let rule = SphereRule::around(arriving.axis, arriving.sharpness).with_azimuths(360);
     rule.integrate_color(|direction| {
         arriving.radiance(direction).times(reflectance) * (direction.dot(normal).max(0.0) / PI)
@@ -104,12 +104,12 @@ mod tests {
     /// The largest error over angles, relative to the reflection of a facing lobe.
     fn model_error(diffuse: Diffuse, sharpness: f64) -> f64 {
         let white = Vector3::splat(1.0);
-        let facing = truth(&arriving(sharpness, 0.0), white, NORMAL).x;
+        let facing = quadrature(&arriving(sharpness, 0.0), white, NORMAL).x;
         (0..=36)
             .map(|step| {
                 let arriving = arriving(sharpness, PI * f64::from(step) / 36.0);
                 let found = diffuse.reflect(&arriving, white, NORMAL);
-                (found - truth(&arriving, white, NORMAL)).x.abs() / facing
+                (found - quadrature(&arriving, white, NORMAL)).x.abs() / facing
             })
             .fold(0.0, f64::max)
     }
@@ -125,7 +125,7 @@ mod tests {
             let found = model_error(Diffuse::Gaussian, sharpness);
             assert!(found > 0.01 && found < 0.145, "{sharpness} {found}");
         }
-        // The others, at sharpness 1, 6 and 100; this truth, whose azimuths cut the horizon, is good to 3e-6.
+        // The others, at sharpness 1, 6 and 100; this reference, whose azimuths cut the horizon, is good to 3e-6.
         let table = [
             (Diffuse::Logistic, [2.8e-3, 5.8e-3, 1.4e-3]),
             (Diffuse::Erf, [8.4e-5, 1.54e-3, 3.1e-5]),

@@ -64,7 +64,7 @@ mod tests {
             for angle in 0..=180 {
                 let z = f64::from(angle).to_radians().cos();
                 let found = cosine_quadratic(z, l, mean_length(l));
-                let error = (found - cosine::truth(z, l)).abs() / upper_cosine_integral(l);
+                let error = (found - cosine::quadrature(z, l)).abs() / upper_cosine_integral(l);
                 if error > largest.0 {
                     largest = (error, l, z);
                 }

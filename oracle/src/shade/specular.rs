@@ -115,7 +115,7 @@ impl Specular {
 
 /// What the forms approximate: the reflection of the incoming lobe by the material's specular BRDF, by quadrature.
 #[must_use]
-pub fn truth(
+pub fn quadrature(
     arriving: &Incoming,
     material: &Material,
     ndf: Ndf,
@@ -171,9 +171,9 @@ mod tests {
             let (view, material) = (at(angle), material(alpha));
             for sharpness in [20.0, 300.0] {
                 let arriving = arriving(view.mirrored(NORMAL), sharpness);
-                let truth = truth(&arriving, &material, Ndf::Beckmann, view, NORMAL);
+                let quadrature = quadrature(&arriving, &material, Ndf::Beckmann, view, NORMAL);
                 let found = specular.reflect(&arriving, &material, Ndf::Beckmann, view, NORMAL);
-                let ratio = found.z / truth.z;
+                let ratio = found.z / quadrature.z;
                 println!(
                     "{specular:?} alpha {alpha} angle {angle} sharpness {sharpness}: {ratio:.4}"
                 );
@@ -190,9 +190,9 @@ mod tests {
                     NORMAL,
                 );
                 assert!(
-                    (other.z / truth.z - 1.0).abs() > bound || sharpness < 100.0,
+                    (other.z / quadrature.z - 1.0).abs() > bound || sharpness < 100.0,
                     "{}",
-                    other.z / truth.z
+                    other.z / quadrature.z
                 );
             }
         }
@@ -208,9 +208,9 @@ mod tests {
             let step = alpha + 1.0 / sharpness.sqrt();
             let pairs = [Vector3::zero(), x, y, -y, y * 2.0].map(|aside| {
                 let arriving = arriving((mirror + aside * step).normalized(), sharpness);
-                let truth = truth(&arriving, &material, Ndf::Ggx, view, NORMAL);
+                let quadrature = quadrature(&arriving, &material, Ndf::Ggx, view, NORMAL);
                 let found = specular.reflect(&arriving, &material, Ndf::Ggx, view, NORMAL);
-                [found.z, truth.z, found.x, truth.x]
+                [found.z, quadrature.z, found.x, quadrature.x]
             });
             [0, 2].map(|part| {
                 let brightest = pairs.iter().map(|pair| pair[part + 1]).fold(0.0, f64::max);

@@ -1,7 +1,7 @@
 //! The error of specular models against quadrature, over roughness, angle of the view and sharpness.
 
 use super::Incoming;
-use super::specular::{Specular, truth};
+use super::specular::{Specular, quadrature};
 use crate::Vector3;
 use crate::brdf::{Material, Ndf};
 
@@ -50,7 +50,7 @@ impl Case {
                 let axis = mirror + [x, y, -y][index as usize % 3] * offset;
                 let coefficient = Vector3::splat(1.0);
                 let arriving = Incoming { axis: axis.normalized(), sharpness, coefficient };
-                (arriving, truth(&arriving, &material(alpha), ndf, view, NORMAL))
+                (arriving, quadrature(&arriving, &material(alpha), ndf, view, NORMAL))
             })
             .collect();
         Self { ndf, alpha, angle, sharpness, reflected }
@@ -60,15 +60,18 @@ impl Case {
     #[must_use]
     pub fn errors(&self, model: Specular) -> Vec<[f64; 2]> {
         let brightest = |part: fn(Vector3) -> f64| {
-            self.reflected.iter().map(|&(_, truth)| part(truth)).fold(0.0, f64::max)
+            self.reflected.iter().map(|&(_, quadrature)| part(quadrature)).fold(0.0, f64::max)
         };
         let [white, dielectric] = [brightest(|color| color.z), brightest(|color| color.x)];
         let (material, view) = (material(self.alpha), view(self.angle));
         self.reflected
             .iter()
-            .map(|(arriving, truth)| {
+            .map(|(arriving, quadrature)| {
                 let found = model.reflect(arriving, &material, self.ndf, view, NORMAL);
-                [(found.z - truth.z).abs() / white, (found.x - truth.x).abs() / dielectric]
+                [
+                    (found.z - quadrature.z).abs() / white,
+                    (found.x - quadrature.x).abs() / dielectric,
+                ]
             })
             .collect()
     }

@@ -1,4 +1,4 @@
-//! The truth of visibility: a straight line between a light and a receiver, and every triangle.
+//! The reference of visibility: a straight line between a light and a receiver, and every triangle.
 
 use rayon::prelude::*;
 

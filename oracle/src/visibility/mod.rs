@@ -1,4 +1,4 @@
-//! What hides a virtual light from a shading point: its map, however made, the comparison with it, and the truth.
+//! What hides a virtual light from a shading point: its map, however made, the comparison with it, and the reference.
 
 pub mod basis;
 pub mod exact;

@@ -177,9 +177,9 @@ mod tests {
                 sample.light.power().y * factor
             })
             .sum();
-        let truth: f64 =
+        let expected: f64 =
             moments.level(0).iter().map(|texel| texel.layers[1][1] + texel.layers[3][1]).sum();
-        total / truth
+        total / expected
     }
 
     #[test]

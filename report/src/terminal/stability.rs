@@ -18,7 +18,7 @@ pub const DOES_NOT_SHOW: [&str; 6] = [
      SPIR-V; drivers were seen to break promises.",
     "Every input. Inputs are drawn, log-uniformly in each regime and around what breaks things; a largest error is the \
      largest that was found.",
-    "Model and total errors on every input: quadratures are slow, so that the truth is known for a part of the inputs \
+    "Model and total errors on every input: quadratures are slow, so that the reference is known for a part of the inputs \
      of each regime, and for some functions not at all.",
     "What is seen in a picture. Errors of functions are over their peak; how they add up in a scene, `cargo xtask \
      report` measures.",
@@ -128,7 +128,7 @@ mod tests {
             does_not_show: &[],
         };
         let lines = failing(&findings);
-        let first = "FAILS sg_cosine_constant: device against truth is 3, at most 0.100 of the peak, \
+        let first = "FAILS sg_cosine_constant: device against reference is 3, at most 0.100 of the peak, \
                      in sharp at 0x42b20000 0x42b20000";
         assert_eq!(lines[0], first);
         assert!(lines.iter().any(|line| line == "FAILS mirrors: default"), "{lines:?}");

@@ -15,9 +15,9 @@ pub struct Held {
     pub rounding: Errors,
     /// The shader's text on the CPU against the oracle, per arithmetic.
     pub conditioning: BTreeMap<&'static str, Errors>,
-    /// Oracle against truth.
+    /// Oracle against reference.
     pub model: Option<Errors>,
-    /// Device against truth.
+    /// Device against reference.
     pub total: Option<Errors>,
     /// Pairs of neighbouring inputs.
     pub neighbours: usize,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::held::Held;
 
-/// What of a function is held against a bound.
+/// What of a function is compared with a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -16,9 +16,9 @@ pub enum Quantity {
     RoundingShare,
     /// Largest error on the CPU, under any arithmetic that a driver may use, over what GPU languages allow.
     ArithmeticShare,
-    /// Largest error of the device against the truth, over the peak.
+    /// Largest error of the device against the reference, over the peak.
     TotalOverPeak,
-    /// Largest error of the oracle against the truth, over the peak.
+    /// Largest error of the oracle against the reference, over the peak.
     ModelOverPeak,
     /// Largest error of the device against the oracle, over the peak.
     RoundingOverPeak,
@@ -76,23 +76,23 @@ impl Quantity {
             Self::Negative => "negative",
             Self::RoundingShare => "rounding",
             Self::ArithmeticShare => "any arithmetic",
-            Self::TotalOverPeak => "device against truth",
+            Self::TotalOverPeak => "device against reference",
             Self::ModelOverPeak => "model",
             Self::RoundingOverPeak => "device against oracle",
             Self::NotMonotone => "not monotone",
-            Self::WithoutPromise => "held to nothing",
+            Self::WithoutPromise => "no guarantee",
         }
     }
 }
 
-/// A bound that was held against what was measured.
+/// A bound and what was measured.
 #[derive(Clone, Debug, Serialize)]
 pub struct Verdict {
     /// The function.
     pub function: &'static str,
     /// The regime in which the quantity was largest.
     pub regime: &'static str,
-    /// What was held.
+    /// What was compared.
     pub quantity: Quantity,
     /// What was measured.
     pub value: f64,

@@ -10,9 +10,9 @@ use super::quantity::Verdict;
 pub struct Point {
     /// The sharpness.
     pub sharpness: f64,
-    /// Oracle against truth.
+    /// Oracle against reference.
     pub model: f64,
-    /// Device against truth; infinite where a result is not finite.
+    /// Device against reference; infinite where a result is not finite.
     pub total: f64,
 }
 
@@ -21,7 +21,7 @@ pub struct Point {
 pub struct FunctionReport {
     /// As on the axis `function`; the shader's function is `sglow_` and this.
     pub name: &'static str,
-    /// Whether it is the paper's literal form, which is held to nothing.
+    /// Whether it is the paper's literal form, which has no guarantee.
     pub literal: bool,
     /// What its results are called.
     pub results: &'static [&'static str],

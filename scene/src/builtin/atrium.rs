@@ -13,7 +13,7 @@ use super::shape::{Shape, Vertex};
 use crate::draft::Draft;
 use crate::{Camera, Light, LightKind, Material, TextureUse, UvTransform, Wrap};
 
-/// The numbers of triangles that can be asked for.
+/// The numbers of triangles that can be requested.
 pub(super) const RANGE: RangeInclusive<usize> = 15_000..=2_000_000;
 
 /// Half the court's length and width, to the axes of its columns.

@@ -20,12 +20,12 @@ fn the_defaults_are_better_than_what_else_was_tried() {
             let stage = stage.config(axis);
             Config::new(axis, stage.lobes, stage.precision, stage.count)
         };
-        let truth = stage.run(&own(Axis::ShadowMap), whole_space()).truth();
+        let expected = stage.run(&own(Axis::ShadowMap), whole_space()).expected();
         for axis in [Axis::ShadowMap, Axis::Imperfect] {
             let base = own(axis);
             let wrong = |what: &str, config: &Config| {
                 let [dark, bright, weighted] =
-                    stage.run(config, whole_space()).wrong(&truth).map(|share| 100.0 * share);
+                    stage.run(config, whole_space()).wrong(&expected).map(|share| 100.0 * share);
                 println!(
                     "{scene}, {axis}, {what}: {dark:.2} % too dark, {bright:.2} % too bright, {weighted:.2} % of the light"
                 );

@@ -31,7 +31,7 @@ Examples:
   cargo xtask stability --picture docs/pictures/cosine_forms.svg
 
 Every function of the library runs on random and on hostile inputs, on the device and, under every arithmetic that a
-driver may use, on the CPU; it is held against the oracle and the truth, and timed. Then the whole pipeline meets
+driver may use, on the CPU; it is compared with the oracle and the reference, and timed. Then the whole pipeline meets
 extreme scenes. DIR/index.html shows it, DIR/stability.json has every number and every bound.";
 
 /// Options of `stability`.

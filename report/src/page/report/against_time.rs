@@ -51,7 +51,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
                     p.readout role="status" hidden {}
                     figcaption {
                         "Lower and further left is better. Numbered discs, joined by what is reached at each time: the frontier, which nothing "
-                        "dominates in error and time. Rings: dominated. Crosses: leave out light that the scene has. Diamond: the default, where it is dominated. Ring around a disc: the one to take. Bars: from least to most time; where they overlap, times are not told apart. "
+                        "dominates in error and time. Rings: dominated. Crosses: leave out light that the scene has. Diamond: the default, where it is dominated. Ring around a disc: the one to take. Bars: from least to most time; where they overlap, times are not distinguished. "
                         "Point at one for its axes, or walk along them with the arrow keys."
                     }
                 }

@@ -28,7 +28,7 @@ pub(super) fn section(functions: &[FunctionReport]) -> Markup {
         p {
             "Largest over all regimes. " em { "Rounding" } ": device against oracle, in ULP and as a share of what GPU languages grant. "
             em { "Any arithmetic" } ": the same text on the CPU in every order of operations a driver may choose, as a share of the grant. "
-            em { "Model" } " and " em { "total" } ": oracle and device against the truth, over the peak. "
+            em { "Model" } " and " em { "total" } ": oracle and device against the reference, over the peak. "
             em { "Time" } ": less that of reading, " code { (RELATIVE_TO) } " = 1. Counts are of the device and of the CPU under every arithmetic."
         }
         (table("Functions", "", &columns, &rows))

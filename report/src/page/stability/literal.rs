@@ -56,7 +56,7 @@ pub(super) fn section(functions: &[FunctionReport]) -> Markup {
         }
         h3 { "Literal forms beside the stable ones" }
         p {
-            "Largest error of the device over the peak, per regime of sharpness: against the truth where there is one (not marked), otherwise against the oracle (marked ∘)."
+            "Largest error of the device over the peak, per regime of sharpness: against the reference where there is one (not marked), otherwise against the oracle (marked ∘)."
         }
         (table("Literal and stable forms", "", &columns, &rows))
     }

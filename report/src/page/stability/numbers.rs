@@ -12,7 +12,7 @@ pub fn holds(extreme: &ExtremeReport) -> bool {
     !extreme.variants.is_empty() && extreme.variants.iter().all(|variant| variant.holds)
 }
 
-/// What was held against a bound; a NaN says that nothing was.
+/// What was compared with a bound; NaN if nothing was.
 pub fn measured(value: f64) -> String {
     if value.is_nan() { "not measured".to_owned() } else { figure(value) }
 }

@@ -330,7 +330,7 @@ fn sglow_landed(density: texture_2d_array<f32>, descent: SglowDescent) -> SglowC
 /// never grow on the way down: a texel's mass is the sum of its four parts'.
 struct SglowGuidedCentre {
     centre: SglowCentre,
-    /// The highest level whose texel has less than the mass that was asked for; -1 where none has.
+    /// The highest level whose texel has less than the mass that was requested; -1 where none has.
     crossing: i32,
     /// The lowest level from which on each texel has more than four times that mass; the top level at most.
     ample: i32,
@@ -350,7 +350,7 @@ fn sglow_warp_guided(
     var descent = SglowDescent(point, vec2<u32>(0u), 0.0);
     var crossing = -1;
     var ample = top;
-    // What a texel's density has to be for its mass to be the one asked for.
+    // What a texel's density has to be for its mass to be the one requested.
     var enough = mass / f32(1u << u32(2 * top));
     for (var level = top - 1; level >= 0; level -= 1) {
         descent = sglow_descend(density, descent, level);

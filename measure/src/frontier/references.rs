@@ -10,7 +10,7 @@ use sglow_results::progress::Progress;
 use super::subject::{Drawn, FrontierError, Subject};
 use crate::cache::Cache;
 
-/// Pixels on which rounding and model are held against the oracle, spread over the picture.
+/// Pixels on which rounding and model are compared with the oracle, spread over the picture.
 const SAMPLE: usize = 96;
 
 /// Paths of each pixel, in both halves together.
@@ -21,7 +21,7 @@ const SEED: u64 = 2016;
 
 /// The reference of a scene.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Truth {
+pub struct References {
     /// What it is.
     pub reference: Reference,
     /// Indirect light of every pixel: the mean of both halves.
@@ -44,16 +44,16 @@ pub struct Truth {
 /// # Errors
 ///
 /// When the scene does not render or cannot be traced, or the camera sees nothing.
-pub fn truth(
+pub fn references(
     subject: &Subject<'_>,
     cache: &Cache,
     progress: &dyn Progress,
-) -> Result<Truth, FrontierError> {
+) -> Result<References, FrontierError> {
     let key = subject.scene_key("reference")?.on("samples", format!("{PATHS} {SAMPLE} {SEED}"));
     cache.get(&key, || make(subject, progress))
 }
 
-fn make(subject: &Subject<'_>, progress: &dyn Progress) -> Result<Truth, FrontierError> {
+fn make(subject: &Subject<'_>, progress: &dyn Progress) -> Result<References, FrontierError> {
     let drawn = subject.drawn()?;
     let Drawn { renderer, frame, .. } = drawn;
     let settings = renderer.indirect().settings();
@@ -81,7 +81,7 @@ fn make(subject: &Subject<'_>, progress: &dyn Progress) -> Result<Truth, Frontie
     progress.start(&format!("{}: reference without visibility", scene.name), present.len());
     let unshadowed = unshadowed(drawn, &present, report);
     let sampled: Vec<[f64; 3]> = unshadowed.iter().copied().step_by(step).collect();
-    Ok(Truth {
+    Ok(References {
         reference: Reference {
             samples: PATHS,
             mean: certain.mean,
