@@ -67,6 +67,7 @@ impl Variants for Settings {
             precision: self.precision,
             visibility: self.visibility,
             output: self.output,
+            cut: self.cut,
         }
     }
 }

@@ -116,8 +116,8 @@ pub fn variants(settings: &Settings) -> Vec<String> {
         Space::None => settings.sample().id().to_string(),
         Space::Image | Space::World => centres::Centres { draw, space }.id().to_string(),
         Space::Tree => {
-            let Settings { variance, sharpness, .. } = *settings;
-            cut_lights::CutLights { variance, sharpness, lobes, precision }.id().to_string()
+            let Settings { variance, sharpness, cut, .. } = *settings;
+            cut_lights::CutLights { variance, sharpness, lobes, precision, cut }.id().to_string()
         }
     });
     ids.push(settings.shade().id().to_string());
