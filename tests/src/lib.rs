@@ -84,4 +84,6 @@ mod surface;
 #[cfg(test)]
 mod thin;
 #[cfg(test)]
+mod tile;
+#[cfg(test)]
 mod visibility;

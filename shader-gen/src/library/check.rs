@@ -179,9 +179,9 @@ impl Library {
                     }
                     for other in later {
                         let values = implied(other).map_or(&[][..], |axis| &axis.value);
-                        let shared = values.iter().find(|value| {
-                            own.value.iter().any(|of_own| of_own.name == value.name)
-                        });
+                        let shared = values
+                            .iter()
+                            .find(|value| own.value.iter().any(|of_own| of_own.name == value.name));
                         if let Some(shared) = shared {
                             let error = Diagnostic::new(
                                 Code::Declaration,

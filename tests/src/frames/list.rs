@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Output, Precision,
+    Cut, Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Output, Precision,
     Sharpness, Solver, Space, Specular, SpecularPower, Start, Variance, Visibility,
 };
 
@@ -61,6 +61,8 @@ pub(super) fn base() -> Settings {
         ndf: Ndf::Ggx,
         visibility: Visibility::None,
         output: Output::Rgba32float,
+        cut: Cut::None,
+        tolerance: 0.003,
         shadow_points: 512,
         tile: 16,
         near_scale: 1.5,

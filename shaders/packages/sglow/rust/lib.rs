@@ -2973,7 +2973,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "1a3692f24beff465ecb13df5c875e411d3c921f53f209ce90b502ae804859867",
+        sha256: "7cc2d64c2dc8457fdcd8a22f4cd7c5a78ac9084b3e5f00088a7372417e89679f",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -2995,7 +2995,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "356e9cbb43c79b75c87ab43efa8eabe9c7c572dacbcb4cc3708716fe7a880fda",
+        sha256: "3ae14cfac3cb53e65717adc4657b96683cdd218bfdc5785eefc8bcc720d91415",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3015,7 +3015,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "f8ed444dcc3de8940fc6308f59aaf6bacb2aa248aa138f428930b622547682dc",
+        sha256: "750f0e021a27652060e5b495f77eaede5c904ccec062c7c3d7a23ca3f634c351",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3039,7 +3039,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "30f77092629e50b5bfca34fecd09ec5f608422f7308a08fa2161a74a43a94d77",
+        sha256: "f4612684b76d9b776891d8c071921812d39ac5e452cd5306b54e2c63da7a393f",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3055,7 +3055,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "6ad590a0c98e27c675449ed541dfdfec04866c763ac18ef5c321343b28424392",
+        sha256: "e719a74858785dc6d09a038ba93ff54ff0ebedc7f89f728cb10e01d6a53e10a1",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3071,7 +3071,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "76548861ebcad702ba4753bc57298b0e54740200a62891937fd4e7b555306822",
+        sha256: "b5a6c2efbd0e188268d1a82c7ccafadd35d455156eed3492552a1a04399be108",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3087,7 +3087,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "a4e75b3c1ed5c75c49a54cd9c7ebcc682d2ce4b440e94bfbe6712ef2f3d65d5f",
+        sha256: "97fc62265fa580f2e97f693f9833eb3a482b8745e582b6850d6e6736c515b82e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3103,7 +3103,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "bc7704f3083cb415609d7b2919d1f362614d4e6e8b332c2b7b6862ec81d95275",
+        sha256: "85983095d57ee5b725ab6706dd25f87d99d6b93a3e8b1b131f97d208e8ca74d6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3125,7 +3125,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "8e1d6dcfcac759455144c6c7e1f69c734dc825f55640afbdded7ab7c616b2419",
+        sha256: "40f87247765a6527596f2ab3e63c684f61b941ad7400e84af8fdf73b6ced1af9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3149,7 +3149,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ebbd25d7816e540722f9d195f69c388c55f1200472b970723291521aee3a9827",
+        sha256: "ceeab4716b5a0633b2a34a18eb0525d7ab32d47c320827acfee68e9bc04134d3",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3173,7 +3173,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "7fd6adc4e121bac24adf0fcf9082c423019f9243f3317237b4c88529280d2937",
+        sha256: "4725b4a4c2060732087d45fd48f3215510370fd4ee710865a7395f2abff971d5",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3197,7 +3197,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "3fd5b4bd203bce3bbe20ba65f5ca95414272c41aa3d542016b911e3d5e729d2c",
+        sha256: "d8ea388e5b89cebb0225cd58856c49e3f4f88663d92318aa9a8a480c6768d5c5",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -3671,7 +3671,7 @@ macro_rules! settings {
         emission_sharpness : 2.0, fill_levels : 0, iterations : 12, large_steps : 0.02,
         lights : 1024, map : 256, mutations : 1, near_scale : 1.5, seed : 1,
         shadow_points : 8192, size_factor : 1.0, small_step : 0.01, splat_reach : 2, tile
-        : 64, tolerance : 0.005, } } } impl $name { #[doc = r" The names of the axes."]
+        : 64, tolerance : 0.003, } } } impl $name { #[doc = r" The names of the axes."]
         pub const AXES : & 'static [& 'static str] = & ["cut", "density", "diffuse",
         "draw", "emitter", "filter", "kernel", "light", "lobes", "ndf", "output",
         "precision", "sharpness", "solver", "space", "specular", "specular_power",

@@ -292,8 +292,12 @@ fn sglow_tile_radiance(vote: u32, vsgl: SglowVsgl) -> f32 {
     return radiance;
 }
 
-/// How far a vote refines a node: 0 to 255, all of it.
+/// How far a vote refines a node: 0 to 255, all of it. Without any tolerance it wants all leaves, those too that are
+/// estimated to be dark.
 fn sglow_tile_refinement(error: f32, limit: f32) -> u32 {
+    if !(sglow_shade_parameters.tolerance > 0.0) {
+        return 255u;
+    }
     let ratio = SGLOW_TILE_BAND * error / max(limit, 1e-37);
     let step = clamp(log(max(ratio, 1e-30)) / log(SGLOW_TILE_BAND), 0.0, 1.0);
     return u32(step * step * (3.0 - 2.0 * step) * 255.0 + 0.5);
@@ -509,13 +513,14 @@ fn sglow_tile_root_of(node: SglowTileNode) -> u32 {
     return (node.rest >> 16u) & 0x7ffu;
 }
 
-/// By how many standard deviations a node reaches beyond the plane of a receiver, or of itself: with 1 light is lost in
-/// corners, and no tolerance brings it back.
-const SGLOW_CUT_SLACK: f32 = 2.5;
+/// By how many standard deviations a node reaches beyond the plane of a receiver, or of itself: with a half light is lost
+/// in corners, and no tolerance brings it back; with more than 1 the same error takes more nodes (the test
+/// a_few_nodes_are_as_good_as_all_texels of oracle/src/cut/tile_error.rs).
+const SGLOW_CUT_SLACK: f32 = 1.0;
 
 /// The density of a normal distribution less what lies above it, phi(u) - u Q(u), for u at least 0: the mean of the
-/// positive part of u less a normal variate. Fitted: relative error below 4 % up to 3, where it is a thousandth of its
-/// value at 0 (the oracle's test of the same name).
+/// positive part of a standard normal variate less u. Our own form; its relative error is below 4 % up to 2.5, where it is
+/// 1/200 of its value at 0 (the test the_tail_is_that_of_a_normal_distribution of oracle/src/cut/estimate.rs).
 fn sglow_cut_beyond(u: f32) -> f32 {
     return 0.39894228 * exp(-u * (1.207 + 0.359 * u));
 }
