@@ -117,14 +117,18 @@ pub trait Stages {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         seen: &Seen<'_>,
-        lights: Option<(&wgpu::Buffer, Option<&wgpu::TextureView>)>,
+        lights: Option<(&Indirect, Option<&wgpu::TextureView>)>,
         timer: Option<&mut Timer<'_>>,
     ) -> Encoded {
         let own = self.indirect();
         let mut given = own.lit(seen.light);
         own.seen(&mut given, seen.gbuffer, seen.eye);
-        if let Some((vsgls, maps)) = lights {
-            given.buffer("vsgls", vsgls);
+        if let Some((lights, maps)) = lights {
+            for name in ["vsgls", "roots", "cut_vsgls", "branches"] {
+                if let Some(buffer) = lights.buffer(name) {
+                    given.buffer(name, &buffer);
+                }
+            }
             if let Some(maps) = maps {
                 given.view("light_maps", maps);
             }

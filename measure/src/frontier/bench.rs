@@ -14,7 +14,7 @@ use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
-    Draw, Filter, Kernel, Precision, Solver, Space, Specular, Visibility as VisibilityAxis,
+    Cut, Draw, Filter, Kernel, Precision, Solver, Space, Specular, Visibility as VisibilityAxis,
 };
 
 use super::subject::{FrontierError, Subject};
@@ -94,7 +94,8 @@ pub(super) fn of_maps(settings: &Settings) -> Settings {
     };
     // The maps depend on the number of the camera's lights, not of the light's.
     let count = Settings::default().lights;
-    reflected_by_default(&Settings { space, lights: count, ..made_by_default(settings) })
+    let cut = Cut::None;
+    reflected_by_default(&Settings { space, cut, lights: count, ..made_by_default(settings) })
 }
 
 /// The settings of what makes lights, whatever reflects them.
@@ -107,7 +108,8 @@ pub(super) fn of_shading(settings: &Settings) -> Settings {
     let usual = Settings::default();
     Settings {
         density: sglow_shaders::Density::Power,
-        space: Space::None,
+        // What refines the nodes of a tree takes no other lights.
+        space: if settings.cut == Cut::None { Space::None } else { settings.space },
         specular_power: usual.specular_power,
         variance: usual.variance,
         sharpness: usual.sharpness,
@@ -151,6 +153,7 @@ fn reflected_by_default(settings: &Settings) -> Settings {
         bias_scale: Settings::default().bias_scale,
         splat_reach: Settings::default().splat_reach,
         fill_levels: Settings::default().fill_levels,
+        tolerance: Settings::default().tolerance,
         ..settings.clone()
     }
 }
@@ -323,10 +326,9 @@ impl Subject<'_> {
         shading: &Indirect,
     ) -> Result<(Clock, PassTimes), FrontierError> {
         let seen = self.drawn()?.renderer.inputs().into();
-        let vsgls = held(lights)?;
         let maps = hiding.and_then(|hiding| hiding.light_maps());
         let maps = maps.map(|maps| maps.create_view(&Default::default()));
-        let lights = Some((&vsgls, maps.as_ref()));
+        let lights = Some((lights, maps.as_ref()));
         self.once(|encoder, timer| shading.encode_shade(encoder, &seen, lights, Some(timer)))
     }
 
@@ -404,7 +406,7 @@ pub(super) fn no_density() -> FrontierError {
 /// library that was laid over this one makes of them is not known.
 pub(super) fn held_alike(one: &Settings, other: &Settings) -> bool {
     let held = |settings: &Settings| {
-        (settings.lobes, settings.precision == Precision::F16, settings.lights)
+        (settings.lobes, settings.precision == Precision::F16, settings.lights, settings.cut)
     };
     held(one) == held(other) && one.others == other.others
 }

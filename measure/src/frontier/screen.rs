@@ -12,8 +12,8 @@ use sglow_results::frontier::rank::{Place, SAME_ERROR, rank};
 use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Precision, Sharpness, Solver, Space,
-    Specular, SpecularPower, Variance, Visibility,
+    Cut, Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Precision, Sharpness, Solver,
+    Space, Specular, SpecularPower, Variance, Visibility,
 };
 
 use super::references::references;
@@ -48,6 +48,7 @@ fn choices() -> Vec<(&'static str, Vec<String>)> {
         ("density", names(Density::ALL)),
         ("draw", names(Draw::ALL)),
         ("space", names(Space::ALL)),
+        ("cut", names(Cut::ALL)),
         ("kernel", names(Kernel::ALL)),
         ("solver", names([Solver::Bisection, Solver::Bracketed])),
         ("filter", names(Filter::ALL)),
@@ -65,6 +66,9 @@ fn choices() -> Vec<(&'static str, Vec<String>)> {
     ]
 }
 
+/// The number of lights that a cut for each tile begins with.
+const ROOTS: u32 = 256;
+
 /// Axes and parameters of kernels, which clusters have none of.
 const OF_KERNELS: [&str; 6] =
     ["kernel", "solver", "filter", "precision", "size_factor", "iterations"];
@@ -81,6 +85,14 @@ pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
     }
     if OF_KERNELS.contains(&axis) {
         settings.space = Space::None;
+    }
+    // A cut for each tile begins with a few nodes of a tree, which are discs nearly.
+    if axis == "cut" && settings.cut != Cut::None {
+        (settings.space, settings.emitter) = (Space::Tree, Emitter::Disc);
+        settings.lights = settings.lights.min(ROOTS);
+    }
+    if settings.space != Space::Tree || settings.lights > ROOTS {
+        settings.cut = Cut::None;
     }
     settings.ndf = configuration::distribution(settings.specular, base);
     if settings.space != Space::None {
