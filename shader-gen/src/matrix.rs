@@ -29,7 +29,6 @@ impl Variant {
     }
 
     /// The values that its identifier names.
-    #[must_use]
     pub fn named(&self) -> impl Iterator<Item = &(String, String)> {
         self.values.iter().zip(&self.named).filter(|(_, named)| **named).map(|(value, _)| value)
     }

@@ -2973,7 +2973,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "7cc2d64c2dc8457fdcd8a22f4cd7c5a78ac9084b3e5f00088a7372417e89679f",
+        sha256: "b86c558970fb8fe10f59a3def14c59c5a5013f5f317122b07d3f32119abd80cd",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -2995,7 +2995,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "3ae14cfac3cb53e65717adc4657b96683cdd218bfdc5785eefc8bcc720d91415",
+        sha256: "dbeb32b26009161924345927d2a054676a97cfaea9c770f1f89b75c8679a6ece",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3015,7 +3015,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "750f0e021a27652060e5b495f77eaede5c904ccec062c7c3d7a23ca3f634c351",
+        sha256: "cb4b5cf0abce633baa8fa6e1f89e0143750ee0f365bff5a888eb46c29654da7e",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3039,7 +3039,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "f4612684b76d9b776891d8c071921812d39ac5e452cd5306b54e2c63da7a393f",
+        sha256: "141580d788035e1193ea0c05866c958e67ce2d3c41e6cb617712312b76e7f485",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3055,7 +3055,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "e719a74858785dc6d09a038ba93ff54ff0ebedc7f89f728cb10e01d6a53e10a1",
+        sha256: "02ed21cafb078b77cc390d1cf01c6edf98c1f5532d2d9de16af2812f003af0a0",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3071,7 +3071,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "b5a6c2efbd0e188268d1a82c7ccafadd35d455156eed3492552a1a04399be108",
+        sha256: "2c0dfa6c1266e9d1fa1fa5c8f65162051ab27c80da2c5bd7ba6550a0776d4177",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3087,7 +3087,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "97fc62265fa580f2e97f693f9833eb3a482b8745e582b6850d6e6736c515b82e",
+        sha256: "89efe29435baf41cde2160b5eefbb5f587415a0f9b7ede8f90f06346de7100cb",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3103,7 +3103,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "85983095d57ee5b725ab6706dd25f87d99d6b93a3e8b1b131f97d208e8ca74d6",
+        sha256: "a065c53e301c24bd17a0b77f3eee70598b22977099e1306511042cc066ddd704",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3125,7 +3125,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "40f87247765a6527596f2ab3e63c684f61b941ad7400e84af8fdf73b6ced1af9",
+        sha256: "701e143c787ae8ee512374ac0da528a3c9cb08a8e4150e1aa8319e82cf8437c1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3149,7 +3149,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ceeab4716b5a0633b2a34a18eb0525d7ab32d47c320827acfee68e9bc04134d3",
+        sha256: "11c8338a0d6811ffdd0362b2954deaaf108de09d996b298c9a21b272782bd19e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3173,7 +3173,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "4725b4a4c2060732087d45fd48f3215510370fd4ee710865a7395f2abff971d5",
+        sha256: "25d1c941c3251f91fe4046f3c86917f9c9eafdb23bb5b7416321e2cacabdf1a9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3197,7 +3197,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "d8ea388e5b89cebb0225cd58856c49e3f4f88663d92318aa9a8a480c6768d5c5",
+        sha256: "d5302f5584705991667330475cf55ee2fce4ef3bdbd7f4a39632f3c003ed5b96",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",

@@ -377,7 +377,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
         // A hundredth of what all lights would send to a sphere as wide as they are, lest the dark takes all leaves.
         var least = 0.0;
         if root != SGLOW_CUT_NONE {
-            least = 0.01 * sglow_cut_branches[root].power / (12.566371 * sglow_cut_vsgl(root).variance);
+            least = 0.01 * sglow_cut_branches[root].power / (SGLOW_FOUR_PI * sglow_cut_vsgl(root).variance);
         }
         var reflectance = receiver.diffuse;
         reflectance += receiver.reflectance * SGLOW_INV_PI;
@@ -537,14 +537,14 @@ fn sglow_tile_root_of(node: SglowTileNode) -> u32 {
     return (node.rest >> 16u) & 0x7ffu;
 }
 
-/// By how many standard deviations a node reaches beyond the plane of a receiver, or of itself: with a half light is lost
-/// in corners, and no tolerance brings it back; with more than 1 the same error takes more nodes (the test
+/// By how many standard deviations a node reaches beyond the plane of a receiver, or of itself: with a half light is
+/// lost in corners, and no tolerance brings it back; with more than 1 the same error takes more nodes (the test
 /// a_few_nodes_are_as_good_as_all_texels of oracle/src/cut/tile_error.rs).
 const SGLOW_CUT_SLACK: f32 = 1.0;
 
 /// The density of a normal distribution less what lies above it, phi(u) - u Q(u), for u at least 0: the mean of the
-/// positive part of a standard normal variate less u. Our own form; its relative error is below 4 % up to 2.5, where it is
-/// 1/200 of its value at 0 (the test the_tail_is_that_of_a_normal_distribution of oracle/src/cut/estimate.rs).
+/// positive part of a standard normal variate less u. Our own form; its relative error is below 4 % up to 2.5, where it
+/// is 1/200 of its value at 0 (the test the_tail_is_that_of_a_normal_distribution of oracle/src/cut/estimate.rs).
 fn sglow_cut_beyond(u: f32) -> f32 {
     return 0.39894228 * exp(-u * (1.207 + 0.359 * u));
 }
@@ -563,8 +563,9 @@ fn sglow_cut_blurred(cosine: f32, sharpness: f32, extent: f32) -> f32 {
 /// How far a node as one light is from its texels one by one, at a receiver: an estimate of its error in radiance
 /// (luminance), from above for most nodes.
 ///
-/// A node's texels spread over the extent 1/s of directions, s the squared distance over its variance; its error is that share
-/// of its light, or less. What it can be at most is found with cosines that are clamped only beyond its slack.
+/// A node's texels spread over the extent 1/s of directions, s the squared distance over its variance; its error is
+/// that share of its light, or less. What it can be at most is found with cosines that are clamped only beyond its
+/// slack.
 fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCutReceiver) -> f32 {
     let offset = vsgl.position - receiver.position;
     let squared = dot(offset, offset);
@@ -586,21 +587,16 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let across = min(sqrt(max(1.0 - tilt * tilt, 0.0) * inverse), 1.0);
     let horizon = across * sglow_cut_beyond(abs(height) / max(across, 1e-10));
     var error = emitted * receiver.diffuse * (front * share + horizon);
-    {
-        let lobe = sglow_cut_blurred(dot(towards, receiver.axis), receiver.sharpness, extent);
-        let blurred = min(inverse + branch.spread + pow(receiver.sharpness * inverse, 1.5), 1.0);
-        error += emitted * receiver.reflectance * lobe * blurred * select(0.0, 1.0, front > 0.0);
-    }
-    {
-        let power = sglow_luminance(vsgl.specular_coefficient) * sglow_sg_integral(vsgl.specular_sharpness);
-        let glossy = power * falloff
-            * sglow_cut_blurred(-dot(towards, vsgl.specular_axis), vsgl.specular_sharpness, extent);
-        let width = min(inverse + pow(vsgl.specular_sharpness * inverse, 1.5), 1.0);
-        error += glossy * receiver.diffuse * front * width;
-        let lobe = sglow_cut_blurred(dot(towards, receiver.axis), receiver.sharpness, extent);
-        let both = min(width + pow(receiver.sharpness * inverse, 1.5), 1.0);
-        error += glossy * receiver.reflectance * lobe * both * select(0.0, 1.0, front > 0.0);
-    }
+    let glossy = receiver.reflectance * select(0.0, 1.0, front > 0.0)
+        * sglow_cut_blurred(dot(towards, receiver.axis), receiver.sharpness, extent);
+    let glossy_width = pow(receiver.sharpness * inverse, 1.5);
+    error += emitted * glossy * min(inverse + branch.spread + glossy_width, 1.0);
+    let power = sglow_luminance(vsgl.specular_coefficient) * sglow_sg_integral(vsgl.specular_sharpness);
+    let intensity = power * falloff
+        * sglow_cut_blurred(-dot(towards, vsgl.specular_axis), vsgl.specular_sharpness, extent);
+    let width = min(inverse + pow(vsgl.specular_sharpness * inverse, 1.5), 1.0);
+    error += intensity * receiver.diffuse * front * width;
+    error += intensity * glossy * min(width + glossy_width, 1.0);
     return error;
 }
 

@@ -23,6 +23,7 @@
 // Do not edit; regenerate with `cargo xtask gen-shaders`.
 
 const SGLOW_TWO_PI: f32 = 6.28318531;
+const SGLOW_FOUR_PI: f32 = 12.5663706;
 const SGLOW_HALF_PI: f32 = 1.57079633;
 const SGLOW_INV_PI: f32 = 0.318309886;
 /// 1/(2 pi^2)
@@ -309,7 +310,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
         // A hundredth of what all lights would send to a sphere as wide as they are, lest the dark takes all leaves.
         var least = 0.0;
         if root != SGLOW_CUT_NONE {
-            least = 0.01 * sglow_cut_branches[root].power / (12.566371 * sglow_cut_vsgl(root).variance);
+            least = 0.01 * sglow_cut_branches[root].power / (SGLOW_FOUR_PI * sglow_cut_vsgl(root).variance);
         }
         var reflectance = receiver.diffuse;
         sglow_tile_receivers[lane].limit = sglow_shade_parameters.tolerance * max(radiance, least * reflectance);
@@ -463,14 +464,14 @@ fn sglow_tile_weight(node: SglowTileNode, shares: SglowTileShares) -> f32 {
     return dot(unpack4x8unorm(node.corners), shares.corners) + dot(others, vec2<f32>(shares.middle, shares.most));
 }
 
-/// By how many standard deviations a node reaches beyond the plane of a receiver, or of itself: with a half light is lost
-/// in corners, and no tolerance brings it back; with more than 1 the same error takes more nodes (the test
+/// By how many standard deviations a node reaches beyond the plane of a receiver, or of itself: with a half light is
+/// lost in corners, and no tolerance brings it back; with more than 1 the same error takes more nodes (the test
 /// a_few_nodes_are_as_good_as_all_texels of oracle/src/cut/tile_error.rs).
 const SGLOW_CUT_SLACK: f32 = 1.0;
 
 /// The density of a normal distribution less what lies above it, phi(u) - u Q(u), for u at least 0: the mean of the
-/// positive part of a standard normal variate less u. Our own form; its relative error is below 4 % up to 2.5, where it is
-/// 1/200 of its value at 0 (the test the_tail_is_that_of_a_normal_distribution of oracle/src/cut/estimate.rs).
+/// positive part of a standard normal variate less u. Our own form; its relative error is below 4 % up to 2.5, where it
+/// is 1/200 of its value at 0 (the test the_tail_is_that_of_a_normal_distribution of oracle/src/cut/estimate.rs).
 fn sglow_cut_beyond(u: f32) -> f32 {
     return 0.39894228 * exp(-u * (1.207 + 0.359 * u));
 }
@@ -478,8 +479,9 @@ fn sglow_cut_beyond(u: f32) -> f32 {
 /// How far a node as one light is from its texels one by one, at a receiver: an estimate of its error in radiance
 /// (luminance), from above for most nodes.
 ///
-/// A node's texels spread over the extent 1/s of directions, s the squared distance over its variance; its error is that share
-/// of its light, or less. What it can be at most is found with cosines that are clamped only beyond its slack.
+/// A node's texels spread over the extent 1/s of directions, s the squared distance over its variance; its error is
+/// that share of its light, or less. What it can be at most is found with cosines that are clamped only beyond its
+/// slack.
 fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCutReceiver) -> f32 {
     let offset = vsgl.position - receiver.position;
     let squared = dot(offset, offset);
