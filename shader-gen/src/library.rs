@@ -12,6 +12,7 @@ pub(crate) mod place;
 mod preset;
 mod rule;
 mod steps;
+mod value;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
