@@ -277,8 +277,12 @@ impl<'a> From<Inputs<'a>> for Seen<'a> {
 /// What the labels of the camera's own stages begin with.
 const CAMERA: &str = "camera ";
 
+/// Whether a stage of what makes lights comes before the mip chains: level 0 of moments and density, and the camera's lights.
+pub fn is_map(Stage { label, .. }: Stage<'_>) -> bool {
+    label.starts_with(CAMERA) || ["moments", "density"].contains(&label)
+}
+
 /// Whether a stage makes the lights, of the camera's apart.
-fn is_sample(Stage { part, label }: Stage<'_>) -> bool {
-    let before = label.starts_with(CAMERA) || label.starts_with("mip ");
-    part == "lights" && !before && !["moments", "density"].contains(&label)
+fn is_sample(stage: Stage<'_>) -> bool {
+    stage.part == "lights" && !stage.label.starts_with("mip ") && !is_map(stage)
 }

@@ -6,6 +6,7 @@
 mod axis;
 mod described;
 mod error;
+mod follow;
 mod frame;
 mod layout;
 mod layout_names;
