@@ -3443,6 +3443,31 @@ macro_rules! settings {
         'static [& 'static str] = & ["density", "diffuse", "draw", "emitter", "filter",
         "kernel", "light", "lobes", "ndf", "output", "precision", "sharpness", "solver",
         "space", "specular", "specular_power", "variance", "visibility"]; #[doc =
+        r" The axes by which methods are compared; the others are what the scene or the host has."]
+        pub const COMPARED : & 'static [& 'static str] = & ["density", "diffuse", "draw",
+        "emitter", "filter", "kernel", "lobes", "ndf", "precision", "sharpness",
+        "solver", "space", "specular", "specular_power", "variance", "visibility"]; #[doc
+        =
+        r" The names of the values on an axis, in the library's order; none if there is no such axis."]
+        pub fn values(axis : & str) -> & 'static [& 'static str] { match axis { "density"
+        => & ["power", "reflectance", "bidirectional"], "diffuse" => & ["none",
+        "constant", "gaussian", "logistic", "erf", "fitted", "fitted_fine"], "draw" => &
+        ["warped", "metropolis"], "emitter" => & ["lobe", "cosine", "cosine_convolved",
+        "cosine_quadratic", "disc"], "filter" => & ["exact", "hardware"], "kernel" => &
+        ["previous", "modified"], "light" => & ["spot", "directional", "point",
+        "camera"], "lobes" => & ["diffuse", "both"], "ndf" => & ["none", "ggx",
+        "beckmann"], "output" => & ["rgba32float", "rgba16float"], "precision" => &
+        ["f32", "f16"], "sharpness" => & ["toksvig", "banerjee", "exact"], "solver" => &
+        ["none", "bisection", "bracketed"], "space" => & ["none", "image", "world",
+        "tree"], "specular" => & ["none", "sg", "asg", "asg_flat", "asg_product",
+        "ndf_filtered", "ndf_filtered_2024"], "specular_power" => & ["f0", "albedo"],
+        "variance" => & ["trace", "planar"], "visibility" => & ["none", "shadow_map",
+        "imperfect"], _ => & [], } } #[doc =
+        r" The same with the values that follow from others in every frame."] #[must_use]
+        pub fn followed(mut self) -> Self { self.solver = if matches!(self.kernel,
+        $crate::Kernel::Previous) { $crate::Solver::None } else { self.solver }; self
+        .specular_power = if matches!(self.lobes, $crate::Lobes::Diffuse) {
+        $crate::SpecularPower::F0 } else { self.specular_power }; self } #[doc =
         r" The names of the parameters."] pub const PARAMETERS : & 'static [& 'static
         str] = & ["bias_scale", "camera_lights", "emission_sharpness", "fill_levels",
         "iterations", "large_steps", "lights", "map", "mutations", "near_scale", "seed",
@@ -3510,7 +3535,62 @@ macro_rules! settings {
         self.size_factor = number).is_ok(), "small_step" => text.parse().map(| number |
         self.small_step = number).is_ok(), "splat_reach" => text.parse().map(| number |
         self.splat_reach = number).is_ok(), "tile" => text.parse().map(| number | self
-        .tile = number).is_ok(), _ => return None, }) } }
+        .tile = number).is_ok(), _ => return None, }) } } impl From < & $name > for
+        $crate::moments::Moments { fn from(settings : & $name) -> Self { Self { light :
+        settings.light, lobes : settings.lobes, specular_power : if matches!(settings
+        .lobes, $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power }, sharpness : settings.sharpness, precision : settings.precision
+        } } } impl From < & $name > for $crate::density::Density { fn from(settings : &
+        $name) -> Self { Self { density : settings.density, importance : if !
+        (matches!(settings.density, $crate::Density::Bidirectional)) {
+        $crate::Importance::None } else { if matches!(settings.emitter,
+        $crate::Emitter::Lobe) { $crate::Importance::Lobe } else {
+        $crate::Importance::Cosine } }, lobes : settings.lobes, specular_power : if
+        matches!(settings.lobes, $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 }
+        else { settings.specular_power } } } } impl From < & $name > for
+        $crate::sample::Sample { fn from(settings : & $name) -> Self { Self { draw :
+        settings.draw, kernel : settings.kernel, solver : if matches!(settings.kernel,
+        $crate::Kernel::Previous) { $crate::Solver::None } else { settings.solver },
+        filter : settings.filter, variance : settings.variance, sharpness : settings
+        .sharpness, lobes : settings.lobes, precision : settings.precision } } } impl
+        From < & $name > for $crate::centres::Centres { fn from(settings : & $name) ->
+        Self { Self { draw : settings.draw, space : settings.space } } } impl From < &
+        $name > for $crate::cluster_codes::ClusterCodes { fn from(settings : & $name) ->
+        Self { Self { space : settings.space } } } impl From < & $name > for
+        $crate::cluster_assign::ClusterAssign { fn from(settings : & $name) -> Self {
+        Self { space : settings.space } } } impl From < & $name > for
+        $crate::cluster_sum::ClusterSum { fn from(settings : & $name) -> Self { Self {
+        light : settings.light, variance : settings.variance, sharpness : settings
+        .sharpness, lobes : settings.lobes, specular_power : if matches!(settings.lobes,
+        $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power } } } } impl From < & $name > for $crate::cut_lit::CutLit { fn
+        from(settings : & $name) -> Self { Self { light : settings.light, lobes :
+        settings.lobes, specular_power : if matches!(settings.lobes,
+        $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power } } } } impl From < & $name > for $crate::cut_leaves::CutLeaves {
+        fn from(settings : & $name) -> Self { Self { light : settings.light, lobes :
+        settings.lobes, specular_power : if matches!(settings.lobes,
+        $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power }, sharpness : settings.sharpness } } } impl From < & $name > for
+        $crate::cut_sums::CutSums { fn from(settings : & $name) -> Self { Self { lobes :
+        settings.lobes } } } impl From < & $name > for $crate::cut_tree::CutTree { fn
+        from(settings : & $name) -> Self { Self { lobes : settings.lobes } } } impl From
+        < & $name > for $crate::cut_lights::CutLights { fn from(settings : & $name) ->
+        Self { Self { variance : settings.variance, sharpness : settings.sharpness, lobes
+        : settings.lobes, precision : settings.precision } } } impl From < & $name > for
+        $crate::check::Check { fn from(settings : & $name) -> Self { Self { lobes :
+        settings.lobes, precision : settings.precision } } } impl From < & $name > for
+        $crate::light_shadow::LightShadow { fn from(settings : & $name) -> Self { Self {
+        lobes : settings.lobes, precision : settings.precision } } } impl From < & $name
+        > for $crate::light_points::LightPoints { fn from(settings : & $name) -> Self {
+        Self { lobes : settings.lobes, precision : settings.precision } } } impl From < &
+        $name > for $crate::shade::Shade { fn from(settings : & $name) -> Self { Self {
+        emitter : settings.emitter, diffuse : settings.diffuse, specular : settings
+        .specular, ndf : settings.ndf, lobes : settings.lobes, precision : settings
+        .precision, visibility : settings.visibility, output : settings.output } } } impl
+        From < & $name > for $crate::direct::Direct { fn from(settings : & $name) -> Self
+        { Self { light : settings.light, ndf : settings.ndf, output : settings.output } }
+        }
     };
 }
 /// The names of what the frame declares.
