@@ -8,7 +8,7 @@ use sglow_graph::description::{Choice, Step};
 use sglow_renderer::stages::is_map;
 use sglow_runtime::execute::Stage;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::frame::{part, resource};
+use sglow_shaders::frame::{parameter, part, resource};
 
 /// Names of axes and parameters.
 pub type Names = BTreeSet<String>;
@@ -97,11 +97,14 @@ impl Depends {
     }
 }
 
-/// The default with some values of settings, and with what a library that was laid over this one adds.
+/// The default with some values of settings, with what the scene and the host have, and with what a library that was laid over
+/// this one adds.
 fn only(settings: &Settings, names: &Names) -> Settings {
     let Settings { size, complete, assumed, others, .. } = settings.clone();
     let mut own = Settings { size, complete, assumed, others, ..Settings::default() };
-    for name in names {
+    let compared = |axis: &&&str| Settings::COMPARED.contains(*axis);
+    let given = Settings::AXES.iter().filter(|axis| !compared(axis)).copied();
+    for name in names.iter().map(String::as_str).chain(given).chain([parameter::MAP]) {
         if let Some(value) = settings.get(name) {
             // What is known by name takes its own value.
             let _ = own.set(name, &value);
@@ -251,11 +254,11 @@ mod tests {
         let id = depends.shading_id(&base);
         for (name, value) in [
             ("density", "reflectance"),
-            ("draw", "uniform"),
+            ("draw", "metropolis"),
             ("kernel", "previous"),
             ("filter", "hardware"),
             ("variance", "planar"),
-            ("size_factor", "1"),
+            ("size_factor", "0.5"),
             ("iterations", "3"),
         ] {
             let mut same = base.clone();
@@ -280,7 +283,7 @@ mod tests {
             assert_eq!(depends.of_lights(&other), depends.of_lights(&base), "{name}");
             assert_eq!(depends.of_maps(&other), depends.of_maps(&base), "{name}");
         }
-        let kernels = with(&base, "size_factor", "1");
+        let kernels = with(&base, "size_factor", "0.5");
         assert_eq!(depends.of_maps(&kernels), depends.of_maps(&base));
         assert!(depends.held_alike(&kernels, &base));
         assert!(!depends.held_alike(&with(&base, "lights", "64"), &base));
