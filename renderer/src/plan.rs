@@ -156,7 +156,7 @@ impl Plan {
             Some(Resource { part, storage, name, bytes: one.bytes })
         };
         Self {
-            variants: frame.variants().into_iter().map(ToString::to_string).collect(),
+            variants: frame.variants().into_iter().map(|variant| variant.id.clone()).collect(),
             resources: frame.resources.iter().filter_map(resource).collect(),
         }
     }

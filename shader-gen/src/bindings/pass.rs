@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
-use super::Described;
+use super::described::Described;
 use super::layout::{entry, stages};
 use super::names::{doc, escape, ident, type_ident};
 use super::variant::{Shared, by_group};
