@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::Mesh;
+
 /// An axis-aligned box, both corners included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -13,12 +15,17 @@ pub struct Bounds {
 
 impl Bounds {
     /// The box around `points`; of no points, the origin.
-    pub fn around<'a>(points: impl IntoIterator<Item = &'a [f32; 3]>) -> Self {
-        let mut points = points.into_iter().map(|&point| Vec3::from(point));
+    pub fn around(points: impl IntoIterator<Item = [f32; 3]>) -> Self {
+        let mut points = points.into_iter().map(Vec3::from);
         let first = points.next().unwrap_or(Vec3::ZERO);
         let (min, max) =
             points.fold((first, first), |(min, max), point| (min.min(point), max.max(point)));
         Self { min: min.into(), max: max.into() }
+    }
+
+    /// The box around the triangles of meshes; vertices that no triangle has do not count.
+    pub(super) fn around_triangles(meshes: &[Mesh]) -> Self {
+        Self::around(meshes.iter().flat_map(|mesh| mesh.triangles().flatten()))
     }
 
     /// The middle of the box.

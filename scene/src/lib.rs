@@ -2,8 +2,8 @@
 //!
 //! A scene is a built-in one, made by code, or a file: glTF 2.0 (`.gltf`, `.glb`) or OBJ with MTL, read within the
 //! limits of its [`Options`].
-//! Everything is in world space, right-handed, in metres or whatever unit the file uses, y up;
-//! colours are linear Rec. 709. What a file has and we ignore, what we assumed, and what we derived
+//! Everything is in world space, right-handed, in metres or whatever unit the file uses, y up, relative to
+//! [`Scene::origin`]; colours are linear Rec. 709. What a file has and we ignore, what we assumed, and what we derived
 //! stands in [`Scene::notes`], to be shown to the user.
 
 pub mod bounds;
@@ -23,6 +23,8 @@ pub mod note;
 mod obj;
 pub mod occlusion;
 pub mod options;
+mod origin;
+mod rebase;
 mod scene;
 mod sidecar;
 #[cfg(test)]

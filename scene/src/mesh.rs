@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::SceneError;
 use super::note::{NoteKind, Notes};
+use super::origin;
 
 /// Triangles of one material in world space. No triangle is degenerate.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,22 +46,34 @@ impl Mesh {
 #[derive(Debug, Default)]
 pub(super) struct RawMesh {
     pub(super) name: String,
-    pub(super) positions: Vec<[f32; 3]>,
+    /// In the file's space, before an origin is subtracted.
+    pub(super) positions: Vec<[f64; 3]>,
     pub(super) normals: Vec<[f32; 3]>,
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) indices: Vec<u32>,
     pub(super) material: usize,
+    /// How far positions may be off that were rounded when the file was written; 0 where that is not known.
+    pub(super) rounding: f64,
 }
 
 impl RawMesh {
-    /// Checks the positions, drops degenerate triangles and mends normals; `None` where no triangle
-    /// is left.
+    /// The positions that triangles have, but for those that are not finite.
+    pub(super) fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
+        let corners = self.indices.iter().map(|&index| self.positions[index as usize].into());
+        corners.filter(|corner: &DVec3| corner.is_finite())
+    }
+
+    /// Takes positions relative to an origin, checks them, drops degenerate triangles and mends normals; `None` where no
+    /// triangle is left.
     pub(super) fn clean(
-        mut self,
+        self,
         file: &Path,
+        origin: DVec3,
         notes: &mut Notes,
     ) -> Result<Option<Mesh>, SceneError> {
-        if let Some(vertex) = self.positions.iter().position(|&p| !Vec3::from(p).is_finite()) {
+        let relative = |&position: &[f64; 3]| origin::relative(position.into(), origin);
+        let positions: Vec<_> = self.positions.iter().map(relative).collect();
+        if let Some(vertex) = positions.iter().position(|&p| !Vec3::from(p).is_finite()) {
             return Err(SceneError::NonFinite {
                 file: file.into(),
                 mesh: self.name,
@@ -68,40 +81,37 @@ impl RawMesh {
                 position: self.positions[vertex],
             });
         }
-        let found = self.indices.len() / 3;
-        let (kept, face_normals) = self.sound_triangles();
-        self.indices = kept;
-        let dropped = found - self.indices.len() / 3;
+        let Self { name, normals, uvs, indices, material, .. } = self;
+        let mut mesh = Mesh { name, positions, normals, uvs, indices, material };
+        let found = mesh.triangle_count();
+        let (kept, face_normals) = mesh.sound_triangles();
+        mesh.indices = kept;
+        let dropped = found - mesh.triangle_count();
         if dropped > 0 {
             let text = "degenerate triangles dropped";
-            notes.add(NoteKind::Ignored, text, format!("{}: {dropped}", self.name));
+            notes.add(NoteKind::Ignored, text, format!("{}: {dropped}", mesh.name));
         }
-        if self.indices.is_empty() {
+        if mesh.indices.is_empty() {
             return Ok(None);
         }
-        if self.normals.is_empty() {
-            notes.add(NoteKind::Derived, "no normals: flat ones made", &self.name);
-            self.flatten(&face_normals);
-        } else if self.mend_normals(&face_normals) {
+        if mesh.normals.is_empty() {
+            notes.add(NoteKind::Derived, "no normals: flat ones made", &mesh.name);
+            mesh.flatten(&face_normals);
+        } else if mesh.mend_normals(&face_normals) {
             let text = "normals without a direction replaced by the triangles'";
-            notes.add(NoteKind::Derived, text, &self.name);
+            notes.add(NoteKind::Derived, text, &mesh.name);
         }
-        if self.uvs.iter().flatten().any(|coordinate| !coordinate.is_finite()) {
+        if mesh.uvs.iter().flatten().any(|coordinate| !coordinate.is_finite()) {
             let text = "texture coordinates that are not finite set to 0";
-            notes.add(NoteKind::Assumed, text, &self.name);
-            let coordinates = self.uvs.iter_mut().flatten();
+            notes.add(NoteKind::Assumed, text, &mesh.name);
+            let coordinates = mesh.uvs.iter_mut().flatten();
             coordinates.filter(|c| !c.is_finite()).for_each(|c| *c = 0.0);
         }
-        Ok(Some(Mesh {
-            name: self.name,
-            positions: self.positions,
-            normals: self.normals,
-            uvs: self.uvs,
-            indices: self.indices,
-            material: self.material,
-        }))
+        Ok(Some(mesh))
     }
+}
 
+impl Mesh {
     /// The indices of the triangles that have an area, and for each the normal times twice its area.
     fn sound_triangles(&self) -> (Vec<u32>, Vec<DVec3>) {
         let corner = |index: u32| Vec3::from(self.positions[index as usize]).as_dvec3();

@@ -27,8 +27,7 @@ impl Tint {
         }
         let (mut sum, mut area) = (glam::DVec3::ZERO, 0.0);
         for corners in mesh.indices.as_chunks::<3>().0 {
-            let [a, b, c] =
-                corners.map(|index| Vec3::from(mesh.positions[index as usize]).as_dvec3());
+            let [a, b, c] = corners.map(|index| glam::DVec3::from(mesh.positions[index as usize]));
             let own = (b - a).cross(c - a).length();
             let mean = corners.map(|index| Vec3::from(colors[index as usize]).as_dvec3());
             sum += own * (mean[0] + mean[1] + mean[2]) / 3.0;

@@ -60,6 +60,8 @@ mod moments;
 #[cfg(test)]
 mod numbers;
 #[cfg(test)]
+mod origin;
+#[cfg(test)]
 mod output;
 #[cfg(test)]
 mod overlay;

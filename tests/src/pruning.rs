@@ -83,6 +83,7 @@ fn scene(needs: Needs) -> Scene {
     );
     let mut scene = Scene {
         name: "needs".to_owned(),
+        origin: [0.0; 3],
         meshes: vec![
             quad(
                 "floor",

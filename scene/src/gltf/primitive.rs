@@ -2,7 +2,8 @@
 
 use std::cell::OnceCell;
 
-use glam::{Mat3, Mat4, Vec3};
+use glam::{DMat3, DMat4, DVec3};
+use gltf::accessor::DataType;
 use gltf::mesh::{Mode, Semantic};
 
 use super::accessor;
@@ -12,6 +13,7 @@ use crate::draft::Draft;
 use crate::files::Files;
 use crate::mesh::RawMesh;
 use crate::note::NoteKind;
+use crate::origin::power_of_two;
 use crate::tint::{self, Tint};
 use crate::{Material, SceneError, UvTransform};
 
@@ -58,8 +60,12 @@ pub(super) fn read(
         semantic: semantic.to_owned(),
         reason,
     };
+    let floats = positions.data_type() == DataType::F32;
     let positions = accessor::vectors::<3>(views, &positions)
         .map_err(|reason| fault(positions.index(), "POSITION", reason))?;
+    let positions: Vec<_> = positions.into_iter().map(|position| position.map(f64::from)).collect();
+    // Integers are where the file wants them to be.
+    let rounding = if floats { rounding(&positions) } else { 0.0 };
     let source = |semantic: &Semantic, label: &str| match primitive.get(semantic) {
         Some(source) if source.count() != count => {
             let reason = format!("has {} elements for {count} positions", source.count());
@@ -109,7 +115,8 @@ pub(super) fn read(
         None => Vec::new(),
     };
     let indices = into_list(primitive.mode(), indices);
-    let mut raw = RawMesh { name: name.clone(), positions, normals, uvs, indices, material };
+    let mut raw =
+        RawMesh { name: name.clone(), positions, normals, uvs, indices, material, rounding };
     if let Some(converted) = converted {
         raw.material = other_sets(draft, &raw, converted, uvs_of)?;
     }
@@ -207,13 +214,20 @@ fn default_material() -> Material {
     Material { metallic: 1.0, dielectric: 0.04, ..Material::diffuse("default", [1.0; 3]) }
 }
 
+/// How far the largest of some coordinates may be off that was rounded to 32 bits.
+fn rounding(positions: &[[f64; 3]]) -> f64 {
+    let largest = positions.iter().flatten().map(|one| one.abs()).fold(0.0, f64::max);
+    // Half a step, of which 2^23 are between two powers of two. [IEEE 754 binary32]
+    power_of_two(largest) * 0.5 * f64::from(f32::EPSILON)
+}
+
 /// Copies of a mesh in another space, as one mesh.
-pub(super) fn placed(mesh: &RawMesh, world: Mat4, copies: &[Mat4]) -> RawMesh {
+pub(super) fn placed(mesh: &RawMesh, world: DMat4, copies: &[DMat4]) -> RawMesh {
     let mut placed =
         RawMesh { name: mesh.name.clone(), material: mesh.material, ..RawMesh::default() };
     for &copy in copies {
         let world = world * copy;
-        let linear = Mat3::from_mat4(world);
+        let linear = DMat3::from_mat4(world);
         let turned = linear.determinant() < 0.0;
         // The limit of a scene's vertices is one of u32.
         let first = placed.positions.len() as u32;
@@ -224,13 +238,18 @@ pub(super) fn placed(mesh: &RawMesh, world: Mat4, copies: &[Mat4]) -> RawMesh {
         // The cofactors: the inverse transpose times the determinant, which does not need to exist.
         let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
         let cofactors =
-            Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * linear.determinant().signum();
+            DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * linear.determinant().signum();
+        let longest = [x, y, z].map(|axis| axis.length()).into_iter().fold(0.0, f64::max);
+        placed.rounding = placed.rounding.max(mesh.rounding * longest);
         let point =
-            |&position: &[f32; 3]| -> [f32; 3] { world.transform_point3(position.into()).into() };
+            |&position: &[f64; 3]| -> [f64; 3] { world.transform_point3(position.into()).into() };
         placed.positions.extend(mesh.positions.iter().map(point));
-        placed.normals.extend(
-            mesh.normals.iter().map(|&n| -> [f32; 3] { (cofactors * Vec3::from(n)).into() }),
-        );
+        let normal = |&normal: &[f32; 3]| -> [f32; 3] {
+            let normal = cofactors * DVec3::from(normal.map(f64::from));
+            // Of unit length, for cofactors of small or large scales leave the range of 32 bits.
+            normal.normalize_or_zero().as_vec3().into()
+        };
+        placed.normals.extend(mesh.normals.iter().map(normal));
         placed.uvs.extend(&mesh.uvs);
     }
     placed

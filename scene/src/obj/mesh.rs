@@ -150,7 +150,7 @@ impl Part {
         self.any_without_uvs |= uv == NONE;
         let Built { raw, colors, smoothed, partly_without_normals, .. } = &mut self.built;
         *self.known.entry((place, uv, normal)).or_insert_with(|| {
-            raw.positions.push(position(geometry, corner).as_vec3().into());
+            raw.positions.push(position(geometry, corner).into());
             let unit = |normal: DVec3| normal.normalize_or_zero().as_vec3().into();
             match normal {
                 Normal::Later => {}
