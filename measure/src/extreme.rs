@@ -173,6 +173,7 @@ fn opposite_plates(scene: &mut Scene) {
         uvs: vec![[0.0, 0.0]; 4],
         indices: vec![0, 1, 2, 0, 2, 3],
         material: 0,
+        detail: sglow_scene::Detail::default(),
     };
     let mut material = Material::diffuse("plate", [0.8; 3]);
     material.double_sided = true;

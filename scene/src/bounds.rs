@@ -2,8 +2,6 @@
 
 use glam::Vec3;
 
-use super::Mesh;
-
 /// An axis-aligned box, both corners included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -21,11 +19,6 @@ impl Bounds {
         let (min, max) =
             points.fold((first, first), |(min, max), point| (min.min(point), max.max(point)));
         Self { min: min.into(), max: max.into() }
-    }
-
-    /// The box around the triangles of meshes; vertices that no triangle has do not count.
-    pub(super) fn around_triangles(meshes: &[Mesh]) -> Self {
-        Self::around(meshes.iter().flat_map(|mesh| mesh.triangles().flatten()))
     }
 
     /// The middle of the box.

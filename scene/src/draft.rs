@@ -10,7 +10,7 @@ use crate::error::SceneError;
 use crate::images::Image;
 use crate::light::Light;
 use crate::material::Material;
-use crate::mesh::RawMesh;
+use crate::mesh::{Mesh, RawMesh};
 use crate::note::{NoteKind, Notes};
 use crate::options::Taken;
 use crate::origin::{self, Placed};
@@ -55,11 +55,19 @@ impl Draft {
             material.note_samplers(&mut self.notes);
         }
         let origin = self.origin(origin);
-        let mut meshes = Vec::new();
+        let mut meshes: Vec<Mesh> = Vec::new();
         for raw in self.meshes {
             match raw.clean(file, origin, &mut self.notes) {
                 Ok(mesh) => meshes.extend(mesh),
                 Err(fault) => faults.push(fault),
+            }
+        }
+        for mesh in &mut meshes {
+            let material = self.materials.get(mesh.material);
+            match material.and_then(|material| material.normal_texture) {
+                Some(map) if mesh.detail.tangents.is_empty() => mesh.derive_tangents(&map),
+                Some(_) => {}
+                None => mesh.detail.tangents.clear(),
             }
         }
         if meshes.is_empty() && faults.is_empty() {
@@ -80,7 +88,7 @@ impl Draft {
         if !faults.is_empty() {
             return Err(SceneError::of(faults));
         }
-        let bounds = Bounds::around_triangles(&meshes);
+        let bounds = Bounds::around(meshes.iter().flat_map(|mesh| mesh.triangles().flatten()));
         let camera = camera.unwrap_or_else(|| {
             self.notes.add(NoteKind::Derived, "no camera: looking at the bounding box", "");
             Camera::around(&bounds)

@@ -27,6 +27,7 @@ mod origin;
 mod rebase;
 mod scene;
 mod sidecar;
+mod tangent;
 #[cfg(test)]
 mod tests;
 mod tint;
@@ -38,7 +39,7 @@ pub use facts::{Fact, Facts, Traits};
 pub use images::Image;
 pub use light::{Light, LightKind};
 pub use material::{Filter, Material, TextureUse, UvTransform, Wrap};
-pub use mesh::Mesh;
+pub use mesh::{Detail, Mesh};
 pub use note::{Note, NoteKind};
 pub use options::{Limits, Options};
 pub use scene::{Scene, Triangle};

@@ -23,6 +23,36 @@ pub struct Mesh {
     pub indices: Vec<u32>,
     /// Index into [`super::Scene::materials`].
     pub material: usize,
+    /// What few meshes have.
+    pub detail: Detail,
+}
+
+/// What few meshes have of each vertex; each list is as long as the positions, or empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Detail {
+    /// A second set of texture coordinates, v pointing down.
+    pub uvs: Vec<[f32; 2]>,
+    /// Linear Rec. 709 and opacity, each 0 to 1: what the base colour is multiplied with.
+    pub colors: Vec<[f32; 4]>,
+    /// Where the u of the normal map rises, of unit length or 0, and in w the sign of the bitangent, which is that times
+    /// `cross(normal, tangent)`. [glTF 2.0, section 3.7.2.1]
+    pub tangents: Vec<[f32; 4]>,
+}
+
+impl Detail {
+    /// The same of some vertices, by their numbers.
+    fn take(&self, vertices: impl Iterator<Item = usize> + Clone) -> Self {
+        Self {
+            uvs: taken(&self.uvs, vertices.clone()),
+            colors: taken(&self.colors, vertices.clone()),
+            tangents: taken(&self.tangents, vertices),
+        }
+    }
+}
+
+/// The elements of some numbers, of a list that may be empty.
+fn taken<T: Copy>(list: &[T], numbers: impl Iterator<Item = usize>) -> Vec<T> {
+    numbers.filter_map(|number| list.get(number).copied()).collect()
 }
 
 impl Mesh {
@@ -52,6 +82,7 @@ pub(super) struct RawMesh {
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) indices: Vec<u32>,
     pub(super) material: usize,
+    pub(super) detail: Detail,
     /// How far positions may be off that were rounded when the file was written; 0 where that is not known.
     pub(super) rounding: f64,
 }
@@ -81,8 +112,8 @@ impl RawMesh {
                 position: self.positions[vertex],
             });
         }
-        let Self { name, normals, uvs, indices, material, .. } = self;
-        let mut mesh = Mesh { name, positions, normals, uvs, indices, material };
+        let Self { name, normals, uvs, indices, material, detail, .. } = self;
+        let mut mesh = Mesh { name, positions, normals, uvs, indices, material, detail };
         let found = mesh.triangle_count();
         let (kept, face_normals) = mesh.sound_triangles();
         mesh.indices = kept;
@@ -101,11 +132,12 @@ impl RawMesh {
             let text = "normals without a direction replaced by the triangles'";
             notes.add(NoteKind::Derived, text, &mesh.name);
         }
-        if mesh.uvs.iter().flatten().any(|coordinate| !coordinate.is_finite()) {
+        let coordinates = mesh.uvs.iter_mut().chain(&mut mesh.detail.uvs).flatten();
+        let mut wrong = coordinates.filter(|coordinate| !coordinate.is_finite()).peekable();
+        if wrong.peek().is_some() {
             let text = "texture coordinates that are not finite set to 0";
             notes.add(NoteKind::Assumed, text, &mesh.name);
-            let coordinates = mesh.uvs.iter_mut().flatten();
-            coordinates.filter(|c| !c.is_finite()).for_each(|c| *c = 0.0);
+            wrong.for_each(|coordinate| *coordinate = 0.0);
         }
         Ok(Some(mesh))
     }
@@ -130,16 +162,31 @@ impl Mesh {
 
     /// Gives each triangle its own vertices, with the triangle's normal.
     fn flatten(&mut self, face_normals: &[DVec3]) {
-        let take = |index: &u32| *index as usize;
-        self.positions = self.indices.iter().map(|i| self.positions[take(i)]).collect();
-        if !self.uvs.is_empty() {
-            self.uvs = self.indices.iter().map(|i| self.uvs[take(i)]).collect();
-        }
+        let corners = self.indices.iter().map(|index| *index as usize);
+        self.positions = taken(&self.positions, corners.clone());
+        self.uvs = taken(&self.uvs, corners.clone());
+        self.detail = self.detail.take(corners);
+        // Tangents are of the normals that are not there. [glTF 2.0, section 3.7.2.1]
+        self.detail.tangents.clear();
         self.normals = face_normals
             .iter()
             .flat_map(|normal| [normal.normalize().as_vec3().into(); 3])
             .collect();
         self.indices = (0..).take(self.indices.len()).collect();
+    }
+
+    /// The number of a vertex that is the same as another.
+    pub(super) fn copy(&mut self, vertex: usize) -> u32 {
+        let number = self.positions.len() as u32;
+        let one = std::iter::once(vertex);
+        self.positions.extend(taken(&self.positions, one.clone()));
+        self.normals.extend(taken(&self.normals, one.clone()));
+        self.uvs.extend(taken(&self.uvs, one.clone()));
+        let Detail { uvs, colors, tangents } = self.detail.take(one);
+        self.detail.uvs.extend(uvs);
+        self.detail.colors.extend(colors);
+        self.detail.tangents.extend(tangents);
+        number
     }
 
     /// Makes normals unit vectors; those that have no direction get the mean of their triangles'.

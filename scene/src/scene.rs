@@ -59,8 +59,8 @@ impl Scene {
         self.meshes.iter().map(Mesh::triangle_count).sum()
     }
 
-    /// The box around all triangles.
+    /// The box around all triangles; vertices that no triangle has do not count.
     pub fn bounds(&self) -> Bounds {
-        Bounds::around_triangles(&self.meshes)
+        Bounds::around(self.meshes.iter().flat_map(|mesh| mesh.triangles().flatten()))
     }
 }

@@ -18,6 +18,8 @@ mod density;
 #[cfg(test)]
 mod dependencies;
 #[cfg(test)]
+mod detail;
+#[cfg(test)]
 mod direct;
 #[cfg(test)]
 mod documents;

@@ -14,8 +14,8 @@ use crate::files::Files;
 use crate::mesh::RawMesh;
 use crate::note::NoteKind;
 use crate::origin::power_of_two;
-use crate::tint::{self, Tint};
-use crate::{Material, SceneError, UvTransform};
+use crate::tint;
+use crate::{Detail, Material, SceneError, TextureUse, UvTransform};
 
 /// How far texture coordinates may lie from a scaled and moved other set, in image sizes: a hundredth of a texel of the
 /// largest textures.
@@ -114,37 +114,55 @@ pub(super) fn read(
         }
         None => Vec::new(),
     };
+    // Of no use without a normal map, nor without normals.
+    let mapped = draft.materials.get(material).is_some_and(|of| of.normal_texture.is_some());
+    let tangents = match source(&Semantic::Tangents, "TANGENT")? {
+        Some(source) if mapped && !normals.is_empty() => {
+            let read = accessor::vectors::<4>(views, &source);
+            read.map_err(|reason| fault(source.index(), "TANGENT", reason))?
+        }
+        _ => Vec::new(),
+    };
     let indices = into_list(primitive.mode(), indices);
-    let mut raw =
-        RawMesh { name: name.clone(), positions, normals, uvs, indices, material, rounding };
+    let detail = Detail { tangents, ..Detail::default() };
+    let mut raw = RawMesh {
+        name: name.clone(),
+        positions,
+        normals,
+        uvs,
+        indices,
+        material,
+        detail,
+        rounding,
+    };
     if let Some(converted) = converted {
-        raw.material = other_sets(draft, &raw, converted, uvs_of)?;
+        raw.material = other_sets(draft, &mut raw, converted, uvs_of)?;
     }
-    if let Some(tint) = Tint::of(&raw, &colors) {
-        raw.material = tint::apply(draft, &raw, tint);
-    }
+    tint::apply(draft, &mut raw, colors);
     Ok(Some(raw))
 }
 
-/// Red, green and blue; the opacity of vertices is not read.
-fn colors(views: &Views<'_>, source: &gltf::Accessor<'_>) -> Result<Vec<[f32; 3]>, String> {
+/// Colours with an opacity, of 1 where the file has none.
+fn colors(views: &Views<'_>, source: &gltf::Accessor<'_>) -> Result<Vec<[f32; 4]>, String> {
     if source.dimensions().multiplicity() == 4 {
-        let colors = accessor::vectors::<4>(views, source)?;
-        return Ok(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
+        return accessor::vectors::<4>(views, source);
     }
-    accessor::vectors::<3>(views, source)
+    let colors = accessor::vectors::<3>(views, source)?;
+    Ok(colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
 }
 
 /// The material of a mesh some of whose textures are read at another set of texture coordinates than the mesh's: where
-/// that is the mesh's, scaled and moved, the texture's transform takes it in; where it is not, the texture is left out.
+/// that is the mesh's, scaled and moved, the texture's transform takes it in; where it is not, the mesh gets a second set. A
+/// texture at a third one is left out.
 fn other_sets(
     draft: &mut Draft,
-    mesh: &RawMesh,
+    mesh: &mut RawMesh,
     converted: &Converted,
     uvs_of: impl Fn(u32) -> Result<Vec<[f32; 2]>, SceneError>,
 ) -> Result<usize, SceneError> {
     let main = converted.main_set();
     let mut own = OnceCell::new();
+    let mut second = None;
     for (slot, (texture, set)) in converted.textures().into_iter().zip(converted.sets).enumerate() {
         let Some(texture) = texture.filter(|_| set != main) else { continue };
         let other = uvs_of(set)?;
@@ -156,22 +174,22 @@ fn other_sets(
         } else {
             same_places(&mesh.uvs, &other).map(|by| after(texture.transform, by))
         };
-        match transform {
-            Some(transform) => {
-                let slots = [
-                    &mut material.base_color_texture,
-                    &mut material.metallic_roughness_texture,
-                    &mut material.emission_texture,
-                ];
-                for texture in slots.into_iter().nth(slot).into_iter().flatten() {
-                    texture.transform = transform;
-                }
+        let moved = match transform {
+            Some(transform) => TextureUse { transform, ..texture },
+            None if second.is_none_or(|second| second == set) => {
+                second = Some(set);
+                mesh.detail.uvs = other;
+                TextureUse { second: true, ..texture }
             }
             None => {
                 let lacks = material::neutral(material, slot);
-                let text = format!("texture at a second set of texture coordinates; {lacks}");
+                let text = format!("texture at a third set of texture coordinates; {lacks}");
                 draft.notes.add(NoteKind::Ignored, text, &material.name);
+                continue;
             }
+        };
+        if let Some(texture) = material::slots(material).into_iter().nth(slot) {
+            *texture = Some(moved);
         }
     }
     Ok(own.into_inner().map_or(mesh.material, |material| draft.material(material)))
@@ -251,6 +269,14 @@ pub(super) fn placed(mesh: &RawMesh, world: DMat4, copies: &[DMat4]) -> RawMesh 
         };
         placed.normals.extend(mesh.normals.iter().map(normal));
         placed.uvs.extend(&mesh.uvs);
+        placed.detail.uvs.extend(&mesh.detail.uvs);
+        placed.detail.colors.extend(&mesh.detail.colors);
+        let sign = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let tangent = |&[x, y, z, w]: &[f32; 4]| {
+            let along = linear * DVec3::new(x.into(), y.into(), z.into());
+            along.normalize_or_zero().as_vec3().extend(sign * w).to_array()
+        };
+        placed.detail.tangents.extend(mesh.detail.tangents.iter().map(tangent));
     }
     placed
 }
