@@ -5,6 +5,8 @@ use super::note::{NoteKind, Notes};
 /// The largest and the smallest positive half float: what is emitted is drawn into textures of them. [IEEE 754 binary16]
 const MOST_EMISSION: f32 = 65504.0;
 const LEAST_EMISSION: f32 = 5.960_464_5e-8;
+/// The smallest half that has all its bits.
+const LEAST_NORMAL: f32 = 6.103_515_6e-5;
 
 /// A surface of the metallic-roughness model.
 ///
@@ -91,6 +93,9 @@ impl Material {
         } else if brightest > 0.0 && brightest < LEAST_EMISSION {
             let text = "emission below 6e-8, the least half: it is not seen";
             notes.add(NoteKind::Ignored, text, format!("{}: {brightest}", self.name));
+        } else if brightest > 0.0 && brightest < LEAST_NORMAL {
+            let text = "emission below 6.1e-5, where halves are coarse: it may be off by half a step of 6e-8";
+            notes.add(NoteKind::Assumed, text, format!("{}: {brightest}", self.name));
         }
     }
 

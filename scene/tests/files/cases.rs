@@ -219,6 +219,22 @@ fn emission_beyond_halves_keeps_its_hue() {
         &scene,
         "emission above 65504, the largest half, scaled to it (material 3: 100000)"
     ));
+    // Dim ones are said to be coarse, or not to be seen.
+    let folder = crate::common::Folder::new();
+    let text = std::fs::read_to_string(case("gltf/emissive_1e5.gltf")).unwrap();
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let dim = |strength: f64| {
+        let mut document = document.clone();
+        let last = document["materials"].as_array_mut().unwrap().last_mut().unwrap();
+        last["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] =
+            serde_json::json!(strength);
+        folder.load("scene.gltf", document.to_string()).unwrap()
+    };
+    assert!(said(&dim(1e-5), "emission below 6.1e-5, where halves are coarse"));
+    assert!(said(&dim(1e-8), "emission below 6e-8, the least half: it is not seen"));
+    for fine in [1e-4, 1.0, 6e4] {
+        assert!(!said(&dim(fine), "emission"), "{fine}");
+    }
 }
 
 #[test]
