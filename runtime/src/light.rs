@@ -187,31 +187,3 @@ pub fn perspective(tangent: f32, aspect: f32, near: f32, far: f32) -> Mat4 {
         Vec4::new(0.0, 0.0, near * far / (near - far), 0.0),
     )
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// What an engine with an origin of its own gives, far away and near.
-    #[test]
-    fn only_what_is_relative_to_the_origin_counts() {
-        let position = DVec3::new(0.3, 2.5, -0.2);
-        let views = |away: DVec3| {
-            let around = |origin| Surroundings { origin, center: away, radius: 2.0, map: 64 };
-            let of = |around: &Surroundings| {
-                let down = Vec3::new(0.6, -0.8, 0.0);
-                [
-                    LightView::spot(around, position + away, down, [0.3, 0.7], [1.0; 3]),
-                    LightView::directional(around, down, [1.0; 3]),
-                    LightView::point(around, position + away, [1.0; 3]),
-                ]
-            };
-            let shown = |origin| format!("{:?}", of(&around(origin)));
-            [shown(away), shown(DVec3::ZERO)]
-        };
-        let [near, _] = views(DVec3::ZERO);
-        let [far, control] = views(DVec3::new(3.0e6, 0.0, -1.0e6));
-        assert_eq!(far, near);
-        assert_ne!(control, near, "without the origin");
-    }
-}

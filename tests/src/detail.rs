@@ -1,16 +1,17 @@
 //! Normal maps, colours of vertices and second texture coordinates, rasterised, against rays: `shaders/src/surface/detail.wesl`.
 
 use glam::{DVec2, DVec3, DVec4};
-use sglow_oracle::surface::Hit;
+use sglow_oracle::Bounded;
+use sglow_oracle::path::Materials as _;
+use sglow_oracle::surface::{Crossing, Hit};
 use sglow_renderer::frame::Renderer;
-use sglow_renderer::reference;
+use sglow_renderer::reference::{self, SceneMaterials};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::{Filter, Image, Scene, TextureUse, UvTransform, Wrap};
 
 use crate::common::{Comparison, broken, gpu};
 use crate::surface::{HALF_ULP, camera, triangles};
-use sglow_oracle::Bounded;
 
 /// An image without edges, of few texels.
 fn image(name: &str, texel: impl Fn(f32, f32) -> [f32; 3]) -> Image {
@@ -207,6 +208,41 @@ fn compare(package: &Package) -> (Comparison, usize) {
         }
     }
     (comparison, holes)
+}
+
+/// The reference's paths meet the same surfaces.
+#[test]
+fn paths_read_the_same_details() {
+    let scene = scene();
+    let size = [96, 72];
+    let materials = SceneMaterials::new(&scene);
+    let hits = camera(&scene, size).image(&triangles(&scene), size.map(|side| side as usize));
+    let facets = reference::facets(&scene);
+    let (mut compared, mut mapped) = (0, 0);
+    for hit in hits.iter().flatten() {
+        let uvs = facets[hit.triangle].uvs;
+        let uv =
+            [0, 1].map(|part| (0..3).map(|corner| hit.weights[corner] * uvs[corner][part]).sum());
+        let crossing = Crossing { hit: *hit, uv, side: hit.normal };
+        let (normal, color) = expected(&scene, hit);
+        let found = materials.normal(&crossing);
+        let found = DVec3::new(found.x, found.y, found.z);
+        // Transforms of texture coordinates are rounded to 32 bits there.
+        assert!((found - normal).length() < 1e-6, "{found} {normal}");
+        let of_surface = DVec3::new(hit.normal.x, hit.normal.y, hit.normal.z);
+        mapped += usize::from((found - of_surface).length() > 0.05);
+        let material = &scene.materials[hit.material as usize];
+        if material.metallic == 0.0 {
+            let diffuse = materials.material(&crossing).diffuse;
+            let diffuse = DVec3::new(diffuse.x, diffuse.y, diffuse.z);
+            assert!((diffuse - color.truncate()).length() < 1e-6, "{diffuse} {color}");
+            if let Some(cutoff) = material.alpha_cutoff {
+                assert_eq!(materials.counts(&crossing), color.w >= f64::from(cutoff));
+            }
+            compared += 1;
+        }
+    }
+    assert!(compared > 1000 && mapped > 1000, "{compared} {mapped}");
 }
 
 #[test]

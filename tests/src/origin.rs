@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 use serde_json::{Value, json};
 use sglow_renderer::frame::{Frame, Renderer};
+use sglow_runtime::light::{LightView, Surroundings};
 use sglow_runtime::settings::Settings;
 use sglow_scene::{LightKind, Mesh, Options, Scene};
 
@@ -239,4 +240,27 @@ fn pictures_about_the_worlds_origin_are_others() {
     let found = difference(&scenes, &settings(&[("visibility", "shadow_map")]));
     println!("{found:?}");
     assert!(found.indirect.abs() > 1e3 * ROUNDING && found.pixels > 0.2, "{found:?}");
+}
+
+/// What an engine with an origin of its own gives, far away and near: only what is relative to it counts.
+#[test]
+fn lights_of_an_engine_are_relative_to_its_origin() {
+    let position = DVec3::new(0.3, 2.5, -0.2);
+    let views = |away: DVec3| {
+        let shown = |origin: DVec3| {
+            let around = Surroundings { origin, center: away, radius: 2.0, map: 64 };
+            let down = glam::Vec3::new(0.6, -0.8, 0.0);
+            let lights = [
+                LightView::spot(&around, position + away, down, [0.3, 0.7], [1.0; 3]),
+                LightView::directional(&around, down, [1.0; 3]),
+                LightView::point(&around, position + away, [1.0; 3]),
+            ];
+            format!("{lights:?}")
+        };
+        [shown(away), shown(DVec3::ZERO)]
+    };
+    let [near, _] = views(DVec3::ZERO);
+    let [far, control] = views(DVec3::new(3.0e6, 0.0, -1.0e6));
+    assert_eq!(far, near);
+    assert_ne!(control, near, "without the origin");
 }
