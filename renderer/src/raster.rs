@@ -59,7 +59,7 @@ impl Raster {
         let detailed = scene.meshes.iter().filter(|mesh| traits[mesh.material].detailed);
         let vertices: usize = detailed.map(|mesh| mesh.positions.len()).sum();
         let limits = gpu.device.limits();
-        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size.into());
+        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
         ((vertices * size_of::<sglow_shaders::SglowVertexDetail>()) as u64, limit)
     }
 

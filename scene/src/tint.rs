@@ -11,8 +11,7 @@ pub(super) fn apply(draft: &mut Draft, mesh: &mut RawMesh, mut colors: Vec<[f32;
     }
     let mut moved = false;
     for channel in colors.iter_mut().flatten() {
-        // NaN becomes 0.
-        let inside = channel.max(0.0).min(1.0);
+        let inside = if channel.is_nan() { 0.0 } else { channel.clamp(0.0, 1.0) };
         moved |= inside != *channel;
         *channel = inside;
     }

@@ -175,7 +175,7 @@ fn difference(scenes: &[Scene; 2], settings: &Settings) -> Difference {
     }
 }
 
-fn settings(set: &[(&str, &str)]) -> Settings {
+fn settings(set: Set) -> Settings {
     let mut settings = Settings { size: SIZE, map: 64, lights: 64, ..Settings::default() };
     for (axis, value) in set {
         settings.set(axis, value).unwrap();
@@ -186,9 +186,12 @@ fn settings(set: &[(&str, &str)]) -> Settings {
 /// How far a mean may be off: pixels' roundings are 1e-6 of them at most, and independent.
 const ROUNDING: f64 = 2e-6;
 
+/// Values of axes by their names.
+type Set = &'static [(&'static str, &'static str)];
+
 /// Configurations whose passes have positions of their own, and whether rounding alone may change their pictures: where
 /// clusters are close by distance, texels at equal distances of two centres go to either.
-const CONFIGURATIONS: [(&[(&str, &str)], bool); 5] = [
+const CONFIGURATIONS: [(Set, bool); 5] = [
     (&[], true),
     (&[("visibility", "shadow_map")], true),
     (&[("visibility", "imperfect"), ("precision", "f16")], true),

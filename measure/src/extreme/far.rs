@@ -44,9 +44,12 @@ pub(super) const ALL: [Far; 12] = [
     far("point light, 1e6 away", Kind::Point, 1e6),
 ];
 
+/// Values of axes by their names.
+type Set = &'static [(&'static str, &'static str)];
+
 /// The configurations whose passes have positions of their own; what is not said is the default. Where clusters are close
 /// by distance, texels at equal distances of two centres go to either, which the bound is not about.
-const CONFIGURATIONS: [(&str, &[(&str, &str)], bool); 7] = [
+const CONFIGURATIONS: [(&str, Set, bool); 7] = [
     ("default", &[], true),
     ("visibility=shadow_map", &[("visibility", "shadow_map")], true),
     ("visibility=imperfect", &[("visibility", "imperfect")], true),
@@ -128,7 +131,7 @@ pub fn without_origin(gpu: &Gpu, package: &Package) -> Result<f64, ExtremeError>
     Ok(render(gpu, package, &far, &settings)?.mean / expected - 1.0)
 }
 
-fn settings(set: &[(&str, &str)]) -> Result<Settings, ExtremeError> {
+fn settings(set: Set) -> Result<Settings, ExtremeError> {
     let mut settings = Settings { size: [48, 27], map: 64, lights: 64, ..Settings::default() };
     for (axis, value) in set {
         settings.set(axis, value)?;
