@@ -49,7 +49,7 @@ impl Surfaces {
         let traits = traits(scene, complete);
         let mut kinds = BTreeMap::new();
         for traits in scene.meshes.iter().filter_map(|mesh| traits.get(mesh.material)) {
-            let (material, opacity) = axes(traits.textured, traits.cutout);
+            let (material, opacity) = axes(traits);
             let kind = (material.to_string(), opacity.to_string());
             *kinds.entry(kind).or_insert(false) |= traits.emits;
         }

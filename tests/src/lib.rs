@@ -18,6 +18,8 @@ mod density;
 #[cfg(test)]
 mod dependencies;
 #[cfg(test)]
+mod detail;
+#[cfg(test)]
 mod direct;
 #[cfg(test)]
 mod documents;
@@ -59,6 +61,8 @@ mod mip;
 mod moments;
 #[cfg(test)]
 mod numbers;
+#[cfg(test)]
+mod origin;
 #[cfg(test)]
 mod output;
 #[cfg(test)]

@@ -470,18 +470,32 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: emission::NAMES_0,
     },
     Variant {
-        id: "emission-textured-cutout",
+        id: "emission-detailed-cutout",
         pass: emission::PASS,
         entry_points: emission::ENTRY_POINTS_0,
         bind_groups: emission::LAYOUT_1,
         binding_names: emission::NAMES_1,
     },
     Variant {
-        id: "emission-textured-opaque",
+        id: "emission-detailed-opaque",
         pass: emission::PASS,
         entry_points: emission::ENTRY_POINTS_0,
         bind_groups: emission::LAYOUT_2,
         binding_names: emission::NAMES_2,
+    },
+    Variant {
+        id: "emission-textured-cutout",
+        pass: emission::PASS,
+        entry_points: emission::ENTRY_POINTS_0,
+        bind_groups: emission::LAYOUT_3,
+        binding_names: emission::NAMES_3,
+    },
+    Variant {
+        id: "emission-textured-opaque",
+        pass: emission::PASS,
+        entry_points: emission::ENTRY_POINTS_0,
+        bind_groups: emission::LAYOUT_4,
+        binding_names: emission::NAMES_4,
     },
     Variant {
         id: "light_fill",
@@ -1723,11 +1737,25 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shadow::NAMES_0,
     },
     Variant {
-        id: "shadow-textured-cutout",
+        id: "shadow-detailed-cutout",
         pass: shadow::PASS,
         entry_points: shadow::ENTRY_POINTS_0,
         bind_groups: shadow::LAYOUT_1,
         binding_names: shadow::NAMES_1,
+    },
+    Variant {
+        id: "shadow-detailed-opaque",
+        pass: shadow::PASS,
+        entry_points: shadow::ENTRY_POINTS_0,
+        bind_groups: shadow::LAYOUT_2,
+        binding_names: shadow::NAMES_2,
+    },
+    Variant {
+        id: "shadow-textured-cutout",
+        pass: shadow::PASS,
+        entry_points: shadow::ENTRY_POINTS_0,
+        bind_groups: shadow::LAYOUT_3,
+        binding_names: shadow::NAMES_3,
     },
     Variant {
         id: "shadow-textured-opaque",
@@ -1765,18 +1793,32 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: surface::NAMES_0,
     },
     Variant {
-        id: "surface-textured-cutout",
+        id: "surface-detailed-cutout",
         pass: surface::PASS,
         entry_points: surface::ENTRY_POINTS_0,
         bind_groups: surface::LAYOUT_1,
         binding_names: surface::NAMES_1,
     },
     Variant {
-        id: "surface-textured-opaque",
+        id: "surface-detailed-opaque",
         pass: surface::PASS,
         entry_points: surface::ENTRY_POINTS_0,
         bind_groups: surface::LAYOUT_1,
         binding_names: surface::NAMES_1,
+    },
+    Variant {
+        id: "surface-textured-cutout",
+        pass: surface::PASS,
+        entry_points: surface::ENTRY_POINTS_0,
+        bind_groups: surface::LAYOUT_2,
+        binding_names: surface::NAMES_2,
+    },
+    Variant {
+        id: "surface-textured-opaque",
+        pass: surface::PASS,
+        entry_points: surface::ENTRY_POINTS_0,
+        bind_groups: surface::LAYOUT_2,
+        binding_names: surface::NAMES_2,
     },
 ];
 /// The WGSL of the variants, in the order of [`VARIANTS`].
@@ -2181,19 +2223,31 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "emission-constant-opaque",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission.wgsl"),
-        sha256: "46bbab7e48ce5fa3ce388513dc184676e7c369f9b662bf1258cdd8083173c203",
+        sha256: "b47539056b2cf45a84dbfef3809616356832082256ff224479884dd1b84f7e46",
+    },
+    Embedded {
+        id: "emission-detailed-cutout",
+        pass: emission::PASS,
+        text: include_str!("../wgsl/emission-material_detailed-opacity_cutout.wgsl"),
+        sha256: "d89a7d02dfc4bce64384f3a78a8ab89af02d219907ab489b33c23b93390055dd",
+    },
+    Embedded {
+        id: "emission-detailed-opaque",
+        pass: emission::PASS,
+        text: include_str!("../wgsl/emission-material_detailed.wgsl"),
+        sha256: "42810870f0769e5f4026d9868acf94b57736363af82f2a4d59e573f9832e961c",
     },
     Embedded {
         id: "emission-textured-cutout",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-material_textured-opacity_cutout.wgsl"),
-        sha256: "57585b2287b5aa16fe6d45a7ea07b8a9705c19a6e49fc1e0b90c3462868055af",
+        sha256: "3a3c3f2f195b0bfdef8d3a7262316619895084550cfe84908627562ed4b59d60",
     },
     Embedded {
         id: "emission-textured-opaque",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-material_textured.wgsl"),
-        sha256: "6cbdeefe1b9273e301f323819247d9f170860298c949f82eecfdf2977514fcc4",
+        sha256: "f9452cfb0e6c16cb0834a99a7c0dffb0c3de3df95dfe2fece8f764a70cbf5efc",
     },
     Embedded {
         id: "light_fill",
@@ -3425,19 +3479,31 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shadow-constant-opaque",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow.wgsl"),
-        sha256: "b29e5d2d3204cb74675077658f86d29eeb0aadad45cef8fe6b2d2d3cb435347c",
+        sha256: "4d213b36ce2acbe422f0ee5ccfadf22a97a25f2fa30ab7a378e217c7279a965d",
+    },
+    Embedded {
+        id: "shadow-detailed-cutout",
+        pass: shadow::PASS,
+        text: include_str!("../wgsl/shadow-material_detailed-opacity_cutout.wgsl"),
+        sha256: "9370a775c4a4894badc691be86a6a02aa3fcb500dbdf7334bcdf8c6d965becb3",
+    },
+    Embedded {
+        id: "shadow-detailed-opaque",
+        pass: shadow::PASS,
+        text: include_str!("../wgsl/shadow-material_detailed.wgsl"),
+        sha256: "19ef327a627aa23cb946935f36445d2a6a04ae5e7e319cd06d1c3d84f5c296d6",
     },
     Embedded {
         id: "shadow-textured-cutout",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-material_textured-opacity_cutout.wgsl"),
-        sha256: "a6f28e07ec2aa137fbfa8590a20152fd048a30f08d996476a3d19f6e6c822790",
+        sha256: "03e68d0df59db4ae148a417dbb04c2e404d72e9d2eac0446d392fa93f6c6d9f5",
     },
     Embedded {
         id: "shadow-textured-opaque",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-material_textured.wgsl"),
-        sha256: "1b14de45f261a7fe389870a5ee434149f9139fead2e682f3b35589f42dda7104",
+        sha256: "e18f7d5250e12da2fbf9b729047bd36469b104aa3c3cd71f1de2913b09472d11",
     },
     Embedded {
         id: "sort_count",
@@ -3461,19 +3527,31 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "surface-constant-opaque",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface.wgsl"),
-        sha256: "e3debf77e6af0ded330add2c6b9c087f039cd592e24bb53b5fbe11c5b728ca34",
+        sha256: "d4be8e4d736770c106486bd9b0a826851aba39172fa29a03b69e9c9dc261b818",
+    },
+    Embedded {
+        id: "surface-detailed-cutout",
+        pass: surface::PASS,
+        text: include_str!("../wgsl/surface-material_detailed-opacity_cutout.wgsl"),
+        sha256: "e37e1f524b9f118ad1fd37a532252d93d4c6a1ccd028259e73c58d8c7b5797c4",
+    },
+    Embedded {
+        id: "surface-detailed-opaque",
+        pass: surface::PASS,
+        text: include_str!("../wgsl/surface-material_detailed.wgsl"),
+        sha256: "61a449f38db3f934454ab2de698590c759df11d23b79d422c6f2bccc98f9c6f6",
     },
     Embedded {
         id: "surface-textured-cutout",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-material_textured-opacity_cutout.wgsl"),
-        sha256: "b50552210dad6b5213a688f45077a9f13911ceb25959f22ded981554c645862a",
+        sha256: "c136ab2c475535ad56367dbfaf347d88d50f768c5fa403d105847e9671967504",
     },
     Embedded {
         id: "surface-textured-opaque",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-material_textured.wgsl"),
-        sha256: "613c4c825eeabf9e3f924049003f2e839da406f3e13617c56de37cb7fd8d036c",
+        sha256: "bb798c01b03679b1aeb77c46b9b5a23c9753e5269e0365dfe16f8ece09ce6ee6",
     },
 ];
 /// What a host has to know of a variant to make a pipeline of it.
@@ -4837,17 +4915,20 @@ pub enum Material {
     Constant,
     /// From the material times its textures.
     Textured,
+    /// From the material times its textures, each at one of two sets of texture coordinates, times the colours of vertices; normals by a normal map.
+    Detailed,
 }
 impl Material {
     /// The name of the axis.
     pub const AXIS: &str = "material";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 2] = [Self::Constant, Self::Textured];
+    pub const ALL: [Self; 3] = [Self::Constant, Self::Textured, Self::Detailed];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Constant => "constant",
             Self::Textured => "textured",
+            Self::Detailed => "detailed",
         }
     }
 }
@@ -5508,8 +5589,65 @@ pub mod surface {
         &[super::uniform(0, wgpu::ShaderStages::FRAGMENT, 48)],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_view"], &["sglow_material"]];
-    /// `surface-textured-cutout`, `surface-textured-opaque`.
+    /// `surface-detailed-cutout`, `surface-detailed-opaque`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(
+                0,
+                wgpu::ShaderStages::VERTEX.union(wgpu::ShaderStages::FRAGMENT),
+                96,
+            ),
+        ],
+        &[
+            super::uniform(0, wgpu::ShaderStages::FRAGMENT, 192),
+            super::sampler(
+                1,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(5, wgpu::ShaderStages::VERTEX, true, 24),
+            super::texture(
+                6,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &["sglow_view"],
+        &[
+            "sglow_material",
+            "sglow_material_sampler",
+            "sglow_base_color_texture",
+            "sglow_metallic_roughness_texture",
+            "sglow_vertex_details",
+            "sglow_normal_texture",
+        ],
+    ];
+    /// `surface-textured-cutout`, `surface-textured-opaque`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(
                 0,
@@ -5544,7 +5682,7 @@ pub mod surface {
             ),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[
+    pub(super) const NAMES_2: &[&[&str]] = &[
         &["sglow_view"],
         &[
             "sglow_material",
@@ -5622,8 +5760,45 @@ pub mod shadow {
         &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_view"]];
-    /// `shadow-textured-cutout`.
+    /// `shadow-detailed-cutout`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
+        &[
+            super::uniform(0, wgpu::ShaderStages::FRAGMENT, 192),
+            super::sampler(
+                1,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(5, wgpu::ShaderStages::VERTEX, true, 24),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &["sglow_view"],
+        &[
+            "sglow_material",
+            "sglow_material_sampler",
+            "sglow_base_color_texture",
+            "sglow_vertex_details",
+        ],
+    ];
+    /// `shadow-detailed-opaque`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
+        &[super::storage(5, wgpu::ShaderStages::VERTEX, true, 24)],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[&["sglow_view"], &["sglow_vertex_details"]];
+    /// `shadow-textured-cutout`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[
             super::uniform(0, wgpu::ShaderStages::FRAGMENT, 144),
@@ -5643,7 +5818,7 @@ pub mod shadow {
             ),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[
+    pub(super) const NAMES_3: &[&[&str]] = &[
         &["sglow_view"],
         &["sglow_material", "sglow_material_sampler", "sglow_base_color_texture"],
     ];
@@ -5717,8 +5892,80 @@ pub mod emission {
         &[super::uniform(0, wgpu::ShaderStages::FRAGMENT, 48)],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_view"], &["sglow_material"]];
-    /// `emission-textured-cutout`.
+    /// `emission-detailed-cutout`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
+        &[
+            super::uniform(0, wgpu::ShaderStages::FRAGMENT, 192),
+            super::sampler(
+                1,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(5, wgpu::ShaderStages::VERTEX, true, 24),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &["sglow_view"],
+        &[
+            "sglow_material",
+            "sglow_material_sampler",
+            "sglow_base_color_texture",
+            "sglow_emission_texture",
+            "sglow_vertex_details",
+        ],
+    ];
+    /// `emission-detailed-opaque`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
+        &[
+            super::uniform(0, wgpu::ShaderStages::FRAGMENT, 192),
+            super::sampler(
+                1,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(5, wgpu::ShaderStages::VERTEX, true, 24),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &["sglow_view"],
+        &[
+            "sglow_material",
+            "sglow_material_sampler",
+            "sglow_emission_texture",
+            "sglow_vertex_details",
+        ],
+    ];
+    /// `emission-textured-cutout`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[
             super::uniform(0, wgpu::ShaderStages::FRAGMENT, 144),
@@ -5747,7 +5994,7 @@ pub mod emission {
             ),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[
+    pub(super) const NAMES_3: &[&[&str]] = &[
         &["sglow_view"],
         &[
             "sglow_material",
@@ -5757,7 +6004,7 @@ pub mod emission {
         ],
     ];
     /// `emission-textured-opaque`.
-    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[
             super::uniform(0, wgpu::ShaderStages::FRAGMENT, 144),
@@ -5777,7 +6024,7 @@ pub mod emission {
             ),
         ],
     ];
-    pub(super) const NAMES_2: &[&[&str]] = &[
+    pub(super) const NAMES_4: &[&[&str]] = &[
         &["sglow_view"],
         &["sglow_material", "sglow_material_sampler", "sglow_emission_texture"],
     ];
@@ -12819,6 +13066,65 @@ const _: () = {
 };
 /// A metallic-roughness material.
 ///
+/// `SglowMaterial` of the variants with material = detailed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowMaterialDetailed {
+    /// `vec4<f32>` at byte 0.
+    pub base_color: [f32; 4],
+    /// `vec3<f32>` at byte 16.
+    pub emission: [f32; 3],
+    /// Perceptual roughness, 0 to 1; roughness alpha is its square. (`f32` at byte 28)
+    pub roughness: f32,
+    /// 0 to 1. (`f32` at byte 32)
+    pub metallic: f32,
+    /// Specular reflectance of the dielectric at normal incidence, 0 to 1. (`f32` at byte 36)
+    pub dielectric: f32,
+    /// A texel whose opacity is less is cut out. (`f32` at byte 40)
+    pub alpha_cutoff: f32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are the second ones, which a detailed material has. (`array<vec4<f32>, 2>` at byte 48)
+    pub base_color_coordinates: [[f32; 4]; 2],
+    /// `array<vec4<f32>, 2>` at byte 80.
+    pub metallic_roughness_coordinates: [[f32; 4]; 2],
+    /// `array<vec4<f32>, 2>` at byte 112.
+    pub emission_coordinates: [[f32; 4]; 2],
+    /// `array<vec4<f32>, 2>` at byte 144.
+    pub normal_coordinates: [[f32; 4]; 2],
+    /// What x and y of the normal map are multiplied with; 0 without one. (`f32` at byte 176)
+    pub normal_scale: f32,
+    /// 1 where vertices have colours, else 0. (`u32` at byte 180)
+    pub colored: u32,
+    /// Not read by the shaders.
+    pub _padding_1: [u8; 8],
+}
+impl Default for SglowMaterialDetailed {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowMaterialDetailed>(), 192);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, base_color), 0);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, emission), 16);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, roughness), 28);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, metallic), 32);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, dielectric), 36);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, alpha_cutoff), 40);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, base_color_coordinates), 48);
+    equal(
+        core::mem::offset_of!(SglowMaterialDetailed, metallic_roughness_coordinates),
+        80,
+    );
+    equal(core::mem::offset_of!(SglowMaterialDetailed, emission_coordinates), 112);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, normal_coordinates), 144);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, normal_scale), 176);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, colored), 180);
+};
+/// A metallic-roughness material.
+///
 /// `SglowMaterial` of the variants with material = textured.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -12837,7 +13143,7 @@ pub struct SglowMaterialTextured {
     pub alpha_cutoff: f32,
     /// Not read by the shaders.
     pub _padding_0: [u8; 4],
-    /// Rows (a, b, c, unused) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform). (`array<vec4<f32>, 2>` at byte 48)
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are the second ones, which a detailed material has. (`array<vec4<f32>, 2>` at byte 48)
     pub base_color_coordinates: [[f32; 4]; 2],
     /// `array<vec4<f32>, 2>` at byte 80.
     pub metallic_roughness_coordinates: [[f32; 4]; 2],
@@ -13214,6 +13520,29 @@ impl Default for SglowTreeParameters {
 const _: () = {
     equal(size_of::<SglowTreeParameters>(), 4);
     equal(core::mem::offset_of!(SglowTreeParameters, count), 0);
+};
+/// What few vertices have.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowVertexDetail {
+    /// A second set of texture coordinates. (`vec2<f32>` at byte 0)
+    pub uv: [f32; 2],
+    /// Red and green, blue and opacity, as pairs of halves. (`vec2<u32>` at byte 8)
+    pub color: [u32; 2],
+    /// x and y, z and w of the tangent, as pairs of 16-bit signed normalised integers. (`vec2<u32>` at byte 16)
+    pub tangent: [u32; 2],
+}
+impl Default for SglowVertexDetail {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowVertexDetail>(), 24);
+    equal(core::mem::offset_of!(SglowVertexDetail, uv), 0);
+    equal(core::mem::offset_of!(SglowVertexDetail, color), 8);
+    equal(core::mem::offset_of!(SglowVertexDetail, tangent), 16);
 };
 /// A camera, or the view of a light.
 #[repr(C)]
