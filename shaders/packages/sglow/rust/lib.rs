@@ -3753,11 +3753,37 @@ macro_rules! settings {
         pub const AXES : & 'static [& 'static str] = & ["cut", "density", "diffuse",
         "draw", "emitter", "filter", "kernel", "light", "lobes", "ndf", "output",
         "precision", "sharpness", "solver", "space", "specular", "specular_power",
-        "variance", "visibility"]; #[doc = r" The names of the parameters."] pub const
-        PARAMETERS : & 'static [& 'static str] = & ["bias_scale", "camera_lights",
-        "emission_sharpness", "fill_levels", "iterations", "large_steps", "lights",
-        "map", "mutations", "near_scale", "seed", "shadow_points", "size_factor",
-        "small_step", "splat_reach", "tile", "tolerance"]; #[doc =
+        "variance", "visibility"]; #[doc =
+        r" The axes by which methods are compared; the others are what the scene or the host has."]
+        pub const COMPARED : & 'static [& 'static str] = & ["cut", "density", "diffuse",
+        "draw", "emitter", "filter", "kernel", "lobes", "ndf", "precision", "sharpness",
+        "solver", "space", "specular", "specular_power", "variance", "visibility"]; #[doc
+        =
+        r" The names of the values on an axis, in the library's order; none if there is no such axis."]
+        pub fn values(axis : & str) -> & 'static [& 'static str] { match axis { "cut" =>
+        & ["none", "tile"], "density" => & ["power", "reflectance", "bidirectional"],
+        "diffuse" => & ["none", "constant", "gaussian", "logistic", "erf", "fitted",
+        "fitted_fine"], "draw" => & ["warped", "metropolis"], "emitter" => & ["lobe",
+        "cosine", "cosine_convolved", "cosine_quadratic", "disc"], "filter" => &
+        ["exact", "hardware"], "kernel" => & ["previous", "modified"], "light" => &
+        ["spot", "directional", "point", "camera"], "lobes" => & ["diffuse", "both"],
+        "ndf" => & ["none", "ggx", "beckmann"], "output" => & ["rgba32float",
+        "rgba16float"], "precision" => & ["f32", "f16"], "sharpness" => & ["toksvig",
+        "banerjee", "exact"], "solver" => & ["none", "bisection", "bracketed"], "space"
+        => & ["none", "image", "world", "tree"], "specular" => & ["none", "sg", "asg",
+        "asg_flat", "asg_product", "ndf_filtered", "ndf_filtered_2024"], "specular_power"
+        => & ["f0", "albedo"], "variance" => & ["trace", "planar"], "visibility" => &
+        ["none", "shadow_map", "imperfect"], _ => & [], } } #[doc =
+        r" The same with the values that follow from others in every frame."] #[must_use]
+        pub fn followed(mut self) -> Self { self.solver = if matches!(self.kernel,
+        $crate::Kernel::Previous) { $crate::Solver::None } else { self.solver }; self
+        .specular_power = if matches!(self.lobes, $crate::Lobes::Diffuse) {
+        $crate::SpecularPower::F0 } else { self.specular_power }; self } #[doc =
+        r" The names of the parameters."] pub const PARAMETERS : & 'static [& 'static
+        str] = & ["bias_scale", "camera_lights", "emission_sharpness", "fill_levels",
+        "iterations", "large_steps", "lights", "map", "mutations", "near_scale", "seed",
+        "shadow_points", "size_factor", "small_step", "splat_reach", "tile",
+        "tolerance"]; #[doc =
         r" The name of the value on an axis; nothing if there is no such axis."] pub fn
         axis(& self, name : & str) -> Option < & 'static str > { Some(match name { "cut"
         => self.cut.name(), "density" => self.density.name(), "diffuse" => self.diffuse
@@ -3824,7 +3850,65 @@ macro_rules! settings {
         self.small_step = number).is_ok(), "splat_reach" => text.parse().map(| number |
         self.splat_reach = number).is_ok(), "tile" => text.parse().map(| number | self
         .tile = number).is_ok(), "tolerance" => text.parse().map(| number | self
-        .tolerance = number).is_ok(), _ => return None, }) } }
+        .tolerance = number).is_ok(), _ => return None, }) } } impl From < & $name > for
+        $crate::moments::Moments { fn from(settings : & $name) -> Self { Self { light :
+        settings.light, lobes : settings.lobes, specular_power : if matches!(settings
+        .lobes, $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power }, sharpness : settings.sharpness, precision : settings.precision
+        } } } impl From < & $name > for $crate::density::Density { fn from(settings : &
+        $name) -> Self { Self { density : settings.density, importance : if !
+        (matches!(settings.density, $crate::Density::Bidirectional)) {
+        $crate::Importance::None } else { if matches!(settings.emitter,
+        $crate::Emitter::Lobe) { $crate::Importance::Lobe } else {
+        $crate::Importance::Cosine } }, lobes : settings.lobes, specular_power : if
+        matches!(settings.lobes, $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 }
+        else { settings.specular_power } } } } impl From < & $name > for
+        $crate::sample::Sample { fn from(settings : & $name) -> Self { Self { draw :
+        settings.draw, kernel : settings.kernel, solver : if matches!(settings.kernel,
+        $crate::Kernel::Previous) { $crate::Solver::None } else { settings.solver },
+        filter : settings.filter, variance : settings.variance, sharpness : settings
+        .sharpness, lobes : settings.lobes, precision : settings.precision } } } impl
+        From < & $name > for $crate::centres::Centres { fn from(settings : & $name) ->
+        Self { Self { draw : settings.draw, space : settings.space } } } impl From < &
+        $name > for $crate::cluster_codes::ClusterCodes { fn from(settings : & $name) ->
+        Self { Self { space : settings.space } } } impl From < & $name > for
+        $crate::cluster_assign::ClusterAssign { fn from(settings : & $name) -> Self {
+        Self { space : settings.space } } } impl From < & $name > for
+        $crate::cluster_sum::ClusterSum { fn from(settings : & $name) -> Self { Self {
+        light : settings.light, variance : settings.variance, sharpness : settings
+        .sharpness, lobes : settings.lobes, specular_power : if matches!(settings.lobes,
+        $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power } } } } impl From < & $name > for $crate::cut_lit::CutLit { fn
+        from(settings : & $name) -> Self { Self { light : settings.light, lobes :
+        settings.lobes, specular_power : if matches!(settings.lobes,
+        $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power } } } } impl From < & $name > for $crate::cut_leaves::CutLeaves {
+        fn from(settings : & $name) -> Self { Self { light : settings.light, lobes :
+        settings.lobes, specular_power : if matches!(settings.lobes,
+        $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power }, sharpness : settings.sharpness } } } impl From < & $name > for
+        $crate::cut_sums::CutSums { fn from(settings : & $name) -> Self { Self { lobes :
+        settings.lobes } } } impl From < & $name > for $crate::cut_tree::CutTree { fn
+        from(settings : & $name) -> Self { Self { lobes : settings.lobes } } } impl From
+        < & $name > for $crate::cut_lights::CutLights { fn from(settings : & $name) ->
+        Self { Self { variance : settings.variance, sharpness : settings.sharpness, lobes
+        : settings.lobes, precision : settings.precision, cut : settings.cut } } } impl
+        From < & $name > for $crate::cut_nodes::CutNodes { fn from(settings : & $name) ->
+        Self { Self { variance : settings.variance, sharpness : settings.sharpness, lobes
+        : settings.lobes, precision : settings.precision } } } impl From < & $name > for
+        $crate::check::Check { fn from(settings : & $name) -> Self { Self { lobes :
+        settings.lobes, precision : settings.precision } } } impl From < & $name > for
+        $crate::light_shadow::LightShadow { fn from(settings : & $name) -> Self { Self {
+        lobes : settings.lobes, precision : settings.precision } } } impl From < & $name
+        > for $crate::light_points::LightPoints { fn from(settings : & $name) -> Self {
+        Self { lobes : settings.lobes, precision : settings.precision } } } impl From < &
+        $name > for $crate::shade::Shade { fn from(settings : & $name) -> Self { Self {
+        emitter : settings.emitter, diffuse : settings.diffuse, specular : settings
+        .specular, ndf : settings.ndf, lobes : settings.lobes, precision : settings
+        .precision, visibility : settings.visibility, output : settings.output, cut :
+        settings.cut } } } impl From < & $name > for $crate::direct::Direct { fn
+        from(settings : & $name) -> Self { Self { light : settings.light, ndf : settings
+        .ndf, output : settings.output } } }
     };
 }
 /// The names of what the frame declares.
@@ -3849,7 +3933,13 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const BOXES: &str = "boxes";
         /// A resource of the part `lights`.
+        pub const BRANCHES: &str = "branches";
+        /// A resource of the part `lights`.
+        pub const CAMERA_BLOCKS: &str = "camera_blocks";
+        /// A resource of the part `lights`.
         pub const CAMERA_BOXES: &str = "camera_boxes";
+        /// A resource of the part `lights`.
+        pub const CAMERA_BRANCHES: &str = "camera_branches";
         /// A resource of the part `lights`.
         pub const CAMERA_CENTRES: &str = "camera_centres";
         /// A resource of the part `lights`.
@@ -3865,17 +3955,61 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const CAMERA_CODES_SORTED: &str = "camera_codes_sorted";
         /// A resource of the part `lights`.
+        pub const CAMERA_CODES_SORTED_0: &str = "camera_codes_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_SORTED_1: &str = "camera_codes_sorted.1";
+        /// A resource of the part `lights`.
         pub const CAMERA_CODES_VALUES: &str = "camera_codes_values";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_VALUES_0: &str = "camera_codes_values.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_VALUES_1: &str = "camera_codes_values.1";
+        /// A resource of the part `lights`.
+        pub const CAMERA_COSTS: &str = "camera_costs";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CUT_VSGLS: &str = "camera_cut_vsgls";
         /// A resource of the part `lights`.
         pub const CAMERA_DENSITY: &str = "camera_density";
         /// A resource of the part `lights`.
         pub const CAMERA_KERNELS: &str = "camera_kernels";
         /// A resource of the part `lights`.
+        pub const CAMERA_LEAF_COUNT: &str = "camera_leaf_count";
+        /// A resource of the part `lights`.
         pub const CAMERA_LEAVES: &str = "camera_leaves";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_BOX: &str = "camera_leaves_box";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_COUNTS: &str = "camera_leaves_counts";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_KEYS: &str = "camera_leaves_keys";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_SORTED_0: &str = "camera_leaves_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_SORTED_1: &str = "camera_leaves_sorted.1";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_VALUES_0: &str = "camera_leaves_values.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_VALUES_1: &str = "camera_leaves_values.1";
         /// A resource of the part `lights`.
         pub const CAMERA_MOMENTS: &str = "camera_moments";
         /// A resource of the part `lights`.
+        pub const CAMERA_NODES: &str = "camera_nodes";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_COUNTS: &str = "camera_nodes_counts";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_KEYS: &str = "camera_nodes_keys";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_SORTED_0: &str = "camera_nodes_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_SORTED_1: &str = "camera_nodes_sorted.1";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_VALUES_0: &str = "camera_nodes_values.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_VALUES_1: &str = "camera_nodes_values.1";
+        /// A resource of the part `lights`.
         pub const CAMERA_PARENTS: &str = "camera_parents";
+        /// A resource of the part `lights`.
+        pub const CAMERA_ROOTS: &str = "camera_roots";
         /// A resource of the part `lights`.
         pub const CAMERA_STARTS: &str = "camera_starts";
         /// A resource of the part `lights`.
@@ -3885,7 +4019,15 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const CAMERA_TEXELS_SORTED: &str = "camera_texels_sorted";
         /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_SORTED_0: &str = "camera_texels_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_SORTED_1: &str = "camera_texels_sorted.1";
+        /// A resource of the part `lights`.
         pub const CAMERA_TEXELS_VALUES: &str = "camera_texels_values";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_VALUES_0: &str = "camera_texels_values.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_VALUES_1: &str = "camera_texels_values.1";
         /// A resource of the part `lights`.
         pub const CAMERA_TRILINEAR: &str = "camera_trilinear";
         /// A resource of the part `lights`.
@@ -3905,9 +4047,19 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const CODES_SORTED: &str = "codes_sorted";
         /// A resource of the part `lights`.
+        pub const CODES_SORTED_0: &str = "codes_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CODES_SORTED_1: &str = "codes_sorted.1";
+        /// A resource of the part `lights`.
         pub const CODES_VALUES: &str = "codes_values";
         /// A resource of the part `lights`.
+        pub const CODES_VALUES_0: &str = "codes_values.0";
+        /// A resource of the part `lights`.
+        pub const CODES_VALUES_1: &str = "codes_values.1";
+        /// A resource of the part `lights`.
         pub const COSTS: &str = "costs";
+        /// A resource of the part `lights`.
+        pub const CUT_VSGLS: &str = "cut_vsgls";
         /// A resource of the part `lights`.
         pub const DENSITY: &str = "density";
         /// A resource of the part `shading`.
@@ -3941,7 +4093,15 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const LEAVES_SORTED: &str = "leaves_sorted";
         /// A resource of the part `lights`.
+        pub const LEAVES_SORTED_0: &str = "leaves_sorted.0";
+        /// A resource of the part `lights`.
+        pub const LEAVES_SORTED_1: &str = "leaves_sorted.1";
+        /// A resource of the part `lights`.
         pub const LEAVES_VALUES: &str = "leaves_values";
+        /// A resource of the part `lights`.
+        pub const LEAVES_VALUES_0: &str = "leaves_values.0";
+        /// A resource of the part `lights`.
+        pub const LEAVES_VALUES_1: &str = "leaves_values.1";
         /// A resource of the part `visibility`.
         pub const LIGHT_MAPS: &str = "light_maps";
         /// A resource of the part `lights`.
@@ -3955,7 +4115,15 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const NODES_SORTED: &str = "nodes_sorted";
         /// A resource of the part `lights`.
+        pub const NODES_SORTED_0: &str = "nodes_sorted.0";
+        /// A resource of the part `lights`.
+        pub const NODES_SORTED_1: &str = "nodes_sorted.1";
+        /// A resource of the part `lights`.
         pub const NODES_VALUES: &str = "nodes_values";
+        /// A resource of the part `lights`.
+        pub const NODES_VALUES_0: &str = "nodes_values.0";
+        /// A resource of the part `lights`.
+        pub const NODES_VALUES_1: &str = "nodes_values.1";
         /// A resource of the part `visibility`.
         pub const OCCLUDER_INDICES: &str = "occluder_indices";
         /// A resource of the part `visibility`.
@@ -3968,6 +4136,8 @@ pub mod frame {
         pub const POINTS: &str = "points";
         /// A resource of the part `picture`.
         pub const RADIANCE: &str = "radiance";
+        /// A resource of the part `lights`.
+        pub const ROOTS: &str = "roots";
         /// A resource of the part `surfaces`.
         pub const RSM_BASE_COLOR: &str = "rsm_base_color";
         /// A resource of the part `surfaces`.
@@ -3991,7 +4161,15 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const TEXELS_SORTED: &str = "texels_sorted";
         /// A resource of the part `lights`.
+        pub const TEXELS_SORTED_0: &str = "texels_sorted.0";
+        /// A resource of the part `lights`.
+        pub const TEXELS_SORTED_1: &str = "texels_sorted.1";
+        /// A resource of the part `lights`.
         pub const TEXELS_VALUES: &str = "texels_values";
+        /// A resource of the part `lights`.
+        pub const TEXELS_VALUES_0: &str = "texels_values.0";
+        /// A resource of the part `lights`.
+        pub const TEXELS_VALUES_1: &str = "texels_values.1";
         /// A resource of the part `lights`.
         pub const TRILINEAR: &str = "trilinear";
         /// A resource of the part `lights`.
