@@ -493,7 +493,7 @@ fn a_variant_that_prunes_too_much_is_noticed() {
     let scene = scene(needs);
     let settings = pruned(&scene);
     let complete = render(&scene, &Settings { complete: true, ..base() }, &Package::embedded());
-    let package = broken(&settings.shade().id(), "diffuse *= surface.diffuse;", "");
+    let package = broken(&settings.shade().id(), "reflected.diffuse *= surface.diffuse;", "");
     assert_eq!(difference(&render(&scene, &settings, &package), &complete), Some("radiance"));
 
     // A specular scene without its specular lobe.

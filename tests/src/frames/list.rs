@@ -313,6 +313,12 @@ fn cuts(list: &mut List) {
     for lights in [1, 448] {
         list.one(format!("cut=tile lights={lights}"), Settings { lights, ..base.clone() });
     }
+    for sharpness in [Sharpness::Toksvig, Sharpness::Banerjee] {
+        let name = format!("cut=tile sharpness={sharpness}");
+        list.one(name, Settings { sharpness, ..base.clone() });
+    }
+    let variance = Variance::Planar;
+    list.one("cut=tile variance=planar", Settings { variance, ..base.clone() });
     for tolerance in [0.0, 0.1] {
         let name = format!("cut=tile tolerance={tolerance}");
         list.one(name, Settings { tolerance, ..base.clone() });
