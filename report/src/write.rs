@@ -61,12 +61,7 @@ pub fn probe(folder: &Path) -> Result {
 /// When something else is in its place, it may not be written, or it holds files and no package.
 pub fn probe_package(out: &Path) -> Result {
     probe(out)?;
-    let files = fs::read_dir(out).map_or(0, Iterator::count);
-    if files == 0 || out.join("manifest.json").is_file() {
-        return Ok(());
-    }
-    Err(Failure::new(format!("{}: the folder has files and is no package", out.display()))
-        .help("name a new or empty folder, or one that a package was written to before"))
+    Ok(sglow_shader_gen::package::claim(out)?)
 }
 
 fn persist(file: NamedTempFile, path: &Path) -> Result {
@@ -158,10 +153,13 @@ mod tests {
         probe_package(folder.path()).unwrap();
         probe_package(&folder.path().join("new")).unwrap();
         fs::write(folder.path().join("README.md"), "mine").unwrap();
-        let text = probe_package(folder.path()).unwrap_err().to_string();
-        assert!(text.contains("is no package"), "{text}");
-        fs::write(folder.path().join("manifest.json"), "{}").unwrap();
-        probe_package(folder.path()).unwrap();
+        for manifest in [None, Some("{}"), Some(r#"{ "manifest_version": 3, "name": "tabs" }"#)] {
+            for text in manifest {
+                fs::write(folder.path().join("manifest.json"), text).unwrap();
+            }
+            let text = probe_package(folder.path()).unwrap_err().to_string();
+            assert!(text.contains("would replace files"), "{text}");
+        }
         assert!(probe_package(&folder.path().join("README.md")).is_err());
     }
 }

@@ -1,20 +1,24 @@
 //! A package: the files of a set of variants, written beside their place and renamed.
 
+mod exchange;
 mod folder;
 mod json;
 mod text;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+pub use sglow_seal::Fault;
+use sglow_seal::{MANIFEST, SUMS, at, read_if_there};
 
-pub use self::folder::{Change, Difference, Outcome, compare, verify_hashes, write};
-use self::folder::{SUMS, read_if_there, remember, remembered};
+pub use self::folder::{Change, Difference, Outcome, claim, compare, verify_hashes, write};
+use self::folder::{mend, remember, remembered};
 pub use self::json::json;
 use crate::bindings;
 use crate::emit::{spirv, wgsl};
@@ -161,16 +165,35 @@ pub enum Error {
     #[error("the manifest cannot be written: {0}")]
     Manifest(#[from] serde_json::Error),
     /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    File {
-        /// The file.
+    #[error(transparent)]
+    File(#[from] Fault),
+    /// The folder has somebody else's files.
+    #[error("{}: a package would replace files of this folder: {why}; name a new or empty one", path.display())]
+    NotOurs {
+        /// The folder.
         path: PathBuf,
-        /// Why.
-        source: io::Error,
+        /// What it is instead of a package.
+        why: String,
+    },
+    /// Another package than the committed one would take its place.
+    #[error("{}: this would replace the committed package by another one; name another folder", path.display())]
+    Committed {
+        /// The folder.
+        path: PathBuf,
     },
     /// The folder is not what would be written.
-    #[error("the package is not what its sources make; run `cargo xtask gen-shaders`:\n{}", lines(.0))]
+    #[error("the package is not what its sources make; {}:\n{}", advice(.0), lines(.0))]
     Differs(Vec<Difference>),
+}
+
+/// What mends differences.
+fn advice(differences: &[Difference]) -> &'static str {
+    let extra = |one: &&Difference| one.change == Change::Extra;
+    match differences.iter().filter(extra).count() {
+        0 => "run `cargo xtask gen-shaders`",
+        count if count == differences.len() => "remove what is not part of it",
+        _ => "remove what is not part of it and run `cargo xtask gen-shaders`",
+    }
 }
 
 fn lines(items: &[impl fmt::Display]) -> String {
@@ -204,8 +227,13 @@ pub fn generate(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Outcome, Error> {
     let folder = if library.is_dir() { library } else { library.parent().unwrap_or(library) };
-    let changelog = read_if_there(&folder.join("CHANGELOG.md"))?;
+    let path = folder.join("CHANGELOG.md");
+    let changelog = read_if_there(&path)?.map(String::from_utf8).transpose();
+    let changelog = changelog.map_err(|wrong| at(&path)(io::Error::other(wrong)))?;
     let library = Library::load_with(library, &options.over)?;
+    if !options.check {
+        settle(folder, &library, options)?;
+    }
     let variants = options.variants.clone().unwrap_or_else(|| library.selected());
     let source = source_hash(&library, &variants, changelog.as_deref(), &options.targets);
     let source = match &options.purpose {
@@ -239,6 +267,24 @@ pub fn generate(
         if options.check { compare(&options.out, &files) } else { write(&options.out, &files) }?;
     remember(options, &source, &files)?;
     Ok(outcome)
+}
+
+/// Makes sure, before the work, that the package may take the place of what is in its folder, and mends what a run that was
+/// cut off left there. The folder of the package that a library commits is its own, whatever has become of the files in it,
+/// and takes no other package.
+fn settle(folder: &Path, library: &Library, options: &Options) -> Result<(), Error> {
+    mend(&options.out)?;
+    let real = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let committed = folder.join("packages").join(&library.package.name);
+    if real(&committed) != real(&options.out) {
+        return claim(&options.out);
+    }
+    let usual = Options::new(&options.out);
+    let is_usual = options.variants.is_none()
+        && options.purpose.is_none()
+        && options.over.is_empty()
+        && options.targets == usual.targets;
+    if is_usual { Ok(()) } else { Err(Error::Committed { path: options.out.clone() }) }
 }
 
 // ---------------------------------------------------------------- in memory
@@ -370,7 +416,7 @@ pub fn build(
     for (name, text) in text::licenses(library)? {
         files.insert(name.to_owned(), text.into_bytes());
     }
-    files.insert("manifest.json".to_owned(), json(&manifest)?);
+    files.insert(MANIFEST.to_owned(), json(&manifest)?);
     files.insert("omitted.json".to_owned(), json(&Omissions::of(parts.variants))?);
     files.insert("manifest.schema.json".to_owned(), json(&manifest::schema())?);
     if !library.examples.is_empty() {

@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         }
     };
     if !arguments.check {
-        write::probe_package(&out)?;
+        write::probe(&out)?;
     }
     let mut options = Options::new(out);
     options.check = arguments.check;
