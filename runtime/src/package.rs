@@ -238,13 +238,11 @@ impl Package {
             let part = parts.iter().find(|part| part.target == "wgsl");
             // Taken, so that no two variants have one file.
             let text = part.and_then(|part| String::from_utf8(files.remove(&part.path)?).ok());
-            let wrong = match &text {
-                None => Some(format!("variant '{id}' has no WGSL file of its own")),
-                Some(text) => {
-                    interface.missing(text).map(|what| format!("variant '{id}' has no {what}"))
-                }
-            };
-            errors.extend(wrong.map(no_manifest));
+            let missing = || text.as_ref().and_then(|text| interface.missing(text));
+            let missing =
+                text.is_none().then(|| "WGSL file of its own".to_owned()).or_else(missing);
+            let no_part = |what| no_manifest(format!("variant '{id}' has no {what}"));
+            errors.extend(missing.map(no_part));
             texts.extend(text.map(|text| (id.clone(), text)));
         }
         if !errors.is_empty() {

@@ -377,8 +377,9 @@ pub fn build(
     targets: &BTreeSet<Target>,
 ) -> Result<BTreeMap<String, Vec<u8>>, Error> {
     let library = parts.library;
-    let results: Vec<_> =
-        parts.variants.par_iter().map(|validated| one(library, validated, targets)).collect();
+    let results: Vec<_> = generate::deep(|| {
+        parts.variants.par_iter().map(|validated| one(library, validated, targets)).collect()
+    });
     let (mut written, mut errors) = (Vec::new(), Vec::new());
     for (validated, result) in parts.variants.iter().zip(results) {
         match result {

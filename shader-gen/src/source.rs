@@ -79,7 +79,7 @@ impl Sources {
 const LARGEST: u64 = 8 << 20;
 
 /// Files and folders that a folder of sources has at most.
-const MOST: usize = 100_000;
+const MOST: usize = 10_000;
 
 /// Whether a path that a file names stays in its folder, on every system.
 pub(crate) fn is_inside(path: &str) -> bool {

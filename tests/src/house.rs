@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The crates, each with those that it may use: dependencies point upwards in this list only.
-const CRATES: [(&str, &[&str]); 15] = [
+const CRATES: [(&str, &[&str]); 16] = [
     ("graph", &[]),
     ("seal", &[]),
+    ("fuzz", &[]),
     ("shader-gen", &["graph", "seal"]),
     ("shaders", &[]),
     ("start", &[]),
@@ -24,7 +25,7 @@ const CRATES: [(&str, &[&str]); 15] = [
         &["graph", "oracle", "renderer", "results", "runtime", "scene", "shader-gen", "shaders"],
     ),
     ("report", &["graph", "oracle", "results", "scene", "shader-gen"]),
-    ("consumers", &["report", "results", "shader-gen"]),
+    ("consumers", &["report", "results", "seal", "shader-gen"]),
     (
         "xtask",
         &[

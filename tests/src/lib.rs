@@ -74,6 +74,8 @@ mod plan;
 #[cfg(test)]
 mod pruning;
 #[cfg(test)]
+mod reliability;
+#[cfg(test)]
 mod shade;
 #[cfg(test)]
 mod stress;

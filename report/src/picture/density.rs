@@ -3,14 +3,17 @@
 use std::path::Path;
 
 use exr::image::{AnyChannels, FlatSamples};
-use exr::prelude::read_all_flat_layers_from_file;
 use sglow_oracle::fis::stress::Stress;
 
 use crate::failure::{Failure, Result};
+use crate::picture::file;
 use crate::picture::read::decoded;
 
 /// The seed of built-in densities: those of `report`.
 const SEED: u64 = 1;
+
+/// The sum of all texels at most: a thousandth of the largest number of 32 bits, for products with it are added up.
+const LARGEST: f64 = 3e35;
 
 /// A density of any size.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +72,12 @@ impl Density {
             }
             texels.push(luminance);
         }
+        let total: f64 = texels.iter().copied().map(f64::from).sum();
+        if total > LARGEST {
+            return Err(format!(
+                "the sum of all pixels is {total:e}, and numbers of 32 bits hold sums up to {LARGEST:e}; scale the image"
+            ));
+        }
         Ok(Self { name, size, texels })
     }
 }
@@ -76,8 +85,7 @@ impl Density {
 /// Linear pixels of the first part of an OpenEXR file that has red, green and blue, or a luminance, or one channel alone.
 fn exr_pixels(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
     let place = path.display();
-    let file = read_all_flat_layers_from_file(path)
-        .map_err(|error| Failure::new(format!("{place}: cannot read: {error}")))?;
+    let file = file::exr(path)?;
     for layer in &file.layer_data {
         let size = [layer.size.width(), layer.size.height()];
         let channels: &AnyChannels<FlatSamples> = &layer.channel_data;
@@ -156,6 +164,8 @@ mod tests {
             assert!(text.contains("pixel (3, 1)") && text.contains(shown), "{text}");
         }
         assert!(Density::of_pixels(String::new(), [0, 0], &[]).is_err());
+        let huge = |value: f32| Density::of_pixels(String::new(), [2, 1], &[[value; 3]; 2]);
+        assert!(huge(1e35).is_ok() && huge(2e35).unwrap_err().contains("sum of all pixels"));
         let zero = Density::of_pixels(String::new(), [1, 1], &[[0.0; 3]]).unwrap();
         assert_eq!(zero.texels, [0.0]);
     }

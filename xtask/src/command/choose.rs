@@ -11,7 +11,7 @@ use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::{RUNS, screening};
 use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
-use sglow_report::{failure, json, terminal, write};
+use sglow_report::{failure, json, parse, terminal, write};
 use sglow_results::frontier::choose::{Budget, kept};
 use sglow_results::frontier::document::{Configuration, Metric};
 use sglow_shader_gen::package::Target;
@@ -52,7 +52,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "METRIC", default_value_t)]
     metric: Metric,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = parse::size)]
     size: [u32; 2],
     /// The folder that receives the package
     #[arg(long, value_name = "DIR")]

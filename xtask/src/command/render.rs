@@ -12,12 +12,12 @@ use sglow_renderer::variants::Variants as _;
 use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::picture::{Layer, Picture, compare, exr, png, tone};
-use sglow_report::terminal;
+use sglow_report::{parse, terminal, write};
 use sglow_scene::Scene;
 
 use crate::options::Numbers;
 use crate::progress::Bars;
-use crate::{options, progress, say};
+use crate::{progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -60,7 +60,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     set: Vec<String>,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = parse::size)]
     size: [u32; 2],
     /// The file to write: .png for the eye, .exr with all layers in linear units
     #[arg(long, value_name = "FILE")]
@@ -69,7 +69,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LAYER", value_parser = layers())]
     layer: Option<Layer>,
     /// Exposure in stops; without it the picture's mean becomes mid-grey (.png)
-    #[arg(long, value_name = "STOPS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = parse::stops)]
     exposure: Option<f32>,
     /// Also compute the picture by brute force, and compare
     #[arg(long, value_enum, value_name = "HOW", default_value = "none")]
@@ -80,6 +80,9 @@ pub(crate) struct Arguments {
     /// A package that `gen-shaders --out` wrote [default: made from the library, every variant]
     #[arg(long, value_name = "DIR")]
     package: Option<PathBuf>,
+    /// The file that receives times and errors as JSON [default: that of the picture, with .json]
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     #[command(flatten)]
     numbers: Numbers,
 }
@@ -101,9 +104,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         return Err(Failure::new("--layer and --exposure are for .png")
             .help("an .exr holds every layer, in linear units"));
     }
-    let package = arguments.numbers.over.package(arguments.package.as_deref())?;
+    // Everything that can be known before the work.
+    let others = [beside(&arguments.out, "reference.1"), beside(&arguments.out, "comparison")];
+    let json = write::probe_pair(&arguments.out, arguments.json.as_deref(), &others)?;
     let shot = arguments.numbers.shot(&arguments.scene, &arguments.set, arguments.size)?;
     let gpu = arguments.numbers.gpu()?;
+    let package = arguments.numbers.over.package(arguments.package.as_deref())?;
     let bar = progress::spinner(format!("rendering {} on {}", shot.scene.name, gpu.adapter.name));
     let renderer = Renderer::new(&gpu, &package, &shot.scene, &shot.settings, 0)?;
     // The first frame compiles the shaders; its times are not reported.
@@ -187,7 +193,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     }
     say::line(terminal::render::passes(&times));
     say::line(format!("by {clock} on {}, {}", gpu.adapter.name, gpu.adapter.driver));
-    report.write(&arguments.out.with_extension("json"))
+    report.write(&json)?;
+    say::line(format!("{}", json.display()));
+    Ok(())
 }
 
 /// The requested reference, if any.
