@@ -42,6 +42,32 @@ pub fn factor(text: &str) -> Result<f32, String> {
     number.ok_or_else(|| format!("'{text}' is not a number above 0"))
 }
 
+/// A share, as a number or a percentage.
+///
+/// # Errors
+///
+/// What is none, negative or infinite.
+pub fn share(text: &str) -> Result<f64, String> {
+    let wrong = || format!("'{text}' is not a share such as 0.3 or 30%");
+    let (number, unit) = match text.strip_suffix('%') {
+        Some(number) => (number, 100.0),
+        None => (text, 1.0),
+    };
+    let share = number.trim().parse::<f64>().map_err(|_| wrong())? / unit;
+    if share >= 0.0 && share.is_finite() { Ok(share) } else { Err(wrong()) }
+}
+
+/// A time above 0 in milliseconds.
+///
+/// # Errors
+///
+/// What is none, or infinite.
+pub fn milliseconds(text: &str) -> Result<f64, String> {
+    let wrong = || format!("'{text}' is not a number of milliseconds above 0");
+    let time = text.parse::<f64>().map_err(|_| wrong())?;
+    if time > 0.0 && time.is_finite() { Ok(time) } else { Err(wrong()) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -60,6 +86,19 @@ mod tests {
         }
         for wrong in ["NaN", "inf", "-inf", "101", "x"] {
             assert!(stops(wrong).unwrap_err().contains(wrong), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn budgets_are_read() {
+        assert_eq!(share("30%"), Ok(0.3));
+        assert_eq!(share("0.25"), Ok(0.25));
+        for wrong in ["", "-1", "x", "%", "inf", "NaN", "1 %%"] {
+            assert!(share(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(milliseconds("1.5"), Ok(1.5));
+        for wrong in ["0", "-1", "fast", "inf", "NaN"] {
+            assert!(milliseconds(wrong).unwrap_err().contains(wrong), "{wrong}");
         }
     }
 }

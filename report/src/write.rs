@@ -141,6 +141,13 @@ pub fn probe_file(path: &Path) -> Result {
     }
 }
 
+/// `picture.png` as `picture.NAME.png`.
+#[must_use]
+pub fn named(path: &Path, name: &str) -> PathBuf {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+    path.with_extension(format!("{name}.{extension}"))
+}
+
 /// Where a command that writes `out` writes its report: to `json`, or beside `out`. Both can be written, and what else is
 /// written beside `out`.
 ///

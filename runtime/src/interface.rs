@@ -172,21 +172,8 @@ pub(crate) type Place = (u32, Scalar);
 impl Interface {
     /// An entry point or a binding that a text in WGSL lacks.
     pub(crate) fn missing(&self, text: &str) -> Option<String> {
-        let text: String = text.split_whitespace().collect();
-        let entry = |name: &&String| !text.contains(&format!("fn{name}("));
-        let bound = |one: &&Binding| {
-            let [group, number] = [("group", one.group), ("binding", one.entry.binding)]
-                .map(|(attribute, number)| format!("@{attribute}({number})"));
-            let names = [">", "var"].map(|before| format!("{before}{}:", one.name));
-            !text.split(';').any(|part| {
-                part.contains(&group)
-                    && part.contains(&number)
-                    && names.iter().any(|name| part.contains(name))
-            })
-        };
-        let entry =
-            self.entry_points.iter().find(entry).map(|name| format!("entry point '{name}'"));
-        entry.or_else(|| Some(format!("binding '{}'", self.bindings.iter().find(bound)?.name)))
+        let bound = self.bindings.iter().map(|of| (of.group, of.entry.binding, of.name.as_str()));
+        sglow_seal::missing(text, &self.entry_points, bound)
     }
 
     pub(crate) fn find_struct(&self, name: &str) -> Option<&Struct> {

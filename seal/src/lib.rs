@@ -4,6 +4,7 @@
 //! guard against an attacker, who can write hashes as well.
 
 mod file;
+mod text;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,6 +15,7 @@ use base16ct::lower::encode_string;
 use sha2::{Digest, Sha256};
 
 pub use file::{Fault, at, is_inside, listed, read_if_there};
+pub use text::missing;
 
 /// Where the hashes of all other files stand.
 pub const SUMS: &str = "SHA256SUMS";

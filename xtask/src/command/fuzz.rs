@@ -15,8 +15,7 @@ Examples:
   cargo xtask fuzz --minutes 10
   cargo xtask fuzz --minutes 60 --seed 7 --json out/fuzz.json
 
-Scenes, images, packages, libraries, overlays, settings and command lines: none may panic, overflow the stack, take longer
-than 10 s or more than 2 GB. An input that does stays in target/fuzz.";
+None may panic, overflow the stack, take longer than 10 s or more than 2 GB. An input that does stays in target/fuzz.";
 
 /// Options of `fuzz`.
 #[derive(Debug, Args)]

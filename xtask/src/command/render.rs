@@ -1,6 +1,6 @@
 //! `render`: a scene as a picture.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -105,7 +105,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             .help("an .exr holds every layer, in linear units"));
     }
     // Everything that can be known before the work.
-    let others = [beside(&arguments.out, "reference.1"), beside(&arguments.out, "comparison")];
+    let others =
+        [write::named(&arguments.out, "reference.1"), write::named(&arguments.out, "comparison")];
     let json = write::probe_pair(&arguments.out, arguments.json.as_deref(), &others)?;
     let shot = arguments.numbers.shot(&arguments.scene, &arguments.set, arguments.size)?;
     let gpu = arguments.numbers.gpu()?;
@@ -174,15 +175,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             numbers["standard_error_of_mean"] = noise.mean.into();
         }
         report.detail(key, numbers)?;
-        let path = beside(&arguments.out, "reference");
+        let path = write::named(&arguments.out, "reference");
         if exr {
             exr::write(&path, &theirs, &comment)?;
             for (half, name) in halves.iter().flatten().zip(["reference.1", "reference.2"]) {
-                exr::write(&beside(&arguments.out, name), &picture(half)?, &comment)?;
+                exr::write(&write::named(&arguments.out, name), &picture(half)?, &comment)?;
             }
         } else {
             png::write(&path, &developed(&theirs)?)?;
-            let sheet = beside(&arguments.out, "comparison");
+            let sheet = write::named(&arguments.out, "comparison");
             let scale = if lit { 0.5 * error.reference_mean as f32 } else { 1.0 };
             let difference = compare::difference(&ours_light, &theirs_light, scale)?;
             let (ours, theirs) = (developed(&ours)?, developed(&theirs)?);
@@ -214,10 +215,4 @@ fn reference(
         }
         Reference::Path => Some(paths(renderer, scene, frame, arguments.samples, &bars)?),
     })
-}
-
-/// `picture.png` as `picture.NAME.png`.
-fn beside(path: &Path, name: &str) -> PathBuf {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
-    path.with_extension(format!("{name}.{extension}"))
 }
