@@ -39,7 +39,7 @@ fn outcomes(text: &str) -> Vec<Outcome> {
         let (refused, rest) = rest.split_once(" refused, ")?;
         let (refused, taken) = (refused.parse().ok()?, rest.strip_suffix(" taken")?.parse().ok()?);
         // Whatever the test runner has printed before it on the same line.
-        let target = target.rsplit(' ').next()?.to_owned();
+        let target = target.rsplit(' ').next()?.trim_start_matches('.').to_owned();
         Some(Outcome { target, refused, taken })
     };
     text.lines().filter_map(read).collect()
@@ -66,7 +66,7 @@ pub fn run(minutes: u64, seed: u64, report: &mut Report) -> Result<Vec<Outcome>>
     ]);
     command.args(["--", "mutated", "--nocapture", "--test-threads", "1"]);
     command.current_dir(repository()).env("SGLOW_SEED", seed.to_string());
-    command.env("SGLOW_FUZZ_SECONDS", seconds.to_string());
+    command.env("RUST_BACKTRACE", "0").env("SGLOW_FUZZ_SECONDS", seconds.to_string());
     let output = command.output().context("cargo does not run")?;
     let said = String::from_utf8_lossy(&output.stdout);
     let found = outcomes(&said);
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn what_targets_print_is_read() {
-        let text = "running 2 tests\ntest no_mutated_x ... image: 12 refused, 3 taken\nok\nscene: 1 refused, 0 taken\n";
+        let text = "running 2 tests\ntest no_mutated_x ... image: 12 refused, 3 taken\nok\n.scene: 1 refused, 0 taken\n";
         let of =
             |target: &str, refused, taken| Outcome { target: target.to_owned(), refused, taken };
         assert_eq!(outcomes(text), [of("image", 12, 3), of("scene", 1, 0)]);

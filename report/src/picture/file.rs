@@ -2,8 +2,11 @@
 
 use std::fs::{self, File};
 use std::io::{Cursor, Read as _};
+use std::panic::catch_unwind;
 use std::path::Path;
 
+use exr::block::BlockIndex;
+use exr::block::chunk::{CompressedBlock, TileCoordinates};
 use exr::image::{AnyChannels, FlatSamples, Image, Layers};
 use exr::meta::MetaData;
 use exr::prelude::{ReadChannels as _, ReadLayers as _, read};
@@ -36,8 +39,25 @@ pub(super) fn exr(path: &Path) -> Result<Image<Layers<AnyChannels<FlatSamples>>>
             "{place}: would take {unpacked} bytes when it is unpacked; at most {UNPACKED}"
         )));
     }
+    // A tile that says of itself that it is of a smaller copy is none of the picture; the reader takes that for its own fault.
+    let largest =
+        |_: &MetaData, tile: TileCoordinates, _: BlockIndex| tile.is_largest_resolution_level();
+    let chunks = exr::block::read(Cursor::new(&bytes), false).map_err(cannot)?;
+    for chunk in chunks.filter_chunks(false, largest).map_err(cannot)? {
+        if let CompressedBlock::Tile(tile) = chunk.map_err(cannot)?.compressed_block
+            && !tile.coordinates.is_largest_resolution_level()
+        {
+            return Err(Failure::new(format!(
+                "{place}: a tile is of another level than its place"
+            )));
+        }
+    }
     let layers = read().no_deep_data().largest_resolution_level().all_channels().all_layers();
-    layers.all_attributes().non_parallel().from_buffered(Cursor::new(bytes)).map_err(cannot)
+    let layers = layers.all_attributes().non_parallel();
+    // What its reader does not expect is a fault of the file.
+    let image = catch_unwind(|| layers.from_buffered(Cursor::new(bytes)));
+    let damaged = || Failure::new(format!("{place}: cannot read: the file is damaged"));
+    image.map_err(|_| damaged())?.map_err(cannot)
 }
 
 /// The pixels of a Radiance or PNG file as its extension says, in numbers of 32 bits.
