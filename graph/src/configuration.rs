@@ -5,8 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::description::{Description, Number, Parameter, ParameterType, Setting, Table};
-use crate::error::{Error, Kind, Place, unknown};
+use crate::description::{Number, Parameter, ParameterType, Setting, Table};
 
 /// A value on axes, numbers, facts, and what the host brings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -26,46 +25,10 @@ pub struct Configuration {
     pub parts: Option<BTreeSet<String>>,
 }
 
-impl Configuration {
-    /// What names nothing, and parameters out of their ranges; the place is one in the configuration.
-    pub(crate) fn check(&self, of: &Description) -> Vec<Error> {
-        let mut errors = Vec::new();
-        let mut wrong = |table: &str, name: &String, kind, text| {
-            let place = Place(vec![table.to_owned(), name.clone()]);
-            errors.push(Error { place, kind, text, formula: None });
-        };
-        for (name, value) in &self.axes {
-            let text = match of.axes.get(name) {
-                Some(axis) if axis.values.contains(value) => continue,
-                Some(axis) => unknown("value", value, &axis.values),
-                None => unknown("axis", name, of.axes.keys()),
-            };
-            wrong("axes", name, Kind::Unknown, text);
-        }
-        for name in self.facts.keys().filter(|name| !of.facts.contains(*name)) {
-            wrong("facts", name, Kind::Unknown, unknown("fact", name, &of.facts));
-        }
-        for (name, number) in &self.parameters {
-            let Some(parameter) = of.parameter.get(name) else {
-                let text = unknown("parameter", name, of.parameter.keys());
-                wrong("parameters", name, Kind::Unknown, text);
-                continue;
-            };
-            if !parameter.allows(*number) {
-                let (value, range) = (number.real(), parameter.range());
-                let text = format!("parameter `{name}` is {value}; expected {range}");
-                wrong("parameters", name, Kind::Invalid, text);
-            }
-        }
-        errors
-    }
-}
-
 impl Setting {
     /// What a text stands for, as behind the `=` of `name=value`.
     pub fn read(text: &str) -> Self {
-        let real = || text.parse().map(Number::Real);
-        let number = text.parse().map(Number::Whole).or_else(|_| real());
+        let number = text.parse().map(Number::Whole).or_else(|_| text.parse().map(Number::Real));
         number.map_or_else(|_| Self::Name(text.to_owned()), Self::Number)
     }
 }
@@ -114,10 +77,8 @@ impl Parameter {
     /// Its range in words.
     pub fn range(&self) -> String {
         let kind = if self.kind == ParameterType::Whole { "a whole number" } else { "a number" };
-        let bound = |text: &str, bound: Option<f64>| {
-            bound.map_or(String::new(), |bound| format!(", {text} {bound}"))
-        };
-        let lower = bound("at least", self.minimum) + &bound("above", self.above);
-        format!("{kind}{lower}{}", bound("at most", self.maximum))
+        let bounds = [("at least", self.minimum), ("above", self.above), ("at most", self.maximum)];
+        let words = |(text, bound): (&str, Option<f64>)| Some(format!(", {text} {}", bound?));
+        format!("{kind}{}", bounds.into_iter().filter_map(words).collect::<String>())
     }
 }

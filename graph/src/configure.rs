@@ -20,9 +20,8 @@ impl Description {
         let mut configuration = Configuration { facts: facts.clone(), ..Configuration::default() };
         let of = Evaluation::new(self, &configuration);
         let env = Env::new(&of, &[]);
-        let set_by_hand =
-            |rule: &ClassDefault| rule.unless.iter().any(|name| set.contains_key(name));
-        let rules = self.default.iter().filter(|rule| env.holds(&rule.when) && !set_by_hand(rule));
+        let by_hand = |rule: &ClassDefault| rule.unless.iter().any(|name| set.contains_key(name));
+        let rules = self.default.iter().filter(|rule| env.holds(&rule.when) && !by_hand(rule));
         let mut made: Table<_> = rules.flat_map(|rule| rule.set.clone()).collect();
         let named = preset.and_then(|name| env.entry(&self.preset, "preset", name));
         made.extend(named.into_iter().flat_map(|preset| preset.set.clone()));

@@ -1,21 +1,8 @@
 //! What is wrong, and where.
 
-use std::fmt;
-
 use thiserror::Error;
 
 use crate::formula::Formula;
-
-/// A place in a description or a configuration: keys of tables and indices of arrays from the top. It is that of an entry (a
-/// let, a uniform, a resource, a step, a requirement; an axis, a parameter, a fact).
-#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place(pub Vec<String>);
-
-impl fmt::Display for Place {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(&self.0.join("."))
-    }
-}
 
 /// Of what kind an [`Error`] is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,10 +17,11 @@ pub enum Kind {
 
 /// One thing that is wrong, and where.
 #[derive(Clone, Debug, Error, PartialEq, Eq, PartialOrd, Ord)]
-#[error("{place}: {text}")]
+#[error("{}: {text}", place.join("."))]
 pub struct Error {
-    /// Where.
-    pub place: Place,
+    /// Keys of tables and indices of arrays from the top of the description or the configuration, down to an entry: a let, a
+    /// uniform, a resource, a step, an exclusion; an axis, a parameter, a fact.
+    pub place: Vec<String>,
     /// Of what kind it is.
     pub kind: Kind,
     /// What.
@@ -43,11 +31,10 @@ pub struct Error {
 }
 
 /// That a name is none of those that are known, which are listed unless there are none.
-pub(crate) fn unknown<'a>(
-    what: &str,
-    name: &str,
-    known: impl IntoIterator<Item = &'a String>,
-) -> String {
+pub(crate) fn unknown<'a, I>(what: &str, name: &str, known: I) -> String
+where
+    I: IntoIterator<Item = &'a String>,
+{
     let known: Vec<&str> = known.into_iter().map(String::as_str).collect();
     let list = if known.is_empty() { "" } else { "; expected one of " };
     format!("unknown {what} `{name}`{list}{}", known.join(", "))

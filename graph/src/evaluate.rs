@@ -1,10 +1,9 @@
 //! From a description and a configuration to a frame.
 
-use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use crate::configuration::Configuration;
-use crate::description::{self, Choice, Description, Filter, Table, Texture};
+use crate::description::{self, Choice, Description, Table};
 use crate::error::Kind::{Illegal, Invalid, Unknown};
 use crate::error::{Errors, unknown};
 use crate::formula::Formula;
@@ -12,7 +11,7 @@ use crate::frame::{
     Action, Binding, Call, Dispatch, Draw, Frame, Geometry, Kind, Resource, Size, Step, Variant,
     texel_bytes,
 };
-use crate::scope::{Env, Evaluation, Round};
+use crate::scope::{Env, Evaluation};
 
 /// Rounds of a repetition and calls of a render pass at most.
 const MAXIMUM_ROUNDS: u64 = 1 << 16;
@@ -25,24 +24,45 @@ impl Description {
     /// Everything that is wrong with the configuration, and with the description as far as the configuration shows it.
     pub fn evaluate(&self, configuration: &Configuration) -> Result<Frame, Errors> {
         let mut of = Evaluation::new(self, configuration);
-        of.errors.get_mut().extend(configuration.check(self));
-        for (index, rule) in self.exclusion.iter().enumerate() {
-            let place = ["exclusion".to_owned(), index.to_string()];
-            let env = Env::new(&of, &place);
+        of.check();
+        for (name, resource) in &self.resource {
+            let made = Env::new(&of, &["resource", name]).made(name, resource);
+            let resources = &mut of.frame.get_mut().resources;
+            of.known.insert(name, made.is_some().then_some(resources.len()));
+            resources.extend(made);
+        }
+        Env::new(&of, &["step"]).steps(&self.step);
+        of.finish()
+    }
+}
+
+impl Evaluation<'_> {
+    /// Notes what a configuration names that nothing declares, parameters out of their ranges, and what excludes it.
+    fn check(&self) {
+        let Evaluation { description, configuration, .. } = self;
+        for (name, value) in &configuration.axes {
+            let env = Env::new(self, &["axes", name]);
+            env.noted(env.has(name, value));
+        }
+        for name in configuration.facts.keys().filter(|name| !description.facts.contains(*name)) {
+            let env = Env::new(self, &["facts", name]);
+            env.wrong(Unknown, unknown("fact", name, &description.facts));
+        }
+        for (name, number) in &configuration.parameters {
+            let env = Env::new(self, &["parameters", name]);
+            let parameter = env.entry(&description.parameter, "parameter", name);
+            if let Some(parameter) = parameter.filter(|one| !one.allows(*number)) {
+                let text =
+                    format!("parameter `{name}` is {number}; expected {}", parameter.range());
+                env.wrong(Invalid, text);
+            }
+        }
+        for (index, rule) in description.exclusion.iter().enumerate() {
+            let env = Env::new(self, &["exclusion", &index.to_string()]);
             if rule.passes.is_empty() && env.number(&rule.when) != 0 {
                 env.wrong(Illegal, format!("invalid configuration: {}", rule.reason));
             }
         }
-        for (name, resource) in &self.resource {
-            let place = ["resource".to_owned(), name.clone()];
-            let made = Env::new(&of, &place).made(name, resource);
-            of.known.insert(name, made.is_some().then_some(of.resources.len()));
-            of.resources.extend(made);
-        }
-        let mut frame = Frame::default();
-        Env::new(&of, &["step".to_owned()]).steps(&self.step, &mut frame);
-        of.finish()?;
-        Ok(Frame { resources: of.resources, ..frame })
     }
 }
 
@@ -52,123 +72,105 @@ impl<'a> Env<'a> {
         if !self.holds(&resource.when) {
             return None;
         }
-        let (kind, bytes) = self.kind(resource);
+        let (kind, bytes) = self.kind(&resource.kind);
         let (name, part, kept) = (name.to_owned(), resource.part.clone(), resource.kept);
         let supplied = self.of.configuration.supplied.contains(&name) || !self.runs(&part);
         if kept && supplied {
             self.wrong(Invalid, "what is kept is not supplied by the host");
         }
         let external = resource.external || supplied;
-        let other_formats = match (&resource.texture, &kind) {
-            (Some(Texture { format: Choice::Cases(cases), .. }), Kind::Texture { format, .. }) => {
-                let others = cases.iter().filter(|case| case.value != *format);
-                let conditions = others.filter_map(|case| Some((&case.value, case.when.as_ref()?)));
-                conditions.map(|(format, when)| format!("; {format} where {when}")).collect()
-            }
+        let formats = match &resource.kind {
+            description::Kind::Texture { format: Choice::Cases(cases), .. } => cases.clone(),
             _ => Vec::new(),
         };
-        Some(Resource { name, part, kind, bytes, external, kept, other_formats })
+        Some(Resource { name, part, kind, bytes, external, kept, formats })
     }
 
     /// What a resource is, and its bytes.
-    fn kind(&self, resource: &description::Resource) -> (Kind, u64) {
-        let size = |factors: &[u64]| {
-            let product = factors.iter().try_fold(1_u64, |a, &b| a.checked_mul(b));
-            product.unwrap_or_else(|| {
-                self.wrong(Invalid, "its bytes exceed 64 bits");
-                0
-            })
-        };
-        match (&resource.buffer, &resource.texture, resource.sampler) {
-            (Some(buffer), None, None) => {
-                let (length, stride) = (self.number(&buffer.length), self.number(&buffer.stride));
-                let initial = buffer.initial.clone();
-                (Kind::Buffer { length, stride, initial }, size(&[length, stride]))
+    fn kind(&self, kind: &description::Kind) -> (Kind, u64) {
+        let product = |factors: &[u64]| factors.iter().try_fold(1_u64, |a, &b| a.checked_mul(b));
+        let (kind, bytes) = match kind {
+            description::Kind::Buffer { length, stride, initial } => {
+                let (length, stride) = (self.number(length), self.number(stride));
+                let bytes = product(&[length, stride]);
+                (Kind::Buffer { length, stride, initial: initial.clone() }, bytes)
             }
-            (None, Some(texture), None) => {
-                let format = self.choose(&texture.format).cloned().unwrap_or_default();
-                let texel = texel_bytes(&format).unwrap_or_else(|| {
-                    self.wrong(Unknown, unknown("format", &format, []));
-                    0
-                });
-                let sides @ [width, height] = self.numbers(&texture.size);
-                let layers = self.number(&texture.layers);
-                let mut levels = self.number(&texture.levels);
+            description::Kind::Texture { format, size: sides, layers, levels } => {
+                let format = self.choose(format).cloned().unwrap_or_default();
+                let unknown = || self.error(Unknown, unknown("format", &format, []));
+                let texel = self.noted(texel_bytes(&format).ok_or_else(unknown)).unwrap_or(0);
+                let sides @ [width, height] = self.numbers(sides);
+                let (layers, mut levels) = (self.number(layers), self.number(levels));
                 let maximum = u64::from(u64::BITS - width.max(height).leading_zeros());
                 if levels == 0 || levels > maximum {
                     self.wrong(Invalid, format!("{levels} levels; expected 1 to {maximum}"));
                     levels = maximum;
                 }
-                let bytes = (0..levels).map(|level| {
+                let bytes = (0..levels).try_fold(0_u64, |sum, level| {
                     let [width, height] = sides.map(|side| (side >> level).max(1));
-                    size(&[width, height, layers, texel])
+                    sum.checked_add(product(&[width, height, layers, texel])?)
                 });
-                let bytes = bytes.fold(0, u64::saturating_add);
                 (Kind::Texture { format, size: sides, layers, levels }, bytes)
             }
-            (None, None, Some(filter)) => (Kind::Sampler { filter }, 0),
-            _ => {
-                self.wrong(Invalid, "a resource is one of a buffer, a texture and a sampler");
-                (Kind::Sampler { filter: Filter::Nearest }, 0)
-            }
-        }
+            description::Kind::Sampler(filter) => (Kind::Sampler(*filter), Some(0)),
+        };
+        let overflow = || self.error(Invalid, "its bytes exceed 64 bits");
+        (kind, self.noted(bytes.ok_or_else(overflow)).unwrap_or(0))
     }
 
     /// Runs steps, whose list is at the place.
-    fn steps(&self, steps: &'a [description::Step], frame: &mut Frame) {
+    fn steps(&self, steps: &'a [description::Step]) {
         for (index, step) in steps.iter().enumerate() {
-            let place = [self.place, &[index.to_string()]].concat();
-            let env = Env { place: &place, ..*self };
+            let env = self.below(index.to_string());
             if !env.holds(&step.when) {
                 continue;
             }
-            match (&step.pass, &step.clear, step.steps.is_empty()) {
-                (None, None, false) => env.group(step, frame),
-                (Some(_), None, true) | (None, Some(_), true) if !env.runs(&step.part) => {}
-                (Some(pass), None, true) => {
-                    if let Some(action) = env.pass(step, pass, frame) {
-                        env.add(step, action, frame);
-                    }
+            let action = match (&step.pass, &step.clear, step.steps.is_empty()) {
+                (None, None, false) => {
+                    let group = env.below("steps".to_owned());
+                    group.repeat(&step.repeat, &step.index, |env| env.steps(&step.steps));
+                    continue;
                 }
+                (Some(_), None, true) | (None, Some(_), true) if !env.runs(&step.part) => continue,
+                (Some(pass), None, true) => env.pass(step, pass),
                 (None, Some(clear), true) => {
-                    let action = Action::Clear(env.target(clear).resource, env.option(&step.bytes));
-                    env.add(step, action, frame);
+                    Some(Action::Clear(env.target(clear).resource, env.option(&step.bytes)))
                 }
-                _ => env.wrong(Invalid, "a step is one of `pass`, `clear` and `steps`"),
-            }
+                _ => {
+                    env.wrong(Invalid, "a step is one of `pass`, `clear` and `steps`");
+                    None
+                }
+            };
+            let new = step.new.as_ref().map(|name| env.kept(name));
+            let (label, part) = (step.label.clone(), step.part.clone());
+            let step =
+                action.map(|action| Step { place: env.place.to_vec(), label, part, new, action });
+            self.of.frame.borrow_mut().steps.extend(step);
         }
     }
 
-    fn group(&self, step: &description::Step, frame: &mut Frame) {
-        let place = [self.place, &["steps".to_owned()]].concat();
-        for number in 0..self.rounds(&step.repeat) {
-            let round = self.round(step.index.as_deref(), number);
-            Env { place: &place, round: Some(&round), ..*self }.steps(&step.steps, frame);
-        }
-    }
-
-    fn add(&self, step: &description::Step, action: Action, frame: &mut Frame) {
-        let new = step.new.as_ref().and_then(|name| self.kept(name));
-        let (label, part) = (step.label.clone(), step.part.clone());
-        frame.steps.push(Step { place: self.place.to_vec(), label, part, new, action });
-    }
-
-    fn rounds(&self, repeat: &Option<Formula>) -> u64 {
-        let rounds = self.option(repeat).unwrap_or(1);
+    /// Does something in each round of a repetition.
+    fn repeat(
+        &self,
+        times: &Option<Formula>,
+        index: &Option<String>,
+        mut run: impl FnMut(Env<'_>),
+    ) {
+        let rounds = self.option(times).unwrap_or(1);
         if rounds > MAXIMUM_ROUNDS {
             self.wrong(Invalid, format!("{rounds} rounds; at most {MAXIMUM_ROUNDS}"));
         }
-        rounds.min(MAXIMUM_ROUNDS)
+        for number in 0..rounds.min(MAXIMUM_ROUNDS) {
+            let round = index.as_ref().map(|index| (index.as_str(), number));
+            let rounds: Vec<_> = self.rounds.iter().copied().chain(round).collect();
+            run(Env { rounds: &rounds, ..self.clone() });
+        }
     }
 
-    fn round(&self, index: Option<&'a str>, number: u64) -> Round<'a> {
-        Round { index, number, used: Cell::new(false), outer: self.round }
-    }
-
-    fn pass(&self, step: &'a description::Step, pass: &str, frame: &mut Frame) -> Option<Action> {
+    fn pass(&self, step: &description::Step, pass: &str) -> Option<Action> {
         let size = match (&step.dispatch, &step.indirect, &step.draw) {
             (None, _, Some(draw)) => {
-                return Some(Action::Draw(Box::new(self.draw(step, draw, pass, frame))));
+                return Some(Action::Draw(Box::new(self.draw(step, draw, pass))));
             }
             (Some(groups), None, None) => Size::Groups(self.numbers(groups)),
             (None, Some(buffer), None) => {
@@ -179,7 +181,7 @@ impl<'a> Env<'a> {
                 return None;
             }
         };
-        let group = self.bindings(step, frame);
+        let group = self.bindings(step);
         let constants = step.constants.iter();
         let constants = constants.map(|(name, of)| (name.clone(), self.number(of))).collect();
         let (variant, entry) = (self.variant(step, pass), step.entry.clone());
@@ -188,45 +190,28 @@ impl<'a> Env<'a> {
 
     fn variant(&self, step: &description::Step, pass: &str) -> Variant {
         let Description { passes, axes, exclusion, .. } = self.of.description;
-        let (mut variant, id) = (Variant::default(), pass.to_owned());
-        (variant.pass, variant.id) = (id.clone(), id);
+        let mut variant = Variant { pass: pass.to_owned(), axes: Vec::new(), id: pass.to_owned() };
         let Some(of_pass) = self.entry(passes, "pass", pass) else { return variant };
-        for axis in step.axes.keys().filter(|axis| !of_pass.contains(axis)) {
-            self.wrong(Unknown, unknown("axis", axis, of_pass));
-        }
-        let mut values = Table::new();
         for axis in of_pass {
             let own = step.axes.get(axis).and_then(|choice| self.choose(choice));
             let value = own.or_else(|| self.axis(axis)).cloned().unwrap_or_default();
-            let known = axes.get(axis);
-            let all = known.map_or(&[][..], |axis| &axis.values);
-            if !all.contains(&value) {
-                self.wrong(Unknown, unknown("value", &value, all));
-            }
-            if !known.is_some_and(|axis| axis.implied && axis.default == value) {
+            self.noted(self.has(axis, &value));
+            if !axes.get(axis).is_some_and(|axis| axis.implied && axis.default == value) {
                 variant.id += &format!("-{value}");
             }
-            variant.axes.push((axis.clone(), value.clone()));
-            values.insert(axis.clone(), value);
+            variant.axes.push((axis.clone(), value));
         }
-        let env = Env { axes: Some(&values), ..*self };
-        let excludes = |rule: &&description::Exclusion| {
-            rule.passes.iter().any(|of| of == pass) && env.number(&rule.when) != 0
-        };
-        if let Some(description::Exclusion { name, reason, .. }) = exclusion.iter().find(excludes) {
-            let text = format!("`{variant}` is excluded by `{name}`: {reason}");
+        let values = variant.axes.iter().cloned().collect();
+        let env = Env { axes: Some(&values), ..self.clone() };
+        let mut rules = exclusion.iter().filter(|rule| rule.passes.iter().any(|of| of == pass));
+        if let Some(rule) = rules.find(|rule| env.number(&rule.when) != 0) {
+            let text = format!("`{}` is excluded by `{}`: {}", variant.id, rule.name, rule.reason);
             self.wrong(Illegal, format!("invalid configuration: {text}"));
         }
         variant
     }
 
-    fn draw(
-        &self,
-        step: &'a description::Step,
-        draw: &'a description::Draw,
-        pass: &str,
-        frame: &mut Frame,
-    ) -> Draw {
+    fn draw(&self, step: &description::Step, draw: &description::Draw, pass: &str) -> Draw {
         let kinds = match &draw.list {
             None => BTreeSet::from([Table::new()]),
             Some(list) => {
@@ -235,17 +220,16 @@ impl<'a> Env<'a> {
             }
         };
         let variant = |axes| {
-            let env = Env { axes: Some(axes), ..*self };
+            let env = Env { axes: Some(axes), ..self.clone() };
             let fragment = draw.fragment.as_ref().and_then(|of| env.choose(of));
             (env.variant(step, pass), fragment.cloned())
         };
         let (mut calls, mut shared) = (Vec::new(), None);
-        for number in 0..self.rounds(&draw.repeat) {
-            let round = self.round(draw.index.as_deref(), number);
-            let env = Env { round: Some(&round), ..*self };
-            let group = shared.unwrap_or_else(|| env.bindings(step, frame));
+        self.repeat(&draw.repeat, &draw.index, |env| {
             // What does not depend on the call is the same for all of them.
-            shared = (!round.used.get()).then_some(group);
+            let read = self.of.rounds_read.get();
+            let group = shared.unwrap_or_else(|| env.bindings(step));
+            shared = (self.of.rounds_read.get() == read).then_some(group);
             let geometry = match (&draw.list, &draw.count, &step.indirect) {
                 (Some(_), None, None) => Geometry::List,
                 (None, None, Some(buffer)) => {
@@ -257,16 +241,13 @@ impl<'a> Env<'a> {
                     Geometry::Direct(env.number(count), instances.unwrap_or([0, 1]))
                 }
                 _ => {
-                    env.wrong(
-                        Invalid,
-                        "a draw has one of `list`, `count` and the step's `indirect`",
-                    );
+                    env.wrong(Invalid, "a draw has one of `list`, `count` and `indirect`");
                     Geometry::List
                 }
             };
             let viewport = draw.viewport.as_ref().map(|of| env.numbers(of));
             calls.push(Call { group, viewport, geometry });
-        }
+        });
         let target = |of| self.target(of);
         Draw {
             variants: kinds.iter().map(variant).collect(),
@@ -280,19 +261,18 @@ impl<'a> Env<'a> {
     }
 
     /// The index of what a step binds.
-    fn bindings(&self, step: &description::Step, frame: &mut Frame) -> usize {
+    fn bindings(&self, step: &description::Step) -> usize {
         let view = |(name, of): (&String, _)| Some((name.clone(), Binding::View(self.view(of)?)));
         let mut group: Table<Binding> = step.bind.iter().filter_map(view).collect();
         for (binding, name) in &step.uniforms {
+            let env = self.at(&["uniform", name]);
             let members = self.entry(&self.of.description.uniform, "uniform", name);
-            let members = members.into_iter().flatten();
-            let place = ["uniform".to_owned(), name.clone()];
-            let env = Env { place: &place, ..*self };
-            let members = members.map(|(name, of)| (name.clone(), env.field(of))).collect();
-            let uniform = index_of(&mut frame.uniforms, members);
+            let value = |(name, of): (&String, _)| (name.clone(), env.field(of));
+            let members = members.into_iter().flatten().map(value).collect();
+            let uniform = index_of(&mut self.of.frame.borrow_mut().uniforms, members);
             group.insert(binding.clone(), Binding::Uniform(uniform));
         }
-        index_of(&mut frame.groups, group)
+        index_of(&mut self.of.frame.borrow_mut().groups, group)
     }
 }
 

@@ -13,14 +13,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a formula: a whole number of at least 0, a name, or an operation")]
+#[expect(missing_docs, reason = "said of each kind")]
 pub enum Formula {
     /// A number.
     Number(u64),
     /// A parameter, a let, a fact or the number of a round.
-    #[expect(missing_docs, reason = "said above")]
     Name { name: String },
     /// 1 if an axis has a value, else 0.
-    #[expect(missing_docs, reason = "said above")]
     Is { is: [String; 2] },
     /// One operation by its symbol, with its arguments.
     Apply(BTreeMap<String, Vec<Formula>>),
@@ -47,7 +46,7 @@ impl fmt::Display for Formula {
 }
 
 thread_local! {
-    static EVALUATED: Cell<u64> = const { Cell::new(0) };
+    pub(crate) static EVALUATED: Cell<u64> = const { Cell::new(0) };
 }
 
 /// How many formulas this thread has evaluated so far: what executes a frame evaluates none.
@@ -55,73 +54,36 @@ pub fn evaluated() -> u64 {
     EVALUATED.get()
 }
 
-impl Formula {
-    /// The number of a name.
-    pub fn name(name: &str) -> Self {
-        Self::Name { name: name.to_owned() }
-    }
-
-    /// Whether an axis has a value.
-    pub fn is(axis: &str, value: &str) -> Self {
-        Self::Is { is: [axis.to_owned(), value.to_owned()] }
-    }
-
-    /// An operation with its arguments.
-    pub fn apply(symbol: &str, arguments: impl Into<Vec<Self>>) -> Self {
-        Self::Apply([(symbol.to_owned(), arguments.into())].into())
-    }
-}
-
-/// Counts one more.
-pub(crate) fn count() {
-    EVALUATED.set(EVALUATED.get() + 1);
-}
-
 const OVERFLOW: &str = "the result exceeds 64 bits";
-/// There is no such operation of so many arguments.
-pub(crate) const UNKNOWN: &str = "unknown operation";
 const ZERO: &str = "division by zero";
 
-/// What an operation makes of one number.
-pub(crate) fn unary(symbol: &str, a: u64) -> Result<u64, &'static str> {
-    match symbol {
-        "!" => Ok(u64::from(a == 0)),
-        "bits" => Ok(u64::from(u64::BITS - a.leading_zeros())),
-        "log2" => a.checked_ilog2().map(u64::from).ok_or("the logarithm of 0"),
-        "pow2_ceil" => a.checked_next_power_of_two().ok_or(OVERFLOW),
-        _ => Err(UNKNOWN),
-    }
-}
-
-/// What an operation makes of two numbers.
-pub(crate) fn binary(symbol: &str, a: u64, b: u64) -> Result<u64, &'static str> {
-    let by = u32::try_from(b).ok();
-    match symbol {
-        "==" => Ok(u64::from(a == b)),
-        "!=" => Ok(u64::from(a != b)),
-        "<=" => Ok(u64::from(a <= b)),
-        ">=" => Ok(u64::from(a >= b)),
-        "<" => Ok(u64::from(a < b)),
-        ">" => Ok(u64::from(a > b)),
-        "<<" => {
-            let shifted = by.and_then(|by| a.checked_shl(by));
-            shifted.filter(|shifted| shifted >> b == a).ok_or(OVERFLOW)
+/// What an operation makes of numbers.
+pub(crate) fn apply(symbol: &str, numbers: &[u64]) -> Result<u64, &'static str> {
+    let by = |b: u64| u32::try_from(b).ok();
+    match (symbol, numbers) {
+        ("!", &[a]) => Ok(u64::from(a == 0)),
+        ("bits", &[a]) => Ok(u64::from(u64::BITS - a.leading_zeros())),
+        ("log2", &[a]) => a.checked_ilog2().map(u64::from).ok_or("the logarithm of 0"),
+        ("pow2_ceil", &[a]) => a.checked_next_power_of_two().ok_or(OVERFLOW),
+        ("==", &[a, b]) => Ok(u64::from(a == b)),
+        ("!=", &[a, b]) => Ok(u64::from(a != b)),
+        ("<=", &[a, b]) => Ok(u64::from(a <= b)),
+        (">=", &[a, b]) => Ok(u64::from(a >= b)),
+        ("<", &[a, b]) => Ok(u64::from(a < b)),
+        (">", &[a, b]) => Ok(u64::from(a > b)),
+        ("<<", &[a, b]) => {
+            by(b).and_then(|by| 1_u64.checked_shl(by)?.checked_mul(a)).ok_or(OVERFLOW)
         }
-        ">>" => Ok(by.and_then(|by| a.checked_shr(by)).unwrap_or(0)),
-        "+" => a.checked_add(b).ok_or(OVERFLOW),
-        "-" => a.checked_sub(b).ok_or("a negative difference"),
-        "*" => a.checked_mul(b).ok_or(OVERFLOW),
-        "/" => a.checked_div(b).ok_or(ZERO),
-        "%" => a.checked_rem(b).ok_or(ZERO),
-        "div_ceil" => {
-            if b == 0 {
-                Err(ZERO)
-            } else {
-                Ok(a.div_ceil(b))
-            }
-        }
-        "min" => Ok(a.min(b)),
-        "max" => Ok(a.max(b)),
-        _ => Err(UNKNOWN),
+        (">>", &[a, b]) => Ok(by(b).and_then(|by| a.checked_shr(by)).unwrap_or(0)),
+        ("+", &[a, b]) => a.checked_add(b).ok_or(OVERFLOW),
+        ("-", &[a, b]) => a.checked_sub(b).ok_or("a negative difference"),
+        ("*", &[a, b]) => a.checked_mul(b).ok_or(OVERFLOW),
+        ("/", &[a, b]) => a.checked_div(b).ok_or(ZERO),
+        ("%", &[a, b]) => a.checked_rem(b).ok_or(ZERO),
+        ("div_ceil", &[_, 0]) => Err(ZERO),
+        ("div_ceil", &[a, b]) => Ok(a.div_ceil(b)),
+        ("min", &[a, b]) => Ok(a.min(b)),
+        ("max", &[a, b]) => Ok(a.max(b)),
+        _ => Err("unknown operation"),
     }
 }

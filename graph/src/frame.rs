@@ -1,11 +1,10 @@
 //! What a description comes to in one configuration: resources and steps in order, all numbers known.
 
 use std::collections::BTreeSet;
-use std::fmt;
 
 use serde::Serialize;
 
-use crate::description::{self, Filter, Number, Table};
+use crate::description::{self, Case, Number, Table};
 
 /// The frame of one configuration. Resources, uniforms and groups are referred to by their indices.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -35,20 +34,13 @@ pub struct Resource {
     pub external: bool,
     /// Whether its contents last from frame to frame.
     pub kept: bool,
-    /// The formats that a texture has in other configurations, each with its condition: `; FORMAT where CONDITION`.
+    /// The formats that a texture has in this and in other configurations, unless it is the same in all.
     #[serde(skip)]
-    pub other_formats: Vec<String>,
+    pub formats: Vec<Case<String>>,
 }
 
-/// What a resource is; see [`crate::description::Resource`].
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the members are those of the description")]
-pub enum Kind {
-    Buffer { length: u64, stride: u64, initial: Vec<u32> },
-    Texture { format: String, size: [u64; 2], layers: u64, levels: u64 },
-    Sampler { filter: Filter },
-}
+/// What a resource is, all numbers known.
+pub type Kind = description::Kind<u64, String>;
 
 /// A pass with a value on each of its axes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -65,13 +57,6 @@ impl Variant {
     /// The value on an axis, if the pass has it.
     pub fn value(&self, axis: &str) -> Option<&str> {
         self.axes.iter().find(|(name, _)| name == axis).map(|(_, value)| value.as_str())
-    }
-}
-
-impl fmt::Display for Variant {
-    /// Its identifier.
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(&self.id)
     }
 }
 
@@ -99,13 +84,7 @@ pub enum Binding {
 }
 
 /// A resource, or one level of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct View {
-    /// The resource.
-    pub resource: usize,
-    /// Its one level; all of them without it.
-    pub level: Option<u64>,
-}
+pub type View = description::Reference<usize, u64>;
 
 /// A step that runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -40,22 +40,10 @@
 //! [`Description::configure`] makes one of the class of an input (`default`), a `preset` and what is set by hand. It is illegal
 //! if an `exclusion` holds for it, or for a pass that runs with its axes: an error with the rule.
 //!
-//! # Resources
-//! A buffer is `length` times `stride` bytes, a texture two-dimensional, of one sample. Nothing has contents at creation but
-//! zeros and the `initial` words of a buffer. What is neither `external` nor `kept` need not outlive a frame. A binding whose
-//! resource does not exist, or of which no case applies, is absent.
-//!
-//! # Steps
-//! Steps run in their order. `pass` with `dispatch` (workgroups), `indirect` or `draw`; `clear` of a buffer, wholly or its first
-//! `bytes`; or a group of `steps`, which `repeat` runs any number of times, none as well. `new` names a kept resource: the step
-//! runs in its first frame alone, after creation, a resize or a restart. Consecutive dispatches of one `label` are timed as one.
-//! A `draw` is one render pass of one or several calls; a `list` is drawn by the host, which chooses variants by the axes of the
-//! list and binds what the frame does not. A member of a uniform is a formula, a constant, an input of the host, the age of a
-//! kept resource in frames, or a list of these, one after the other. An input fills the member that it is given to, or, with
-//! `element`, that element of it does.
-//!
-//! # Hosts
-//! A configuration may leave out parts of the frame and supply resources itself: those are `external` in the result.
+//! # Resources and steps
+//! What is neither `external` nor `kept` need not outlive a frame. A binding whose resource does not exist, or of which no case
+//! applies, is absent. Steps run in their order: a `pass` with `dispatch` (workgroups), `indirect` or `draw`; a `clear` of a
+//! buffer; or a group of `steps`, which `repeat` runs any number of times, none as well. A `draw` is one render pass.
 
 pub mod configuration;
 mod configure;
@@ -68,6 +56,6 @@ mod scope;
 
 pub use configuration::Configuration;
 pub use description::Description;
-pub use error::{Error, Errors, Place};
+pub use error::{Error, Errors};
 pub use formula::Formula;
 pub use frame::Frame;

@@ -4,13 +4,14 @@
 //! look for more.
 
 use std::cell::{Cell, RefCell};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use crate::configuration::Configuration;
 use crate::description::{Choice, Description, Field, Number, ParameterType, Reference, Table};
-use crate::error::{Error, Errors, Kind, Place, unknown};
-use crate::formula::{self, Formula, UNKNOWN, binary, unary};
-use crate::frame::{self, Resource, Value, View};
+use crate::error::{Error, Errors, Kind, unknown};
+use crate::formula::{self, Formula};
+use crate::frame::{self, Frame, Value, View};
 
 /// Lets that stand in each other at most.
 const MAXIMUM_DEPTH: u32 = 64;
@@ -19,73 +20,76 @@ const MAXIMUM_DEPTH: u32 = 64;
 pub(crate) struct Evaluation<'d> {
     pub(crate) description: &'d Description,
     pub(crate) configuration: &'d Configuration,
-    /// What exists.
-    pub(crate) resources: Vec<Resource>,
+    pub(crate) frame: RefCell<Frame>,
     /// The index of each resource by its name; nothing where it does not exist in the configuration.
     pub(crate) known: BTreeMap<&'d str, Option<usize>>,
-    pub(crate) errors: RefCell<Vec<Error>>,
-}
-
-/// One round of a repetition.
-pub(crate) struct Round<'a> {
-    pub(crate) index: Option<&'a str>,
-    pub(crate) number: u64,
-    /// Whether a formula has read the number.
-    pub(crate) used: Cell<bool>,
-    pub(crate) outer: Option<&'a Round<'a>>,
+    /// How often formulas have read the number of a round.
+    pub(crate) rounds_read: Cell<u64>,
+    errors: RefCell<BTreeSet<Error>>,
 }
 
 /// Where something stands, which says what its names mean.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(crate) struct Env<'a> {
     pub(crate) of: &'a Evaluation<'a>,
     /// The place of the entry.
-    pub(crate) place: &'a [String],
+    pub(crate) place: Rc<[String]>,
     /// The axes of one of the host's draws.
     pub(crate) axes: Option<&'a Table<String>>,
-    pub(crate) round: Option<&'a Round<'a>>,
+    /// The names and numbers of the rounds it stands in.
+    pub(crate) rounds: &'a [(&'a str, u64)],
     pub(crate) depth: u32,
 }
 
 impl<'d> Evaluation<'d> {
     pub(crate) fn new(description: &'d Description, configuration: &'d Configuration) -> Self {
-        let (resources, known, errors) = Default::default();
-        Self { description, configuration, resources, known, errors }
+        let (frame, known, rounds_read, errors) = Default::default();
+        Self { description, configuration, frame, known, rounds_read, errors }
     }
 
-    /// What was noted.
-    pub(crate) fn finish(&self) -> Result<(), Errors> {
-        let mut errors = self.errors.take();
-        errors.sort();
-        errors.dedup();
-        if errors.is_empty() { Ok(()) } else { Err(Errors(errors)) }
+    /// The frame, if nothing is wrong.
+    pub(crate) fn finish(self) -> Result<Frame, Errors> {
+        let errors = self.errors.into_inner();
+        if errors.is_empty() {
+            Ok(self.frame.into_inner())
+        } else {
+            Err(Errors(errors.into_iter().collect()))
+        }
     }
 }
 
 impl<'a> Env<'a> {
-    pub(crate) fn new(of: &'a Evaluation<'a>, place: &'a [String]) -> Self {
-        Self { of, place, axes: None, round: None, depth: 0 }
+    pub(crate) fn new(of: &'a Evaluation<'a>, place: &[&str]) -> Self {
+        Self { of, place: Rc::default(), axes: None, rounds: &[], depth: 0 }.at(place)
     }
 
-    pub(crate) fn note(&self, error: Error) {
-        self.of.errors.borrow_mut().push(error);
+    /// The same at another place.
+    pub(crate) fn at(&self, place: &[&str]) -> Self {
+        Self { place: place.iter().map(|key| (*key).to_owned()).collect(), ..self.clone() }
     }
 
-    fn error(&self, kind: Kind, text: impl Into<String>) -> Error {
-        Error { place: Place(self.place.to_vec()), kind, text: text.into(), formula: None }
+    /// The same below its place.
+    pub(crate) fn below(&self, key: String) -> Self {
+        Self { place: self.place.iter().cloned().chain([key]).collect(), ..self.clone() }
+    }
+
+    /// What has no error; the error is noted.
+    pub(crate) fn noted<T>(&self, result: Result<T, Error>) -> Option<T> {
+        result.map_err(|error| self.of.errors.borrow_mut().insert(error)).ok()
+    }
+
+    pub(crate) fn error(&self, kind: Kind, text: impl Into<String>) -> Error {
+        Error { place: self.place.to_vec(), kind, text: text.into(), formula: None }
     }
 
     pub(crate) fn wrong(&self, kind: Kind, text: impl Into<String>) {
-        self.note(self.error(kind, text));
+        self.noted::<()>(Err(self.error(kind, text)));
     }
 
     /// The entry of a table.
     pub(crate) fn entry<T>(&self, table: &'a Table<T>, what: &str, name: &str) -> Option<&'a T> {
-        let entry = table.get(name);
-        if entry.is_none() {
-            self.wrong(Kind::Unknown, unknown(what, name, table.keys()));
-        }
-        entry
+        let missing = || self.error(Kind::Unknown, unknown(what, name, table.keys()));
+        self.noted(table.get(name).ok_or_else(missing))
     }
 
     /// Whether a part of the frame runs; what is of no part always does.
@@ -96,7 +100,7 @@ impl<'a> Env<'a> {
 
     /// The number of a formula; 1 if it has none.
     pub(crate) fn number(&self, formula: &Formula) -> u64 {
-        self.evaluate(formula).map_err(|error| self.note(error)).unwrap_or(1)
+        self.noted(self.evaluate(formula)).unwrap_or(1)
     }
 
     pub(crate) fn option(&self, formula: &Option<Formula>) -> Option<u64> {
@@ -114,13 +118,11 @@ impl<'a> Env<'a> {
 
     /// The value of a choice; nothing if no case applies.
     pub(crate) fn choose<'c, T>(&self, choice: &'c Choice<T>) -> Option<&'c T> {
-        match choice {
-            Choice::Always(value) => Some(value),
-            Choice::Cases(cases) => {
-                let case = cases.iter().find(|case| self.holds(&case.when));
-                case.map(|case| &case.value)
-            }
-        }
+        let cases = match choice {
+            Choice::Always(value) => return Some(value),
+            Choice::Cases(cases) => cases,
+        };
+        cases.iter().find(|case| self.holds(&case.when)).map(|case| &case.value)
     }
 
     /// The value of an axis: of the draw, configured, or the default.
@@ -130,20 +132,24 @@ impl<'a> Env<'a> {
         given.or_else(|| self.of.description.axes.get(name).map(|axis| &axis.default))
     }
 
+    /// That an axis has a value.
+    pub(crate) fn has(&self, axis: &str, value: &str) -> Result<(), Error> {
+        let (axes, wrong) = (&self.of.description.axes, |text| self.error(Kind::Unknown, text));
+        let values = axes.get(axis).map(|axis| &axis.values);
+        let values = values.ok_or_else(|| wrong(unknown("axis", axis, axes.keys())))?;
+        let found = values.iter().any(|known| known == value).then_some(());
+        found.ok_or_else(|| wrong(unknown("value", value, values)))
+    }
+
     /// The number of a round, of a let, of a parameter, or of a fact.
     fn named(&self, name: &str) -> Result<Number, Error> {
-        let mut round = self.round;
-        while let Some(this) = round {
-            if this.index == Some(name) {
-                this.used.set(true);
-                return Ok(Number::Whole(this.number));
-            }
-            round = this.outer;
+        if let Some((_, number)) = self.rounds.iter().rfind(|(index, _)| *index == name) {
+            self.of.rounds_read.update(|count| count + 1);
+            return Ok(Number::Whole(*number));
         }
         let Evaluation { description, configuration, .. } = self.of;
         if let Some(formula) = description.lets.get(name) {
-            let place = ["let".to_owned(), name.to_owned()];
-            let inner = Env { place: &place, depth: self.depth + 1, ..*self };
+            let inner = Env { depth: self.depth + 1, ..self.at(&["let", name]) };
             let circle = || inner.error(Kind::Invalid, format!("`{name}` depends on itself"));
             return if self.depth < MAXIMUM_DEPTH { inner.value(formula) } else { Err(circle()) };
         }
@@ -154,10 +160,9 @@ impl<'a> Env<'a> {
             let real = parameter.kind == ParameterType::Real;
             return Ok(if real { Number::Real(value.real()) } else { value });
         }
-        if !description.facts.contains(name) {
-            return Err(self.error(Kind::Unknown, unknown("name", name, [])));
-        }
-        Ok(Number::Whole((configuration.facts.get(name) == Some(&true)).into()))
+        let holds = || Number::Whole(u64::from(configuration.facts.get(name) == Some(&true)));
+        let fact = description.facts.contains(name).then(holds);
+        fact.ok_or_else(|| self.error(Kind::Unknown, unknown("name", name, [])))
     }
 
     /// The number of a formula, or of the real parameter that it names.
@@ -169,7 +174,7 @@ impl<'a> Env<'a> {
     }
 
     fn evaluate(&self, formula: &Formula) -> Result<u64, Error> {
-        formula::count();
+        formula::EVALUATED.set(formula::evaluated() + 1);
         let of = |error: Error| Error { formula: error.formula.or(Some(formula.clone())), ..error };
         self.tree(formula).map_err(of)
     }
@@ -178,7 +183,10 @@ impl<'a> Env<'a> {
         let wrong = |text: String| self.error(Kind::Invalid, text);
         let operation = match formula {
             Formula::Number(number) => return Ok(*number),
-            Formula::Is { is: [axis, value] } => return self.is(axis, value),
+            Formula::Is { is: [axis, value] } => {
+                self.has(axis, value)?;
+                return Ok(u64::from(self.axis(axis) == Some(value)));
+            }
             Formula::Name { name } => match self.named(name)? {
                 Number::Whole(number) => return Ok(number),
                 Number::Real(_) => {
@@ -191,33 +199,16 @@ impl<'a> Env<'a> {
         match (symbol.as_str(), &arguments[..]) {
             ("&&", [a, b]) => Ok(u64::from(self.tree(a)? != 0 && self.tree(b)? != 0)),
             ("||", [a, b]) => Ok(u64::from(self.tree(a)? != 0 || self.tree(b)? != 0)),
-            ("select", [condition, a, b]) => {
-                self.tree(if self.tree(condition)? != 0 { a } else { b })
+            ("select", [of, a, b]) => self.tree(if self.tree(of)? != 0 { a } else { b }),
+            (symbol, arguments) => {
+                let numbers = arguments.iter().map(|argument| self.tree(argument));
+                let numbers = numbers.collect::<Result<Vec<_>, _>>()?;
+                formula::apply(symbol, &numbers).map_err(|what| {
+                    let numbers: Vec<_> = numbers.iter().map(u64::to_string).collect();
+                    wrong(format!("{what}: `{symbol}` of {}", numbers.join(", ")))
+                })
             }
-            (symbol, [a]) => {
-                let a = self.tree(a)?;
-                unary(symbol, a).map_err(|what| wrong(format!("{what}: `{symbol}` of {a}")))
-            }
-            (symbol, [a, b]) => {
-                let (a, b) = (self.tree(a)?, self.tree(b)?);
-                binary(symbol, a, b)
-                    .map_err(|what| wrong(format!("{what}: `{symbol}` of {a}, {b}")))
-            }
-            _ => Err(wrong(format!("{UNKNOWN}: `{symbol}` of {} arguments", arguments.len()))),
         }
-    }
-
-    /// 1 if an axis has a value, else 0.
-    fn is(&self, axis: &str, value: &str) -> Result<u64, Error> {
-        let axes = &self.of.description.axes;
-        let text = match axes.get(axis) {
-            Some(known) if known.values.iter().any(|known| known == value) => {
-                return Ok(u64::from(self.axis(axis).is_some_and(|of| of == value)));
-            }
-            Some(known) => unknown("value", value, &known.values),
-            None => unknown("axis", axis, axes.keys()),
-        };
-        Err(self.error(Kind::Unknown, text))
     }
 
     /// The value of a member of a uniform.
@@ -225,11 +216,10 @@ impl<'a> Env<'a> {
         match field {
             Field::Number(number) => Value::Number(Number::Real(*number)),
             Field::Formula(formula) => {
-                let value = self.value(formula).map_err(|error| self.note(error));
-                Value::Number(value.unwrap_or(Number::Whole(1)))
+                Value::Number(self.noted(self.value(formula)).unwrap_or(Number::Whole(1)))
             }
             Field::List(list) => Value::List(list.iter().map(|field| self.field(field)).collect()),
-            Field::Age { age } => Value::Age(self.kept(age).unwrap_or_default()),
+            Field::Age { age } => Value::Age(self.kept(age)),
             Field::Input { input, element } => {
                 self.entry(&self.of.description.input, "input", input);
                 Value::Input(input.clone(), self.option(element))
@@ -238,19 +228,17 @@ impl<'a> Env<'a> {
     }
 
     /// The index of a resource; nothing if it does not exist in the configuration.
-    pub(crate) fn resource(&self, name: &str) -> Option<usize> {
+    fn resource(&self, name: &str) -> Option<usize> {
         let index = self.of.known.get(name).copied();
-        index.unwrap_or_else(|| {
-            self.wrong(Kind::Unknown, unknown("resource", name, []));
-            Some(0)
-        })
+        let unknown = || self.error(Kind::Unknown, unknown("resource", name, []));
+        self.noted(index.ok_or_else(unknown)).unwrap_or(Some(0))
     }
 
     /// The view of a reference; nothing if no case applies, or its resource does not exist in the configuration.
     pub(crate) fn view(&self, choice: &Choice<Reference>) -> Option<View> {
         let Reference { resource: name, level } = self.choose(choice)?;
         let (resource, level) = (self.resource(name)?, self.option(level));
-        let levels = match self.of.resources.get(resource).map(|one| &one.kind) {
+        let levels = match self.of.frame.borrow().resources.get(resource).map(|one| &one.kind) {
             Some(frame::Kind::Texture { levels, .. }) => *levels,
             _ => 0,
         };
@@ -262,27 +250,21 @@ impl<'a> Env<'a> {
 
     /// The view of what has to exist.
     pub(crate) fn target(&self, choice: &Choice<Reference>) -> View {
-        self.view(choice).unwrap_or_else(|| {
-            let name = self.choose(choice).map_or("", |reference| &reference.resource);
-            self.absent(name);
-            View { resource: 0, level: None }
-        })
+        let name = || self.choose(choice).map_or("", |reference| &reference.resource);
+        let absent = || View { resource: self.existing(name(), None), level: None };
+        self.view(choice).unwrap_or_else(absent)
     }
 
     /// The index of a resource that has an age.
-    pub(crate) fn kept(&self, name: &str) -> Option<usize> {
-        let index = self.resource(name);
-        match index.and_then(|index| self.of.resources.get(index)) {
-            None => self.absent(name),
-            Some(resource) if resource.kept => {}
-            Some(_) => {
-                self.wrong(Kind::Invalid, format!("`{name}` is not kept, so it is never new"))
-            }
+    pub(crate) fn kept(&self, name: &str) -> usize {
+        if self.of.description.resource.get(name).is_some_and(|resource| !resource.kept) {
+            self.wrong(Kind::Invalid, format!("`{name}` is not kept, so it is never new"));
         }
-        index
+        self.existing(name, self.resource(name))
     }
 
-    fn absent(&self, name: &str) {
-        self.wrong(Kind::Invalid, format!("`{name}` does not exist in this configuration"));
+    fn existing(&self, name: &str, index: Option<usize>) -> usize {
+        let absent = || format!("`{name}` does not exist in this configuration");
+        self.noted(index.ok_or_else(|| self.error(Kind::Invalid, absent()))).unwrap_or(0)
     }
 }

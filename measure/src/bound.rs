@@ -207,6 +207,14 @@ pub const EXTREMES: &[Extreme] = &[
         previous_too: true,
     },
     Extreme {
+        name: "far with an origin",
+        at_most: Some(1e-5),
+        reason: "compared with the scene whose vertices are rounded likewise: the origin is subtracted exactly, and what is \
+                 left are roundings of positions that are relative to another point nearby; but in the world, texels at \
+                 equal distances of two clusters go to either",
+        previous_too: true,
+    },
+    Extreme {
         name: "dark",
         at_most: Some(1e-4),
         reason: "reflection is linear; what is lost are subnormal numbers, all below 1e-18 of the picture's mean",

@@ -1,42 +1,23 @@
 //! The whole pipeline in extreme cases, its variants side by side.
 
-use sglow_oracle::Vector3;
+mod far;
+mod outcome;
+
+use crate::bound;
+pub use far::without_origin;
+pub use outcome::ExtremeError;
+use outcome::{Outcome, render, verdict};
 use sglow_oracle::fis::stress::{Random, Stress};
-use sglow_oracle::vsgl::{Lobe, Vsgl};
-use sglow_renderer::device::{DeviceError, Gpu};
-use sglow_renderer::frame::{Frame, FrameError, Renderer};
+use sglow_renderer::density;
+use sglow_renderer::device::Gpu;
 use sglow_renderer::variants::Variants as _;
-use sglow_renderer::{density, reference};
 use sglow_results::stability::report::{ExtremeReport, ExtremeVariant};
-use sglow_runtime::package::{Package, PackageError};
-use sglow_runtime::settings::{Settings, SettingsError};
-use sglow_scene::{Camera, LightKind, Material, Mesh, Scene, SceneError};
+use sglow_runtime::package::Package;
+use sglow_runtime::settings::Settings;
+use sglow_scene::{Camera, LightKind, Material, Mesh, Scene};
 use sglow_shaders::{
     Diffuse, Filter, Kernel, Lobes, Ndf, Precision, Solver, Specular, SpecularPower,
 };
-use thiserror::Error;
-
-use crate::bound;
-
-/// Why a case could not be tried.
-#[derive(Debug, Error)]
-pub enum ExtremeError {
-    /// A built-in scene is not there.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// A variant cannot be set.
-    #[error(transparent)]
-    Settings(#[from] SettingsError),
-    /// It does not render.
-    #[error(transparent)]
-    Frame(#[from] FrameError),
-    /// The device fails.
-    #[error(transparent)]
-    Device(#[from] DeviceError),
-    /// The package lacks a variant.
-    #[error(transparent)]
-    Package(#[from] PackageError),
-}
 
 /// What the mean of the picture's indirect light should be.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +55,7 @@ const PLAIN: Case = Case {
 const CASES: &[Case] = &[
     Case {
         name: "far away",
-        description: "the scene moved by 1e6 of its units along every axis; it is 5.5 wide",
+        description: "the scene moved by 1e6 of its units along every axis, and no origin near it given; it is 5.5 wide",
         expected: Expected::Twin(|scene| {
             move_by(scene, 1e6);
             move_by(scene, -1e6);
@@ -192,6 +173,7 @@ fn opposite_plates(scene: &mut Scene) {
         uvs: vec![[0.0, 0.0]; 4],
         indices: vec![0, 1, 2, 0, 2, 3],
         material: 0,
+        detail: sglow_scene::Detail::default(),
     };
     let mut material = Material::diffuse("plate", [0.8; 3]);
     material.double_sided = true;
@@ -252,83 +234,11 @@ fn values(axis: &str) -> Vec<&'static str> {
     }
 }
 
-/// What a frame came to.
-struct Outcome {
-    not_finite: usize,
-    negative: usize,
-    mean: f64,
-}
-
-fn render(
-    gpu: &Gpu,
-    package: &Package,
-    scene: &Scene,
-    settings: &Settings,
-) -> Result<Outcome, ExtremeError> {
-    let renderer = Renderer::new(gpu, package, scene, settings, 0)?;
-    renderer.render()?;
-    let frame = renderer.read()?;
-    let mut outcome = of_frame(&frame);
-    let lights = reference::lights::<f64>(gpu, renderer.indirect())?;
-    outcome.not_finite += lights.iter().map(not_finite).sum::<usize>();
-    Ok(outcome)
-}
-
-/// Numbers of a light that are not finite.
-fn not_finite(light: &Vsgl) -> usize {
-    let vector = |vector: Vector3| vector.to_array();
-    let lobe = |lobe: &Lobe| {
-        [&[lobe.sharpness][..], &vector(lobe.axis), &vector(lobe.coefficient)].concat()
-    };
-    let lobes = core::iter::once(&light.diffuse).chain(&light.specular).flat_map(lobe);
-    let place = vector(light.position).into_iter().chain([light.variance]);
-    place.chain(lobes).filter(|number| !number.is_finite()).count()
-}
-
-fn of_frame(frame: &Frame) -> Outcome {
-    let mut outcome = Outcome { not_finite: 0, negative: 0, mean: 0.0 };
-    let mut count = 0_u32;
-    let layers = [&frame.indirect_diffuse, &frame.indirect_specular];
-    for (index, radiance) in frame.radiance.iter().enumerate() {
-        let parts = layers.into_iter().flatten().flat_map(|layer| &layer[index][..3]);
-        for value in parts.clone().chain(&radiance[..3]) {
-            outcome.not_finite += usize::from(!value.is_finite());
-            outcome.negative += usize::from(*value < 0.0);
-        }
-        outcome.mean += parts.map(|value| f64::from(*value)).sum::<f64>() / 3.0;
-        count += 1;
-    }
-    outcome.mean /= f64::from(count.max(1));
-    outcome
-}
-
-fn verdict(
-    name: String,
-    outcome: &Outcome,
-    expected: Option<f64>,
-    bound: Option<f64>,
-) -> ExtremeVariant {
-    let deviation = expected
-        .map(|expected| if expected == 0.0 { outcome.mean } else { outcome.mean / expected - 1.0 });
-    let within = match (deviation, bound) {
-        (Some(deviation), Some(bound)) => deviation.abs() <= bound,
-        _ => true,
-    };
-    ExtremeVariant {
-        variant: name,
-        not_finite: outcome.not_finite,
-        negative: outcome.negative,
-        mean: outcome.mean,
-        expected,
-        deviation,
-        holds: outcome.not_finite == 0 && outcome.negative == 0 && within,
-    }
-}
-
 /// The names of all extreme cases: those of scenes, then those of densities.
 #[must_use]
 pub fn names() -> Vec<&'static str> {
-    CASES.iter().map(|case| case.name).chain(Stress::ALL.map(|(name, _)| name)).collect()
+    let scenes = CASES.iter().map(|case| case.name).chain(far::ALL.iter().map(|far| far.name));
+    scenes.chain(Stress::ALL.map(|(name, _)| name)).collect()
 }
 
 /// What every case starts from.
@@ -348,6 +258,9 @@ pub fn attempt(
 ) -> Result<Option<ExtremeReport>, ExtremeError> {
     if let Some(case) = CASES.iter().find(|case| case.name == name) {
         return in_scene(gpu, package, case).map(Some);
+    }
+    if let Some(far) = far::ALL.iter().find(|far| far.name == name) {
+        return far.attempt(gpu, package).map(Some);
     }
     match Stress::ALL.into_iter().find(|(stress, _)| *stress == name) {
         Some((name, stress)) => of_density(gpu, package, name, stress).map(Some),

@@ -92,7 +92,7 @@ impl Drawn {
     ) -> Result<Vec<[Estimate; 2]>, SceneError> {
         let paths = Paths {
             scene: &surface::Scene::new(reference::facets(&self.scene))?,
-            materials: &SceneMaterials(&self.scene),
+            materials: &SceneMaterials::new(&self.scene),
             light: &reference::light(&self.light, self.settings.light),
             ndf: reference::ndf(self.settings.ndf),
             samples,

@@ -110,6 +110,8 @@ pub struct Options {
     pub map: u32,
     /// The light that is used, counted from 0; the one with the most power if there is no number.
     pub light: Option<usize>,
+    /// How scenes of files are read.
+    pub reading: sglow_scene::Options,
     /// The preset and the numbers that are requested beside it.
     pub request: Request,
 }
@@ -140,7 +142,7 @@ pub struct Found {
 impl Work<'_> {
     /// A scene with the bidirectional density of the paper, or another.
     fn shot(&self, scene: &str, size: [u32; 2], density: Density) -> Result<Shot, ReproduceError> {
-        let (scene, notes) = load(scene, self.options.light)?;
+        let (scene, notes) = load(scene, self.options.light, &self.options.reading)?;
         let request = Request { size, ..self.options.request.clone() };
         let mut shot = Shot::new(self.library, scene, &[], &request)?;
         notes.iter().chain(&shot.notes).for_each(|note| self.progress.note(note));

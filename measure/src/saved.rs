@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sglow_renderer::device::AdapterFacts;
 use sglow_results::frontier::document::Pruned;
-use sglow_results::saved::{Measured, saved};
+use sglow_results::saved::{Measured, Rules, saved};
 use sglow_scene::Scene;
 
 use crate::cache::{Cache, CacheError, Key};
@@ -24,13 +24,14 @@ pub fn keep(
     cache: &Cache,
     scene: &Scene,
     pruned: &Pruned,
+    rules: &Rules,
     adapter: &AdapterFacts,
 ) -> Result<(), CacheError> {
     let measured = Measured {
         adapter: adapter.name.clone(),
         driver: adapter.driver.clone(),
         size: pruned.size,
-        rules: saved(pruned),
+        rules: saved(pruned, rules),
     };
     let key = key(scene);
     if cache.find::<Measured>(&key).as_ref() == Some(&measured) {
@@ -71,14 +72,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let cache = Cache::new(folder.path(), false);
         let scene = Scene::builtin("cornell").unwrap();
-        let both = Pruned { full: side(&[]), needed: side(&[]), size: [4, 4], differing: 0 };
+        let (full, needed, axes) = (side(&[]), side(&[]), Default::default());
+        let both = Pruned { full, needed, size: [4, 4], differing: 0, axes };
         let adapter = AdapterFacts {
             name: "a".to_owned(),
             driver: "d".to_owned(),
             backend: String::new(),
             software: true,
         };
-        keep(&cache, &scene, &both, &adapter).unwrap();
+        keep(&cache, &scene, &both, &Rules::new(), &adapter).unwrap();
         assert!(cache.find::<Measured>(&key(&scene)).is_some());
         let mut changed = scene.clone();
         changed.materials[0].roughness = 0.5;

@@ -140,7 +140,7 @@ impl Paths<'_> {
     /// the light sees the place is another question.
     fn radiance(&self, crossing: &Crossing, back: Vector3) -> Vector3 {
         let position = crossing.hit.position;
-        let normal = crossing.hit.normal;
+        let normal = self.materials.normal(crossing);
         // The rasteriser turns shading normals to the viewer.
         let normal = if normal.dot(back) < 0.0 { -normal } else { normal };
         let (towards, distance_squared) = self.light.towards(position);

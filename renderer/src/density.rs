@@ -194,7 +194,7 @@ fn prepare(
         intensity: [1.0; 3],
         range: None,
     };
-    let view = light::view(&light, &Bounds::around(&[[-0.5, -0.5, 0.0], [0.5, 0.5, 0.0]]), size);
+    let view = light::view(&light, &Bounds::around([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.0]]), size);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     indirect.encode_mips(&mut encoder, None)?;
     gpu.queue.submit([encoder.finish()]);

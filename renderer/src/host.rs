@@ -5,7 +5,7 @@ use sglow_shaders::SglowView;
 use sglow_shaders::frame::input;
 
 use sglow_runtime::execute::Inputs;
-use sglow_runtime::host::eye_at;
+use sglow_runtime::light::eye_at;
 
 /// Subtracted from a position's depth before it is compared with a shadow map, in units of depth.
 pub const DEPTH_BIAS: f32 = 1e-5;

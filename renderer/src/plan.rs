@@ -49,7 +49,7 @@ impl Surfaces {
         let traits = traits(scene, complete);
         let mut kinds = BTreeMap::new();
         for traits in scene.meshes.iter().filter_map(|mesh| traits.get(mesh.material)) {
-            let (material, opacity) = axes(traits.textured, traits.cutout);
+            let (material, opacity) = axes(traits);
             let kind = (material.to_string(), opacity.to_string());
             *kinds.entry(kind).or_insert(false) |= traits.emits;
         }
@@ -156,7 +156,7 @@ impl Plan {
             Some(Resource { part, storage, name, bytes: one.bytes })
         };
         Self {
-            variants: frame.variants().into_iter().map(ToString::to_string).collect(),
+            variants: frame.variants().into_iter().map(|variant| variant.id.clone()).collect(),
             resources: frame.resources.iter().filter_map(resource).collect(),
         }
     }

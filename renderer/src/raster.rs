@@ -1,6 +1,8 @@
 //! A scene on the device: its triangles and materials, as the draws of a frame take them.
 
+mod detail;
 mod filled;
+mod kind;
 mod list;
 mod textures;
 
@@ -10,9 +12,11 @@ use sglow_shaders::{Material as MaterialAxis, Opacity};
 
 use crate::device::Gpu;
 use filled::filled;
+use kind::Kind;
+pub(crate) use kind::axes;
 pub use list::SceneDraws;
 use sglow_scene::{Scene, Traits};
-use textures::Textures;
+use textures::{Reads, Textures};
 
 /// Position, normal, texture coordinates.
 #[repr(C)]
@@ -23,39 +27,11 @@ struct Vertex {
     uv: [f32; 2],
 }
 
-/// Which pipelines a material is drawn with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Kind {
-    textured: bool,
-    cutout: bool,
-    double_sided: bool,
-}
-
-impl Kind {
-    /// The least that a material needs.
-    fn of(material: &sglow_scene::Material, traits: &Traits) -> Self {
-        let Traits { textured, cutout, .. } = *traits;
-        Self { textured, cutout, double_sided: material.double_sided }
-    }
-
-    fn axes(self) -> (MaterialAxis, Opacity) {
-        axes(self.textured, self.cutout)
-    }
-}
-
-/// The values of the axes that a material is drawn with.
-pub(crate) fn axes(textured: bool, cutout: bool) -> (MaterialAxis, Opacity) {
-    (
-        if textured { MaterialAxis::Textured } else { MaterialAxis::Constant },
-        if cutout { Opacity::Cutout } else { Opacity::Opaque },
-    )
-}
-
 /// What each material needs of the passes that draw it; or everything, if `complete`.
 pub(crate) fn traits(scene: &Scene, complete: bool) -> Vec<Traits> {
     let mut traits = scene.traits();
     for one in traits.iter_mut().filter(|_| complete) {
-        *one = Traits { textured: true, cutout: true, ..*one };
+        *one = Traits { textured: true, cutout: true, detailed: true, ..*one };
     }
     traits
 }
@@ -77,13 +53,27 @@ pub struct Raster {
 }
 
 impl Raster {
+    /// The bytes of what few vertices have, and how many a buffer may have.
+    pub fn detail_bytes(gpu: &Gpu, scene: &Scene, complete: bool) -> (u64, u64) {
+        let traits = traits(scene, complete);
+        let detailed = scene.meshes.iter().filter(|mesh| traits[mesh.material].detailed);
+        let vertices: usize = detailed.map(|mesh| mesh.positions.len()).sum();
+        let limits = gpu.device.limits();
+        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+        ((vertices * size_of::<sglow_shaders::SglowVertexDetail>()) as u64, limit)
+    }
+
     /// Uploads a scene; what its materials read is the least that they need or, if `complete`, everything.
     pub fn new(gpu: &Gpu, scene: &Scene, complete: bool) -> Self {
         let mut vertices = Vec::new();
         let mut indices = Vec::new();
         let mut draws = Vec::new();
         let traits = traits(scene, complete);
-        for mesh in &scene.meshes {
+        // Those with details first, so that nothing is kept for the others' vertices.
+        let mut meshes: Vec<_> = scene.meshes.iter().collect();
+        meshes.sort_by_key(|mesh| !traits[mesh.material].detailed);
+        let mut details = Vec::new();
+        for mesh in meshes {
             let first_vertex = vertices.len() as u32;
             let first_index = indices.len() as u32;
             vertices.extend(mesh.positions.iter().zip(&mesh.normals).enumerate().map(
@@ -95,6 +85,9 @@ impl Raster {
             ));
             indices.extend(mesh.indices.iter().map(|index| first_vertex + index));
             let traits = &traits[mesh.material];
+            if traits.detailed {
+                details.extend(detail::of(mesh));
+            }
             draws.push(Draw {
                 kind: Kind::of(&scene.materials[mesh.material], traits),
                 material: mesh.material,
@@ -103,11 +96,18 @@ impl Raster {
             });
         }
         draws.sort_by_key(|draw| (draw.kind, draw.material));
-        let layouts = [false, true].map(|textured| shared_layout(&gpu.device, &[textured], 1));
-        let textures = Textures::new(gpu, scene, &traits);
-        let materials = scene.materials.iter().zip(&traits);
-        let materials = materials.map(|(material, &Traits { textured, .. })| {
-            textures.bind(gpu, &layouts[usize::from(textured)], material, textured)
+        let layouts = MaterialAxis::ALL.map(|read| (read, shared_layout(&gpu.device, read, 1)));
+        let layouts = BTreeMap::from(layouts);
+        let details = traits.iter().any(|traits| traits.detailed).then(|| {
+            // Of materials that no mesh is made of, one that nothing reads.
+            details.resize(details.len().max(1), bytemuck::Zeroable::zeroed());
+            filled(gpu, bytemuck::cast_slice(&details), wgpu::BufferUsages::STORAGE)
+        });
+        let textures = Textures::new(gpu, scene, &traits, details);
+        let materials = scene.materials.iter().zip(&traits).map(|(material, traits)| {
+            let (read, _) = axes(traits);
+            let reads = Reads { material: read, colored: traits.colored };
+            textures.bind(gpu, &layouts[&read], material, reads)
         });
         Self {
             vertices: filled(gpu, bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
@@ -121,16 +121,18 @@ impl Raster {
 
 /// A bind group layout that serves a group of every raster pass: what any of them binds there, for every stage that
 /// any of them binds it in. Passes leave out what they do not read, and a material is bound once for all of them.
-fn shared_layout(device: &wgpu::Device, textured: &[bool], group: usize) -> wgpu::BindGroupLayout {
+fn shared_layout(
+    device: &wgpu::Device,
+    material: MaterialAxis,
+    group: usize,
+) -> wgpu::BindGroupLayout {
     let mut entries: BTreeMap<u32, wgpu::BindGroupLayoutEntry> = BTreeMap::new();
-    for &textured in textured {
-        for cutout in [false, true] {
-            for id in ids(Kind { textured, cutout, double_sided: false }) {
-                let groups = sglow_shaders::bind_groups(&id).unwrap_or(&[]);
-                for entry in groups.get(group).copied().unwrap_or(&[]) {
-                    let merged = entries.entry(entry.binding).or_insert(*entry);
-                    merged.visibility |= entry.visibility;
-                }
+    for opacity in Opacity::ALL {
+        for id in ids(material, opacity) {
+            let groups = sglow_shaders::bind_groups(&id).unwrap_or(&[]);
+            for entry in groups.get(group).copied().unwrap_or(&[]) {
+                let merged = entries.entry(entry.binding).or_insert(*entry);
+                merged.visibility |= entry.visibility;
             }
         }
     }
@@ -141,8 +143,7 @@ fn shared_layout(device: &wgpu::Device, textured: &[bool], group: usize) -> wgpu
 }
 
 /// The variants that draw a kind of material: surface, shadow, emission.
-fn ids(kind: Kind) -> [String; 3] {
-    let (material, opacity) = kind.axes();
+fn ids(material: MaterialAxis, opacity: Opacity) -> [String; 3] {
     [
         sglow_shaders::surface::Surface { material, opacity }.id(),
         sglow_shaders::shadow::Shadow { material, opacity }.id(),

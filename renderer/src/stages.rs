@@ -6,6 +6,7 @@ use crate::timing::Timer;
 use sglow_runtime::execute::{self, Stage};
 use sglow_runtime::indirect::{Indirect, IndirectError, Inputs, SurfaceViews};
 use sglow_runtime::light::LightView;
+use sglow_shaders::frame::resource;
 
 /// What encoding comes to.
 type Encoded = Result<(), IndirectError>;
@@ -117,14 +118,18 @@ pub trait Stages {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         seen: &Seen<'_>,
-        lights: Option<(&wgpu::Buffer, Option<&wgpu::TextureView>)>,
+        lights: Option<(&Indirect, Option<&wgpu::TextureView>)>,
         timer: Option<&mut Timer<'_>>,
     ) -> Encoded {
         let own = self.indirect();
         let mut given = own.lit(seen.light);
         own.seen(&mut given, seen.gbuffer, seen.eye);
-        if let Some((vsgls, maps)) = lights {
-            given.buffer("vsgls", vsgls);
+        if let Some((lights, maps)) = lights {
+            for name in LIGHTS {
+                if let Some(buffer) = lights.buffer(name) {
+                    given.buffer(name, &buffer);
+                }
+            }
             if let Some(maps) = maps {
                 given.view("light_maps", maps);
             }
@@ -274,11 +279,19 @@ impl<'a> From<Inputs<'a>> for Seen<'a> {
     }
 }
 
+/// What lights are held in: as many as the settings say, and of a cut for each tile the tree below them.
+pub const LIGHTS: [&str; 4] =
+    [resource::VSGLS, resource::ROOTS, resource::CUT_VSGLS, resource::BRANCHES];
+
 /// What the labels of the camera's own stages begin with.
 const CAMERA: &str = "camera ";
 
+/// Whether a stage of what makes lights comes before the mip chains: level 0 of moments and density, and the camera's lights.
+pub fn is_map(Stage { label, .. }: Stage<'_>) -> bool {
+    label.starts_with(CAMERA) || ["moments", "density"].contains(&label)
+}
+
 /// Whether a stage makes the lights, of the camera's apart.
-fn is_sample(Stage { part, label }: Stage<'_>) -> bool {
-    let before = label.starts_with(CAMERA) || label.starts_with("mip ");
-    part == "lights" && !before && !["moments", "density"].contains(&label)
+fn is_sample(stage: Stage<'_>) -> bool {
+    stage.part == "lights" && !stage.label.starts_with("mip ") && !is_map(stage)
 }

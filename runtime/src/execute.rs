@@ -12,12 +12,10 @@ mod resources;
 mod steps;
 mod uniforms;
 
-use std::collections::BTreeMap;
-
 use sglow_graph::Frame;
 
 pub use error::{Fault, Faults};
-pub use input::{DrawKind, DrawList, Input, Inputs};
+pub use input::{DrawKind, DrawList, Input, Inputs, Lists};
 
 use crate::package::Package;
 use crate::pipeline::checked;
@@ -28,9 +26,6 @@ use pipelines::Pipelines;
 use resources::Resources;
 use steps::{Scene, Step, Uses};
 use uniforms::Uniforms;
-
-/// The host's lists of draws by name.
-pub type Lists<'a> = BTreeMap<&'a str, &'a dyn DrawList>;
 
 /// What a step belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,13 +1,8 @@
-//! The numbers that a host computes, and the names by which a frame takes them.
+//! The numbers that a host computes.
 
-use glam::Vec3;
 use sglow_graph::Configuration;
 use sglow_graph::description::Number;
-use sglow_shaders::SglowLight;
-use sglow_shaders::frame::{input, parameter};
-
-use crate::execute::{Input, Inputs};
-use crate::light::LightView;
+use sglow_shaders::frame::parameter;
 
 /// The smallest positional variance of a virtual light: that of a square as large as a texel of the map, `texel` wide, at the
 /// distance of the scene's radius. In squared world units.
@@ -52,28 +47,6 @@ pub fn bias(scale: f32, tile: u32) -> f32 {
     scale * std::f32::consts::SQRT_2 * half / (1.0 - 6f32.sqrt() * half)
 }
 
-/// Gives the light and what follows from it.
-pub fn light(inputs: &mut Inputs<'_>, view: &LightView) {
-    let matrices = view.faces.iter().flat_map(|face| face.clip_from_light.to_cols_array());
-    uniform(inputs, input::LIGHT, &view.uniform);
-    inputs
-        .set(input::LIGHT_EYE, view.eye.to_array())
-        .set(input::LIGHT_ORIGIN, view.uniform.position)
-        .set(input::LIGHT_CLIP_FROM_VIEW, Input::F32(matrices.collect()))
-        .set(input::ORIGIN, view.origin.to_array())
-        .set(input::MINIMUM_VARIANCE, view.minimum_variance)
-        .set(input::POWER_UNIT, view.power_unit)
-        .set(input::POWER_SCALE, 1.0 / view.power_unit);
-}
-
-/// Gives the camera's position.
-pub fn eye_at(inputs: &mut Inputs<'_>, eye: Vec3) {
-    inputs.set(input::EYE, eye.to_array());
-    // As a light that sends importance: its position alone counts.
-    let light = SglowLight { position: eye.into(), ..bytemuck::Zeroable::zeroed() };
-    uniform(inputs, input::CAMERA_LIGHT, &light);
-}
-
 /// Adds the numbers of the vertices and indices of what occludes virtual lights.
 pub fn occluder_counts(configuration: &mut Configuration, counts: [u64; 2]) {
     for (name, count) in
@@ -81,19 +54,6 @@ pub fn occluder_counts(configuration: &mut Configuration, counts: [u64; 2]) {
     {
         configuration.parameters.insert(name.to_owned(), Number::Whole(count));
     }
-}
-
-fn uniform(inputs: &mut Inputs<'_>, name: &'static str, light: &SglowLight) {
-    inputs
-        .member(name, "position", light.position)
-        .member(name, "tan_half_angle", light.tan_half_angle)
-        .member(name, "right", light.right)
-        .member(name, "half_extent", light.half_extent)
-        .member(name, "up", light.up)
-        .member(name, "cone_scale", light.cone_scale)
-        .member(name, "forward", light.forward)
-        .member(name, "cone_offset", light.cone_offset)
-        .member(name, "intensity", light.intensity);
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::execute::{self, Executor, Faults, Lists};
 use crate::host;
-use crate::light::LightView;
+use crate::light::{self, LightView};
 use crate::occluders::Occluders;
 use crate::package::Package;
 use crate::settings::Settings;
@@ -208,7 +208,7 @@ impl Indirect {
     pub fn lit<'a>(&self, light: &LightView) -> execute::Inputs<'a> {
         let mut given = execute::Inputs::new();
         let Settings { bias_scale, tile, .. } = self.settings;
-        host::light(&mut given, light);
+        light.give(&mut given);
         given
             .set(input::LEAST_NEAR, light.least_near)
             .set(input::BIAS, host::bias(bias_scale, tile))
@@ -219,7 +219,7 @@ impl Indirect {
 
     /// Adds what follows from the camera.
     pub fn seen(&self, given: &mut execute::Inputs<'_>, gbuffer: SurfaceViews<'_>, eye: Vec3) {
-        host::eye_at(given, eye);
+        light::eye_at(given, eye);
         supply(
             given,
             [resource::GBUFFER_POSITION, resource::GBUFFER_NORMAL, resource::GBUFFER_BASE_COLOR],

@@ -3,8 +3,10 @@
 use glam::camera::rh::proj::directx::orthographic;
 use glam::camera::rh::view::look_to_mat4;
 use glam::{DVec3, Mat4, Vec3, Vec4};
+use sglow_shaders::frame::input;
 use sglow_shaders::{Light, SglowLight};
 
+use crate::execute::{Input, Inputs};
 use crate::host;
 
 /// One face of a light's map.
@@ -174,6 +176,41 @@ impl LightView {
             least_near: host::least_near(around.radius),
         }
     }
+
+    /// Gives a frame the light and what follows from it.
+    pub fn give(&self, inputs: &mut Inputs<'_>) {
+        let matrices = self.faces.iter().flat_map(|face| face.clip_from_light.to_cols_array());
+        uniform(inputs, input::LIGHT, &self.uniform);
+        inputs
+            .set(input::LIGHT_EYE, self.eye.to_array())
+            .set(input::LIGHT_ORIGIN, self.uniform.position)
+            .set(input::LIGHT_CLIP_FROM_VIEW, Input::F32(matrices.collect()))
+            .set(input::ORIGIN, self.origin.to_array())
+            .set(input::MINIMUM_VARIANCE, self.minimum_variance)
+            .set(input::POWER_UNIT, self.power_unit)
+            .set(input::POWER_SCALE, 1.0 / self.power_unit);
+    }
+}
+
+/// Gives a frame the camera's position.
+pub fn eye_at(inputs: &mut Inputs<'_>, eye: Vec3) {
+    inputs.set(input::EYE, eye.to_array());
+    // As a light that sends importance: its position alone counts.
+    let light = SglowLight { position: eye.into(), ..bytemuck::Zeroable::zeroed() };
+    uniform(inputs, input::CAMERA_LIGHT, &light);
+}
+
+fn uniform(inputs: &mut Inputs<'_>, name: &'static str, light: &SglowLight) {
+    inputs
+        .member(name, "position", light.position)
+        .member(name, "tan_half_angle", light.tan_half_angle)
+        .member(name, "right", light.right)
+        .member(name, "half_extent", light.half_extent)
+        .member(name, "up", light.up)
+        .member(name, "cone_scale", light.cone_scale)
+        .member(name, "forward", light.forward)
+        .member(name, "cone_offset", light.cone_offset)
+        .member(name, "intensity", light.intensity);
 }
 
 /// A right-handed perspective projection with depth 0 at the near plane and 1 at the far one.

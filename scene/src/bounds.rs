@@ -13,8 +13,8 @@ pub struct Bounds {
 
 impl Bounds {
     /// The box around `points`; of no points, the origin.
-    pub fn around<'a>(points: impl IntoIterator<Item = &'a [f32; 3]>) -> Self {
-        let mut points = points.into_iter().map(|&point| Vec3::from(point));
+    pub fn around(points: impl IntoIterator<Item = [f32; 3]>) -> Self {
+        let mut points = points.into_iter().map(Vec3::from);
         let first = points.next().unwrap_or(Vec3::ZERO);
         let (min, max) =
             points.fold((first, first), |(min, max), point| (min.min(point), max.max(point)));

@@ -170,7 +170,7 @@ pub enum SceneError {
         message: String,
     },
     /// A position is NaN or infinite.
-    #[error("{}: mesh `{mesh}`: vertex {vertex} has the position {position:?}; positions must be finite", .file.display())]
+    #[error("{}: mesh `{mesh}`: vertex {vertex} has the position {position:?}; positions must be finite, in 32 bits as well", .file.display())]
     NonFinite {
         /// The file.
         file: PathBuf,
@@ -178,8 +178,8 @@ pub enum SceneError {
         mesh: String,
         /// The vertex's index within the mesh.
         vertex: usize,
-        /// The position in world space.
-        position: [f32; 3],
+        /// The position in the file's space.
+        position: [f64; 3],
     },
     /// Nothing to draw.
     #[error("{}: the scene has no triangles", .file.display())]

@@ -53,6 +53,10 @@ pub struct Traits {
     pub textured: bool,
     /// Some of it is less opaque than its cutoff.
     pub cutout: bool,
+    /// It has a normal map, colours of vertices, or a texture at a second set of texture coordinates.
+    pub detailed: bool,
+    /// Some of its vertices have colours.
+    pub colored: bool,
     /// Some of it emits light.
     pub emits: bool,
     /// Some of it reflects specularly.
@@ -99,29 +103,37 @@ impl<'a> Texels<'a> {
             .all(|(channel, factor)| *factor == 0.0 || self.range(texture, channel)[1] == 0.0)
     }
 
-    /// The least opacity of a material.
-    fn least_opacity(&self, material: &Material) -> f32 {
-        material.base_color[3] * self.range(material.base_color_texture.as_ref(), 3)[0]
+    /// The least opacity of a material, and of its vertices if they have any.
+    fn least_opacity(&self, material: &Material, vertices: Option<f32>) -> f32 {
+        let texture = self.range(material.base_color_texture.as_ref(), 3)[0];
+        material.base_color[3] * texture * vertices.unwrap_or(1.0)
     }
 
-    /// What a material asks of the passes.
-    pub(crate) fn traits(&self, material: &Material) -> Traits {
+    /// What a material asks of the passes, the least opacity of whose vertices is `vertices`, if they have any.
+    pub(crate) fn traits(&self, material: &Material, vertices: Option<f32>) -> Traits {
         let Material { metallic, dielectric, base_color: [r, g, b, _], .. } = *material;
         let (color, surface) =
             (material.base_color_texture.as_ref(), material.metallic_roughness_texture.as_ref());
         // A filter's weights may sum to a little less than 1.
-        let cutout = material
-            .alpha_cutoff
-            .is_some_and(|cutoff| self.least_opacity(material) * (255.0 / 256.0) < cutoff);
+        let cutout = material.alpha_cutoff.is_some_and(|cutoff| {
+            self.least_opacity(material, vertices) * (255.0 / 256.0) < cutoff
+        });
         let emits =
             material.emits() && !self.black(material.emission, material.emission_texture.as_ref());
         let specular = dielectric > 0.0
             || (metallic > 0.0 && self.range(surface, 2)[1] > 0.0 && !self.black([r, g, b], color));
         let read = color.is_some() || surface.is_some();
+        let second = |texture: Option<&TextureUse>| texture.is_some_and(|texture| texture.second);
+        let emission = material.emission_texture.as_ref().filter(|_| emits);
+        let detailed = vertices.is_some()
+            || (material.normal_texture.is_some() && material.normal_scale != 0.0)
+            || [color, surface, emission].into_iter().any(second);
         Traits {
             // The pass that cuts out reads an opacity texture, white where there is none.
             textured: cutout || read || (emits && material.emission_texture.is_some()),
             cutout,
+            detailed,
+            colored: vertices.is_some(),
             emits,
             specular,
             alpha: self
@@ -135,10 +147,24 @@ impl Scene {
     /// What each material asks of the passes, in their order.
     pub fn traits(&self) -> Vec<Traits> {
         let texels = Texels::new(&self.images);
-        self.materials.iter().map(|material| texels.traits(material)).collect()
+        let materials = self.materials.iter().zip(self.opacity_of_vertices());
+        materials.map(|(material, vertices)| texels.traits(material, vertices)).collect()
     }
 
-    /// What the scene holds, for the rules that turn facts into needs, with what shows it: `cutout`,
+    /// For each material the least opacity of its meshes' vertices; none where no mesh has colours of vertices.
+    fn opacity_of_vertices(&self) -> Vec<Option<f32>> {
+        let mut all = vec![None; self.materials.len()];
+        for mesh in self.meshes.iter().filter(|mesh| !mesh.detail.colors.is_empty()) {
+            let opacities = mesh.detail.colors.iter().map(|color| color[3]);
+            let least = opacities.fold(1.0, f32::min);
+            if let Some(known) = all.get_mut(mesh.material) {
+                *known = Some(known.map_or(least, |known: f32| known.min(least)));
+            }
+        }
+        all
+    }
+
+    /// What the scene holds, for the rules that turn facts into needs, with what shows it: `cutout`, `detailed`,
     /// `directional_light`, `emissive`, `occluders`, `point_light`, `specular`, `spot_light`, `textured`.
     ///
     /// A fact that could be either way holds: what follows is that nothing is left out for it.
@@ -153,21 +179,24 @@ impl Scene {
 
     fn facts_with(&self, lights: &[Light]) -> Facts {
         let texels = Texels::new(&self.images);
+        let vertices = self.opacity_of_vertices();
         let mut used: Vec<_> = self.meshes.iter().map(|mesh| mesh.material).collect();
         used.sort_unstable();
         used.dedup();
         let used: Vec<_> = used
             .into_iter()
-            .filter_map(|index| self.materials.get(index))
-            .map(|material| (material, texels.traits(material)))
+            .filter_map(|index| Some((self.materials.get(index)?, vertices.get(index)?)))
+            .map(|(material, vertices)| (material, *vertices, texels.traits(material, *vertices)))
             .collect();
         let material = |name,
                         test: fn(&Traits) -> bool,
-                        shown: &dyn Fn(&Material) -> String,
+                        shown: &dyn Fn(&Material, Option<f32>) -> String,
                         none: &str| {
-            let found = used.iter().find(|(_, traits)| test(traits));
+            let found = used.iter().find(|(.., traits)| test(traits));
             let evidence = match found {
-                Some((material, _)) => format!("material `{}` {}", material.name, shown(material)),
+                Some((material, vertices, _)) => {
+                    format!("material `{}` {}", material.name, shown(material, *vertices))
+                }
                 None => format!("none of {} {none}", count(used.len(), "material")),
             };
             Fact { name, holds: found.is_some(), evidence }
@@ -185,12 +214,22 @@ impl Scene {
             material(
                 "cutout",
                 |traits| traits.cutout,
-                &|material| {
-                    let (least, cutoff) =
-                        (texels.least_opacity(material), material.alpha_cutoff.unwrap_or_default());
+                &|material, vertices| {
+                    let least = texels.least_opacity(material, vertices);
+                    let cutoff = material.alpha_cutoff.unwrap_or_default();
                     format!("has an opacity of {least:.3}, its cutoff is {cutoff}")
                 },
                 "is less opaque than its cutoff anywhere",
+            ),
+            material(
+                "detailed",
+                |traits| traits.detailed,
+                &|material, vertices| match vertices {
+                    Some(_) => "has colours of vertices".to_owned(),
+                    None if material.normal_texture.is_some() => "has a normal map".to_owned(),
+                    None => "has textures at two sets of texture coordinates".to_owned(),
+                },
+                "has a normal map, colours of vertices or two sets of texture coordinates",
             ),
             light("directional_light", "directional", |kind| {
                 matches!(kind, LightKind::Directional)
@@ -198,7 +237,7 @@ impl Scene {
             material(
                 "emissive",
                 |traits| traits.emits,
-                &|material| {
+                &|material, _| {
                     let [r, g, b] = material.emission;
                     format!("emits ({r}, {g}, {b})")
                 },
@@ -209,7 +248,7 @@ impl Scene {
             material(
                 "specular",
                 |traits| traits.specular,
-                &|material| {
+                &|material, _| {
                     if material.dielectric > 0.0 {
                         format!("has a specular reflectance of {}", material.dielectric)
                     } else {
@@ -222,7 +261,7 @@ impl Scene {
             material(
                 "textured",
                 |traits| traits.textured,
-                &|material| match material.textures().count() {
+                &|material, _| match material.textures().count() {
                     0 => "is cut out, which a texture does".to_owned(),
                     textures => format!("has {}", count(textures, "texture")),
                 },
@@ -265,6 +304,7 @@ mod tests {
             uvs: vec![[0.0; 2]; 4],
             indices: vec![0, 1, 2, 0, 2, 3],
             material: 0,
+            detail: crate::Detail::default(),
         }
     }
 

@@ -2,8 +2,8 @@
 //!
 //! A scene is a built-in one, made by code, or a file: glTF 2.0 (`.gltf`, `.glb`) or OBJ with MTL, read within the
 //! limits of its [`Options`].
-//! Everything is in world space, right-handed, in metres or whatever unit the file uses, y up;
-//! colours are linear Rec. 709. What a file has and we ignore, what we assumed, and what we derived
+//! Everything is in world space, right-handed, in metres or whatever unit the file uses, y up, relative to
+//! [`Scene::origin`]; colours are linear Rec. 709. What a file has and we ignore, what we assumed, and what we derived
 //! stands in [`Scene::notes`], to be shown to the user.
 
 pub mod bounds;
@@ -23,8 +23,11 @@ pub mod note;
 mod obj;
 pub mod occlusion;
 pub mod options;
+mod origin;
+mod rebase;
 mod scene;
 mod sidecar;
+mod tangent;
 #[cfg(test)]
 mod tests;
 mod tint;
@@ -36,7 +39,7 @@ pub use facts::{Fact, Facts, Traits};
 pub use images::Image;
 pub use light::{Light, LightKind};
 pub use material::{Filter, Material, TextureUse, UvTransform, Wrap};
-pub use mesh::Mesh;
+pub use mesh::{Detail, Mesh};
 pub use note::{Note, NoteKind};
 pub use options::{Limits, Options};
 pub use scene::{Scene, Triangle};

@@ -32,7 +32,7 @@ impl Scene {
     /// Those of [`Scene::load`].
     pub fn load_with(name_or_path: &str, options: &Options) -> Result<Self, SceneError> {
         if builtin::is_builtin(name_or_path) {
-            return Self::builtin(name_or_path);
+            return Self::builtin_about(name_or_path, options.origin);
         }
         let path = Path::new(name_or_path);
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
@@ -50,8 +50,12 @@ impl Scene {
     /// [`SceneError::UnknownBuiltin`] lists the known names, [`SceneError::Detail`] the range of the
     /// number.
     pub fn builtin(name: &str) -> Result<Self, SceneError> {
+        Self::builtin_about(name, None)
+    }
+
+    fn builtin_about(name: &str, origin: Option<[f64; 3]>) -> Result<Self, SceneError> {
         let draft = builtin::make(name)?;
-        draft.finish(Path::new(name), name.to_owned())
+        draft.finish(Path::new(name), name.to_owned(), origin)
     }
 
     /// Loads a file, and its sidecar where there is one.
@@ -88,6 +92,6 @@ impl Scene {
         drop(bytes);
         sidecar::apply(path, &options.limits, &mut draft)?;
         let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        draft.finish(path, stem)
+        draft.finish(path, stem, options.origin)
     }
 }

@@ -5,6 +5,8 @@ use super::note::{NoteKind, Notes};
 /// The largest and the smallest positive half float: what is emitted is drawn into textures of them. [IEEE 754 binary16]
 const MOST_EMISSION: f32 = 65504.0;
 const LEAST_EMISSION: f32 = 5.960_464_5e-8;
+/// The smallest half that has all its bits.
+const LEAST_NORMAL: f32 = 6.103_515_6e-5;
 
 /// A surface of the metallic-roughness model.
 ///
@@ -30,6 +32,10 @@ pub struct Material {
     pub metallic_roughness_texture: Option<TextureUse>,
     /// sRGB.
     pub emission_texture: Option<TextureUse>,
+    /// Linear: the normal in the space of the tangent, each coordinate from -1 to 1, green up.
+    pub normal_texture: Option<TextureUse>,
+    /// What x and y of the normal map are multiplied with.
+    pub normal_scale: f32,
     /// Where alpha is below this, there is no surface.
     pub alpha_cutoff: Option<f32>,
     /// Whether the back is seen and lit as well, with the normal turned over.
@@ -50,6 +56,8 @@ impl Material {
             base_color_texture: None,
             metallic_roughness_texture: None,
             emission_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
             alpha_cutoff: None,
             double_sided: false,
         }
@@ -69,6 +77,9 @@ impl Material {
         clamp(&mut self.roughness, 1.0);
         clamp(&mut self.metallic, 1.0);
         clamp(&mut self.dielectric, 1.0);
+        if !self.normal_scale.is_finite() {
+            (self.normal_scale, moved) = (1.0, true);
+        }
         if moved {
             notes.add(NoteKind::Assumed, "factors clamped to their range", &self.name);
         }
@@ -82,6 +93,9 @@ impl Material {
         } else if brightest > 0.0 && brightest < LEAST_EMISSION {
             let text = "emission below 6e-8, the least half: it is not seen";
             notes.add(NoteKind::Ignored, text, format!("{}: {brightest}", self.name));
+        } else if brightest > 0.0 && brightest < LEAST_NORMAL {
+            let text = "emission below 6.1e-5, where halves are coarse: it may be off by half a step of 6e-8";
+            notes.add(NoteKind::Assumed, text, format!("{}: {brightest}", self.name));
         }
     }
 
@@ -104,9 +118,15 @@ impl Material {
 
     /// The textures it uses.
     pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
-        [&self.base_color_texture, &self.metallic_roughness_texture, &self.emission_texture]
-            .into_iter()
-            .flatten()
+        let Self { base_color_texture, metallic_roughness_texture, .. } = self;
+        [
+            base_color_texture,
+            metallic_roughness_texture,
+            &self.emission_texture,
+            &self.normal_texture,
+        ]
+        .into_iter()
+        .flatten()
     }
 }
 
@@ -125,6 +145,8 @@ pub struct TextureUse {
     pub mip: Option<Filter>,
     /// From the mesh's texture coordinates to those the image is read at.
     pub transform: UvTransform,
+    /// Whether these are the mesh's second ones.
+    pub second: bool,
 }
 
 impl TextureUse {
@@ -137,6 +159,7 @@ impl TextureUse {
             minify: Filter::Linear,
             mip: Some(Filter::Linear),
             transform: UvTransform::default(),
+            second: false,
         }
     }
 }

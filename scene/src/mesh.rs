@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::SceneError;
 use super::note::{NoteKind, Notes};
+use super::origin;
 
 /// Triangles of one material in world space. No triangle is degenerate.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +23,36 @@ pub struct Mesh {
     pub indices: Vec<u32>,
     /// Index into [`super::Scene::materials`].
     pub material: usize,
+    /// What few meshes have.
+    pub detail: Detail,
+}
+
+/// What few meshes have of each vertex; each list is as long as the positions, or empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Detail {
+    /// A second set of texture coordinates, v pointing down.
+    pub uvs: Vec<[f32; 2]>,
+    /// Linear Rec. 709 and opacity, each 0 to 1: what the base colour is multiplied with.
+    pub colors: Vec<[f32; 4]>,
+    /// Where the u of the normal map rises, of unit length or 0, and in w the sign of the bitangent, which is that times
+    /// `cross(normal, tangent)`. [glTF 2.0, section 3.7.2.1]
+    pub tangents: Vec<[f32; 4]>,
+}
+
+impl Detail {
+    /// The same of some vertices, by their numbers.
+    fn take(&self, vertices: impl Iterator<Item = usize> + Clone) -> Self {
+        Self {
+            uvs: taken(&self.uvs, vertices.clone()),
+            colors: taken(&self.colors, vertices.clone()),
+            tangents: taken(&self.tangents, vertices),
+        }
+    }
+}
+
+/// The elements of some numbers, of a list that may be empty.
+fn taken<T: Copy>(list: &[T], numbers: impl Iterator<Item = usize>) -> Vec<T> {
+    numbers.filter_map(|number| list.get(number).copied()).collect()
 }
 
 impl Mesh {
@@ -45,22 +76,35 @@ impl Mesh {
 #[derive(Debug, Default)]
 pub(super) struct RawMesh {
     pub(super) name: String,
-    pub(super) positions: Vec<[f32; 3]>,
+    /// In the file's space, before an origin is subtracted.
+    pub(super) positions: Vec<[f64; 3]>,
     pub(super) normals: Vec<[f32; 3]>,
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) indices: Vec<u32>,
     pub(super) material: usize,
+    pub(super) detail: Detail,
+    /// How far positions may be off that were rounded when the file was written; 0 where that is not known.
+    pub(super) rounding: f64,
 }
 
 impl RawMesh {
-    /// Checks the positions, drops degenerate triangles and mends normals; `None` where no triangle
-    /// is left.
+    /// The positions that triangles have, but for those that are not finite.
+    pub(super) fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
+        let corners = self.indices.iter().map(|&index| self.positions[index as usize].into());
+        corners.filter(|corner: &DVec3| corner.is_finite())
+    }
+
+    /// Takes positions relative to an origin, checks them, drops degenerate triangles and mends normals; `None` where no
+    /// triangle is left.
     pub(super) fn clean(
-        mut self,
+        self,
         file: &Path,
+        origin: DVec3,
         notes: &mut Notes,
     ) -> Result<Option<Mesh>, SceneError> {
-        if let Some(vertex) = self.positions.iter().position(|&p| !Vec3::from(p).is_finite()) {
+        let relative = |&position: &[f64; 3]| origin::relative(position.into(), origin);
+        let positions: Vec<_> = self.positions.iter().map(relative).collect();
+        if let Some(vertex) = positions.iter().position(|&p| !Vec3::from(p).is_finite()) {
             return Err(SceneError::NonFinite {
                 file: file.into(),
                 mesh: self.name,
@@ -68,40 +112,38 @@ impl RawMesh {
                 position: self.positions[vertex],
             });
         }
-        let found = self.indices.len() / 3;
-        let (kept, face_normals) = self.sound_triangles();
-        self.indices = kept;
-        let dropped = found - self.indices.len() / 3;
+        let Self { name, normals, uvs, indices, material, detail, .. } = self;
+        let mut mesh = Mesh { name, positions, normals, uvs, indices, material, detail };
+        let found = mesh.triangle_count();
+        let (kept, face_normals) = mesh.sound_triangles();
+        mesh.indices = kept;
+        let dropped = found - mesh.triangle_count();
         if dropped > 0 {
             let text = "degenerate triangles dropped";
-            notes.add(NoteKind::Ignored, text, format!("{}: {dropped}", self.name));
+            notes.add(NoteKind::Ignored, text, format!("{}: {dropped}", mesh.name));
         }
-        if self.indices.is_empty() {
+        if mesh.indices.is_empty() {
             return Ok(None);
         }
-        if self.normals.is_empty() {
-            notes.add(NoteKind::Derived, "no normals: flat ones made", &self.name);
-            self.flatten(&face_normals);
-        } else if self.mend_normals(&face_normals) {
+        if mesh.normals.is_empty() {
+            notes.add(NoteKind::Derived, "no normals: flat ones made", &mesh.name);
+            mesh.flatten(&face_normals);
+        } else if mesh.mend_normals(&face_normals) {
             let text = "normals without a direction replaced by the triangles'";
-            notes.add(NoteKind::Derived, text, &self.name);
+            notes.add(NoteKind::Derived, text, &mesh.name);
         }
-        if self.uvs.iter().flatten().any(|coordinate| !coordinate.is_finite()) {
+        let coordinates = mesh.uvs.iter_mut().chain(&mut mesh.detail.uvs).flatten();
+        let mut wrong = coordinates.filter(|coordinate| !coordinate.is_finite()).peekable();
+        if wrong.peek().is_some() {
             let text = "texture coordinates that are not finite set to 0";
-            notes.add(NoteKind::Assumed, text, &self.name);
-            let coordinates = self.uvs.iter_mut().flatten();
-            coordinates.filter(|c| !c.is_finite()).for_each(|c| *c = 0.0);
+            notes.add(NoteKind::Assumed, text, &mesh.name);
+            wrong.for_each(|coordinate| *coordinate = 0.0);
         }
-        Ok(Some(Mesh {
-            name: self.name,
-            positions: self.positions,
-            normals: self.normals,
-            uvs: self.uvs,
-            indices: self.indices,
-            material: self.material,
-        }))
+        Ok(Some(mesh))
     }
+}
 
+impl Mesh {
     /// The indices of the triangles that have an area, and for each the normal times twice its area.
     fn sound_triangles(&self) -> (Vec<u32>, Vec<DVec3>) {
         let corner = |index: u32| Vec3::from(self.positions[index as usize]).as_dvec3();
@@ -120,16 +162,31 @@ impl RawMesh {
 
     /// Gives each triangle its own vertices, with the triangle's normal.
     fn flatten(&mut self, face_normals: &[DVec3]) {
-        let take = |index: &u32| *index as usize;
-        self.positions = self.indices.iter().map(|i| self.positions[take(i)]).collect();
-        if !self.uvs.is_empty() {
-            self.uvs = self.indices.iter().map(|i| self.uvs[take(i)]).collect();
-        }
+        let corners = self.indices.iter().map(|index| *index as usize);
+        self.positions = taken(&self.positions, corners.clone());
+        self.uvs = taken(&self.uvs, corners.clone());
+        self.detail = self.detail.take(corners);
+        // Tangents are of the normals that are not there. [glTF 2.0, section 3.7.2.1]
+        self.detail.tangents.clear();
         self.normals = face_normals
             .iter()
             .flat_map(|normal| [normal.normalize().as_vec3().into(); 3])
             .collect();
         self.indices = (0..).take(self.indices.len()).collect();
+    }
+
+    /// The number of a vertex that is the same as another.
+    pub(super) fn copy(&mut self, vertex: usize) -> u32 {
+        let number = self.positions.len() as u32;
+        let one = std::iter::once(vertex);
+        self.positions.extend(taken(&self.positions, one.clone()));
+        self.normals.extend(taken(&self.normals, one.clone()));
+        self.uvs.extend(taken(&self.uvs, one.clone()));
+        let Detail { uvs, colors, tangents } = self.detail.take(one);
+        self.detail.uvs.extend(uvs);
+        self.detail.colors.extend(colors);
+        self.detail.tangents.extend(tangents);
+        number
     }
 
     /// Makes normals unit vectors; those that have no direction get the mean of their triangles'.

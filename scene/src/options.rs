@@ -5,13 +5,16 @@ use std::path::Path;
 use super::SceneError;
 
 /// How a scene is loaded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// Whether buffers, images and material libraries may lie outside of the folder of the scene's file. A scene from
     /// somewhere else could otherwise name any file that the user can read.
     pub allow_outside: bool,
     /// What is refused before it is read or made.
     pub limits: Limits,
+    /// What positions become relative to, such as an engine's own origin; else one is chosen, as [`super::Scene::origin`]
+    /// says.
+    pub origin: Option<[f64; 3]>,
 }
 
 /// The most that a scene may take. Counts, not bytes: they mean the same on every machine.

@@ -14,7 +14,10 @@ use crate::note::Note;
 pub struct Scene {
     /// The built-in name as given, or the file's stem.
     pub name: String,
-    /// Triangles in world space.
+    /// What all positions are relative to, in the file's space: what [`super::Options::origin`] says, else 0 where the
+    /// middle of the scene lies within 16 of its radii of it, else a point near the middle. It is subtracted in 64 bits.
+    pub origin: [f64; 3],
+    /// Triangles in world space, like everything relative to the origin.
     pub meshes: Vec<Mesh>,
     /// What [`Mesh::material`] counts in.
     pub materials: Vec<Material>,
@@ -56,8 +59,8 @@ impl Scene {
         self.meshes.iter().map(Mesh::triangle_count).sum()
     }
 
-    /// The box around all positions.
+    /// The box around all triangles; vertices that no triangle has do not count.
     pub fn bounds(&self) -> Bounds {
-        Bounds::around(self.meshes.iter().flat_map(|mesh| &mesh.positions))
+        Bounds::around(self.meshes.iter().flat_map(|mesh| mesh.triangles().flatten()))
     }
 }

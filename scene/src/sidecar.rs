@@ -18,12 +18,13 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::{Camera, Light, LightKind, Limits, SceneError, files};
 use crate::draft::Draft;
+use crate::origin::Placed;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -36,8 +37,8 @@ struct Sidecar {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CameraEntry {
-    position: [f32; 3],
-    target: [f32; 3],
+    position: [f64; 3],
+    target: [f64; 3],
     #[serde(default = "up")]
     up: [f32; 3],
     #[serde(default = "vertical_fov_degrees")]
@@ -57,8 +58,8 @@ fn vertical_fov_degrees() -> f32 {
 struct LightEntry {
     name: Option<String>,
     kind: Kind,
-    position: Option<[f32; 3]>,
-    target: Option<[f32; 3]>,
+    position: Option<[f64; 3]>,
+    target: Option<[f64; 3]>,
     direction: Option<[f32; 3]>,
     inner_cone_degrees: Option<f32>,
     outer_cone_degrees: Option<f32>,
@@ -91,13 +92,12 @@ pub(super) fn apply(file: &Path, limits: &Limits, draft: &mut Draft) -> Result<(
     let mut faults = Vec::new();
     if let Some(entry) = parsed.camera {
         let (span, entry) = (entry.span(), entry.into_inner());
-        let camera = Camera::look_at(
-            entry.position,
-            entry.target,
-            entry.up,
-            entry.vertical_fov_degrees.to_radians(),
-        );
-        faults.extend(camera.fault(&sidecar).map(|f| fault(Some(span.clone()), f.reason())));
+        let position = DVec3::from(entry.position);
+        let forward = (DVec3::from(entry.target) - position).normalize_or(DVec3::NEG_Z).as_vec3();
+        let angle = entry.vertical_fov_degrees.to_radians();
+        let camera = Camera::along([0.0; 3], forward, entry.up.into(), angle);
+        let camera = Placed::at(position, camera);
+        faults.extend(camera.what.fault(&sidecar).map(|f| fault(Some(span.clone()), f.reason())));
         if entry.position == entry.target {
             let message = "camera: position and target are the same point".to_owned();
             faults.push(fault(Some(span), message));
@@ -111,7 +111,7 @@ pub(super) fn apply(file: &Path, limits: &Limits, draft: &mut Draft) -> Result<(
         let (span, entry) = (entry.span(), entry.into_inner());
         match entry.into_light(index) {
             Ok(light) => {
-                faults.extend(light.fault(&sidecar).map(|f| fault(Some(span), f.reason())));
+                faults.extend(light.what.fault(&sidecar).map(|f| fault(Some(span), f.reason())));
                 draft.lights.push(light);
             }
             Err(message) => faults.push(fault(Some(span), message)),
@@ -121,7 +121,7 @@ pub(super) fn apply(file: &Path, limits: &Limits, draft: &mut Draft) -> Result<(
 }
 
 impl LightEntry {
-    fn into_light(self, index: usize) -> Result<Light, String> {
+    fn into_light(self, index: usize) -> Result<Placed<Light>, String> {
         let name = self.name.unwrap_or_else(|| format!("light {index}"));
         let missing = |key: &str, kind: &str| format!("light `{name}`: a {kind} needs `{key}`");
         let position = match (self.kind, self.position) {
@@ -137,7 +137,8 @@ impl LightEntry {
             }
             (_, Some(direction), None) => direction,
             (_, None, Some(target)) => {
-                (Vec3::from(target) - Vec3::from(self.position.unwrap_or_default())).into()
+                let position = DVec3::from(self.position.unwrap_or_default());
+                (DVec3::from(target) - position).normalize_or_zero().as_vec3().into()
             }
             (Kind::Spot, ..) => return Err(missing("target` or `direction", "spot light")),
             (Kind::Directional, ..) => {
@@ -157,14 +158,15 @@ impl LightEntry {
             (Kind::Directional, ..) => LightKind::Directional,
             (Kind::Point, ..) => LightKind::Point,
         };
-        Ok(Light {
+        let light = Light {
             name,
             kind,
-            position,
+            position: [0.0; 3],
             direction: Vec3::from(direction).normalize_or_zero().into(),
             intensity: self.intensity,
             range: self.range,
-        })
+        };
+        Ok(Placed::at(position.into(), light))
     }
 }
 

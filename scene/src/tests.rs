@@ -265,6 +265,17 @@ fn positions_must_be_finite_and_triangles_must_be_there() {
 }
 
 #[test]
+fn vertices_that_a_file_rounds_are_noted() {
+    let noted = |away: f32| {
+        let scene =
+            load(&triangle_of([away, 0.0, 0.0, away + 1.0, 0.0, 0.0, away, 1.0, 0.0])).unwrap();
+        scene.notes.iter().any(|note| note.text.contains("rounded by more than a thousandth"))
+    };
+    // The radius is 0.71, steps at 16384 are 1/512, half of which is more than a thousandth of it.
+    assert!(noted(1e6) && noted(16384.0) && !noted(16380.0) && !noted(0.0));
+}
+
+#[test]
 fn lights_must_have_power_and_a_cone() {
     let mut document = triangle();
     let lights = &mut document["extensions"]["KHR_lights_punctual"]["lights"];

@@ -31,6 +31,7 @@ const OPTIONS: Options = Options {
         image_texels: 1 << 18,
         texels: 1 << 20,
     },
+    origin: None,
 };
 
 /// Pieces that formats give a meaning to.

@@ -7,11 +7,9 @@ use crate::condition::Condition;
 use crate::error::{Code, Diagnostic};
 use crate::library::Library;
 use crate::link::{Candidate, Graph};
-use crate::order::Order;
 use crate::parse::{Declaration, Module};
 use crate::resolve::resolve;
 use crate::source::Span;
-use crate::validate::Omitted;
 
 /// A text, and where each stretch of it comes from.
 #[derive(Clone, Debug, Default)]
@@ -60,6 +58,33 @@ pub(crate) struct Piece {
 
 /// Declarations that need each other in a row, at most.
 const DEEPEST: usize = 200;
+
+/// The pieces of a text in their order, and how many of them stand above the functions.
+pub(crate) struct Order {
+    /// Indices of pieces.
+    pub(crate) pieces: Vec<usize>,
+    /// How many of them, from the first one on, are the host's: overrides, bindings with their structs, entry points.
+    pub(crate) interface: usize,
+}
+
+impl Order {
+    /// The pieces for which `keep` says so as modules import each other, what is imported first.
+    pub(crate) fn of_imports(keep: &[bool]) -> Self {
+        let pieces = (0..keep.len()).filter(|piece| keep[*piece]).collect();
+        Self { pieces, interface: 0 }
+    }
+}
+
+/// A declaration that a variant does without.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Omitted {
+    /// Its name.
+    pub name: String,
+    /// `function`, `struct`, `alias`, `const`, `override`, `var`.
+    pub kind: String,
+    /// Why the variant does without it.
+    pub reason: String,
+}
 
 /// All declarations of the modules that a variant imports, conditions decided.
 #[derive(Clone, Debug)]

@@ -4,6 +4,9 @@
 //! they are compiled, so a host cannot disagree with the shaders.
 
 mod axis;
+mod described;
+mod error;
+mod follow;
 mod frame;
 mod layout;
 mod layout_names;
@@ -14,12 +17,12 @@ mod support;
 mod variant;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use quote::quote;
 
+pub use self::described::Described;
+pub use self::error::Error;
 use crate::library::Library;
-use crate::manifest::{self, Layout};
 use axis::axis_type;
 use layout::entry_makers;
 use names::{ident, pascal};
@@ -27,44 +30,6 @@ use pass::pass_module;
 use structs::Structs;
 use support::{RESERVED, support};
 use variant::{embedded_entry, variant_entry};
-
-/// Why there are no bindings.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// Two things of the library would have one name in Rust.
-    #[error(
-        "`{name}` would name {first} and {second} in the Rust bindings; rename one of them in the library"
-    )]
-    Collision {
-        /// The name.
-        name: String,
-        /// One of them.
-        first: String,
-        /// The other.
-        second: String,
-    },
-    /// A number that Rust has no type for.
-    #[error(
-        "`{place}` is {ty}, for which the Rust bindings have no type; known are f16, f32, f64, i32, u32, i64, u64"
-    )]
-    Scalar {
-        /// Struct and field.
-        place: String,
-        /// Its type in WGSL.
-        ty: String,
-    },
-    /// What was generated is no Rust.
-    #[error("the generated bindings are not Rust: {0}")]
-    Syntax(#[from] syn::Error),
-}
-
-/// A variant with the layouts of the structs in its buffers.
-pub struct Described<'a> {
-    /// What the manifest says of it.
-    pub variant: &'a manifest::Described,
-    /// Its structs.
-    pub layouts: &'a [Arc<Layout>],
-}
 
 /// The text of `lib.rs`: the whole library's axes and passes, and what a host needs to know of `variants`.
 ///

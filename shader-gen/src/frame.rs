@@ -63,7 +63,7 @@
 pub mod authored;
 mod check;
 mod expand;
-mod formula;
+pub(crate) mod formula;
 mod scope;
 
 pub use check::{check, json};

@@ -3,11 +3,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::assemble::Assembled;
+use crate::assemble::{Assembled, Order};
 use crate::error::{Code, Diagnostic, Report};
 use crate::generate;
 use crate::library::{FunctionLibrary, Library};
-use crate::order::Order;
 use crate::parse::Kind;
 use crate::prune::reachable;
 use crate::validate::validate;

@@ -12,6 +12,7 @@ pub(crate) mod place;
 mod preset;
 mod rule;
 mod steps;
+mod value;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -138,6 +139,9 @@ pub struct Axis {
     /// Whether a person or an engine sets it; else it follows from other axes, from what is drawn, or from the step.
     #[serde(default = "yes")]
     pub setting: bool,
+    /// Whether methods are compared by it; else it is what the scene or the host has.
+    #[serde(default = "yes")]
+    pub compared: bool,
     /// Whether its default is left out of identifiers and of the heads of texts: variants keep their names when their pass
     /// gains such an axis. Of each pass the last axis alone may be one, so that an identifier still says all.
     #[serde(default)]

@@ -13,25 +13,24 @@ pub struct Variant {
     pub pass: String,
     /// `(axis, value)` in the pass's order of axes.
     pub values: Vec<(String, String)>,
-    /// How many of them an identifier names: all but the default of an axis that is implied.
-    named: usize,
+    /// Which of them an identifier names: all but the defaults of axes that are implied.
+    named: Vec<bool>,
 }
 
 impl Variant {
     /// A variant of a library.
     fn of(library: &Library, pass: &Pass, values: Vec<(String, String)>) -> Self {
-        let implied = |(axis, value): &&(String, String)| {
+        let is_named = |(axis, value): &(String, String)| {
             let known = library.axis.get(axis).filter(|axis| axis.implied);
-            known.is_some_and(|axis| axis.default == *value)
+            known.is_none_or(|axis| axis.default != *value)
         };
-        let named = values.len() - values.last().iter().filter(|last| implied(last)).count();
+        let named = values.iter().map(is_named).collect();
         Self { pass: pass.name.clone(), values, named }
     }
 
     /// The values that its identifier names.
-    #[must_use]
-    pub fn named(&self) -> &[(String, String)] {
-        &self.values[..self.named]
+    pub fn named(&self) -> impl Iterator<Item = &(String, String)> {
+        self.values.iter().zip(&self.named).filter(|(_, named)| **named).map(|(value, _)| value)
     }
 
     /// Pass and values joined by `-`, as in `scan-exact-wide`.
@@ -50,7 +49,7 @@ impl Variant {
 impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.pass)?;
-        self.named().iter().try_for_each(|(_, value)| write!(f, "-{value}"))
+        self.named().try_for_each(|(_, value)| write!(f, "-{value}"))
     }
 }
 

@@ -6,73 +6,56 @@
 
 use std::collections::HashSet;
 
-use crate::assemble::{Assembled, Piece};
+use crate::assemble::{Assembled, Order, Piece};
 use crate::parse::{Declaration, Kind};
 
-/// The pieces of a text in their order, and how many of them stand above the functions.
-pub(crate) struct Order {
-    /// Indices of pieces.
-    pub(crate) pieces: Vec<usize>,
-    /// How many of them, from the first one on, are the host's: overrides, bindings with their structs, entry points.
-    pub(crate) interface: usize,
-}
-
-impl Order {
-    /// The pieces for which `keep` says so as modules import each other, what is imported first.
-    pub(crate) fn of_imports(keep: &[bool]) -> Self {
-        let pieces = (0..keep.len()).filter(|piece| keep[*piece]).collect();
-        Self { pieces, interface: 0 }
+/// The pieces for which `keep` says so as a person reads them, from `entry_points` on.
+pub(crate) fn of_reading(
+    assembled: &Assembled<'_>,
+    keep: &[bool],
+    entry_points: &[String],
+) -> Order {
+    let pieces = assembled.pieces();
+    let declaration = |piece: usize| assembled.declaration(&pieces[piece]);
+    let kept = || (0..pieces.len()).filter(|piece| keep[*piece]);
+    let mut placed = Placed { assembled, keep, order: Vec::new(), seen: HashSet::new() };
+    for piece in kept() {
+        if placed.is_of_constants(pieces[piece].module) {
+            placed.place(piece);
+        }
     }
-
-    /// The pieces for which `keep` says so as a person reads them, from `entry_points` on.
-    pub(crate) fn of_reading(
-        assembled: &Assembled<'_>,
-        keep: &[bool],
-        entry_points: &[String],
-    ) -> Self {
-        let pieces = assembled.pieces();
-        let declaration = |piece: usize| assembled.declaration(&pieces[piece]);
-        let kept = || (0..pieces.len()).filter(|piece| keep[*piece]);
-        let mut placed = Placed { assembled, keep, order: Vec::new(), seen: HashSet::new() };
-        for piece in kept() {
-            if placed.is_of_constants(pieces[piece].module) {
-                placed.place(piece);
+    for piece in kept().filter(|piece| declaration(*piece).kind == Kind::Override) {
+        placed.place(piece);
+    }
+    let mut bound: Vec<_> = kept().filter(|piece| declaration(*piece).binding.is_some()).collect();
+    bound.sort_by_key(|piece| declaration(*piece).binding);
+    for piece in &bound {
+        placed.place_named(*piece, |_| true);
+    }
+    for piece in bound {
+        placed.place(piece);
+    }
+    for piece in kept().filter(|piece| declaration(*piece).kind == Kind::Variable) {
+        placed.place(piece);
+    }
+    let entry_points: Vec<_> =
+        entry_points.iter().filter_map(|name| assembled.find(name)).collect();
+    for piece in &entry_points {
+        let body = declaration(*piece).body;
+        placed.place_named(*piece, |at| at < body);
+    }
+    for piece in &entry_points {
+        placed.place(*piece);
+    }
+    let interface = placed.order.len();
+    for module in placed.modules(&entry_points) {
+        for piece in kept().filter(|piece| pieces[*piece].module == module) {
+            if placed.seen.insert(piece) {
+                placed.order.push(piece);
             }
         }
-        for piece in kept().filter(|piece| declaration(*piece).kind == Kind::Override) {
-            placed.place(piece);
-        }
-        let mut bound: Vec<_> =
-            kept().filter(|piece| declaration(*piece).binding.is_some()).collect();
-        bound.sort_by_key(|piece| declaration(*piece).binding);
-        for piece in &bound {
-            placed.place_named(*piece, |_| true);
-        }
-        for piece in bound {
-            placed.place(piece);
-        }
-        for piece in kept().filter(|piece| declaration(*piece).kind == Kind::Variable) {
-            placed.place(piece);
-        }
-        let entry_points: Vec<_> =
-            entry_points.iter().filter_map(|name| assembled.find(name)).collect();
-        for piece in &entry_points {
-            let body = declaration(*piece).body;
-            placed.place_named(*piece, |at| at < body);
-        }
-        for piece in &entry_points {
-            placed.place(*piece);
-        }
-        let interface = placed.order.len();
-        for module in placed.modules(&entry_points) {
-            for piece in kept().filter(|piece| pieces[*piece].module == module) {
-                if placed.seen.insert(piece) {
-                    placed.order.push(piece);
-                }
-            }
-        }
-        Self { pieces: placed.order, interface }
     }
+    Order { pieces: placed.order, interface }
 }
 
 struct Placed<'a> {

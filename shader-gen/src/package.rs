@@ -1,30 +1,33 @@
 //! A package: the files of a set of variants, written beside their place and renamed.
 
+mod difference;
+mod error;
 mod exchange;
 mod folder;
 mod json;
+mod options;
 mod text;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::Path;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 pub use sglow_seal::Fault;
 use sglow_seal::{MANIFEST, SUMS, at, read_if_there};
 
-pub use self::folder::{Change, Difference, Outcome, claim, compare, verify_hashes, write};
+pub use self::difference::{Change, Difference, Outcome};
+pub use self::error::{Cause, Error, VariantError};
+pub use self::folder::{claim, compare, verify_hashes, write};
 use self::folder::{mend, remember, remembered};
 pub use self::json::json;
+pub use self::options::{Options, Parts, Purpose, Target, UnknownTarget};
 use crate::bindings;
 use crate::emit::{spirv, wgsl};
-use crate::error::Report;
 use crate::frame;
-use crate::functions::{Functions, functions};
+use crate::functions::functions;
 use crate::generate;
 use crate::hash;
 use crate::library::Library;
@@ -33,172 +36,6 @@ use crate::matrix::Variant;
 use crate::name;
 use crate::prune::Whole;
 use crate::validate::Validated;
-
-/// A language that packages are written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Target {
-    /// Commented WGSL; every package has it.
-    Wgsl,
-    /// SPIR-V 1.3 for Vulkan 1.1 and later.
-    Spirv,
-    /// Bindings for wgpu.
-    Rust,
-}
-
-impl Target {
-    /// Every target.
-    pub const ALL: [Self; 3] = [Self::Wgsl, Self::Spirv, Self::Rust];
-
-    /// Its name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Wgsl => "wgsl",
-            Self::Spirv => "spirv",
-            Self::Rust => "rust",
-        }
-    }
-}
-
-impl fmt::Display for Target {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-/// A name that no [`Target`] has.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown target `{0}`; known targets: wgsl, spirv, rust")]
-pub struct UnknownTarget(pub String);
-
-impl FromStr for Target {
-    type Err = UnknownTarget;
-
-    fn from_str(name: &str) -> Result<Self, UnknownTarget> {
-        let known = Self::ALL.into_iter().find(|target| target.name() == name);
-        known.ok_or_else(|| UnknownTarget(name.to_owned()))
-    }
-}
-
-/// What variants were chosen for, and what was left out for that. Nothing here is looked at: it goes into the manifest.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Purpose {
-    /// The input.
-    pub made_for: manifest::MadeFor,
-    /// What was left out.
-    pub left_out: Vec<manifest::LeftOut>,
-}
-
-/// What is written, and where.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// The folder of the package.
-    pub out: PathBuf,
-    /// Folders that are laid over the library, in their order.
-    pub over: Vec<PathBuf>,
-    /// Languages beside WGSL, which is always written.
-    pub targets: BTreeSet<Target>,
-    /// The variants; those that the library's `[package]` table selects if absent.
-    pub variants: Option<Vec<Variant>>,
-    /// What the variants were chosen for; any input if absent.
-    pub purpose: Option<Purpose>,
-    /// Compares the folder with what would be written, and writes nothing.
-    pub check: bool,
-    /// A folder to remember in that nothing has changed; nothing is remembered if absent.
-    pub cache: Option<PathBuf>,
-}
-
-impl Options {
-    /// The package that a library commits: WGSL and Rust bindings of the selected variants.
-    pub fn new(out: impl Into<PathBuf>) -> Self {
-        Self {
-            out: out.into(),
-            over: Vec::new(),
-            targets: BTreeSet::from([Target::Wgsl, Target::Rust]),
-            variants: None,
-            purpose: None,
-            check: false,
-            cache: None,
-        }
-    }
-}
-
-/// A variant that cannot be written.
-#[derive(Debug, thiserror::Error)]
-#[error("{variant}: {cause}")]
-pub struct VariantError {
-    /// The variant.
-    pub variant: String,
-    /// Why.
-    pub cause: Cause,
-}
-
-/// Why a variant cannot be written.
-#[derive(Debug, thiserror::Error)]
-pub enum Cause {
-    /// It cannot be described for its host.
-    #[error(transparent)]
-    Reflection(#[from] manifest::Error),
-    /// It has no SPIR-V.
-    #[error(transparent)]
-    Spirv(#[from] spirv::Error),
-}
-
-/// Why a package was not written, or is not what it should be.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// The library is wrong.
-    #[error(transparent)]
-    Library(#[from] Report),
-    /// Variants cannot be written.
-    #[error("{}", lines(.0))]
-    Variants(Vec<VariantError>),
-    /// There are no Rust bindings.
-    #[error(transparent)]
-    Bindings(#[from] bindings::Error),
-    /// A licence whose text is not known.
-    #[error(
-        "the library's licence names `{0}`, whose text is not known; known are MIT, Apache-2.0"
-    )]
-    License(String),
-    /// The manifest cannot be written as JSON.
-    #[error("the manifest cannot be written: {0}")]
-    Manifest(#[from] serde_json::Error),
-    /// A file cannot be read or written.
-    #[error(transparent)]
-    File(#[from] Fault),
-    /// The folder has somebody else's files.
-    #[error("{}: a package would replace files of this folder: {why}; name a new or empty one", path.display())]
-    NotOurs {
-        /// The folder.
-        path: PathBuf,
-        /// What it is instead of a package.
-        why: String,
-    },
-    /// Another package than the committed one would take its place.
-    #[error("{}: this would replace the committed package by another one; name another folder", path.display())]
-    Committed {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The folder is not what would be written.
-    #[error("the package is not what its sources make; {}:\n{}", advice(.0), lines(.0))]
-    Differs(Vec<Difference>),
-}
-
-/// What mends differences.
-fn advice(differences: &[Difference]) -> &'static str {
-    let extra = |one: &&Difference| one.change == Change::Extra;
-    match differences.iter().filter(extra).count() {
-        0 => "run `cargo xtask gen-shaders`",
-        count if count == differences.len() => "remove what is not part of it",
-        _ => "remove what is not part of it and run `cargo xtask gen-shaders`",
-    }
-}
-
-fn lines(items: &[impl fmt::Display]) -> String {
-    items.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
-}
 
 /// What [`generate()`] is about to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -269,6 +106,16 @@ pub fn generate(
     Ok(outcome)
 }
 
+/// How many files were, or are, not what they should be.
+#[must_use]
+pub fn differing(outcome: &Result<Outcome, Error>) -> usize {
+    match outcome {
+        Ok(outcome) => outcome.written.len() + outcome.removed.len(),
+        Err(Error::Differs(differences)) => differences.len(),
+        Err(_) => 0,
+    }
+}
+
 /// Makes sure, before the work, that the package may take the place of what is in its folder, and mends what a run that was
 /// cut off left there. The folder of the package that a library commits is its own, whatever has become of the files in it,
 /// and takes no other package.
@@ -288,23 +135,6 @@ fn settle(folder: &Path, library: &Library, options: &Options) -> Result<(), Err
 }
 
 // ---------------------------------------------------------------- in memory
-
-/// What a package is made of.
-#[derive(Clone, Copy, Debug)]
-pub struct Parts<'a> {
-    /// The library.
-    pub library: &'a Library,
-    /// Its variants.
-    pub variants: &'a [Validated],
-    /// Its functions for hosts that bring their own passes.
-    pub functions: Option<&'a Functions>,
-    /// What changed in which version; the first version alone if absent.
-    pub changelog: Option<&'a str>,
-    /// Stands in the manifest for all of this.
-    pub source_hash: &'a str,
-    /// What the variants were chosen for; any input if absent.
-    pub purpose: Option<&'a Purpose>,
-}
 
 /// SHA-256 of all that a package is made of.
 #[must_use]

@@ -10,8 +10,8 @@ use std::fmt::{Debug, Write};
 use naga::compact::{KeepUnused, compact};
 use naga::{Block, Span, Statement};
 
-use crate::assemble::{Assembled, Text};
-use crate::order::Order;
+use crate::assemble::{Assembled, Order, Text};
+use crate::order::of_reading;
 use crate::parse::Kind;
 
 /// What a pruned text is compared with.
@@ -44,7 +44,7 @@ pub(crate) fn prune(assembled: &Assembled<'_>, entry_points: &[String], whole: W
         Whole::Modules => vec![true; keep.len()],
     };
     rest.iter_mut().zip(&keep).for_each(|(rest, keep)| *rest &= !keep);
-    let order = Order::of_reading(assembled, &keep, entry_points);
+    let order = of_reading(assembled, &keep, entry_points);
     let text = assembled.text(&order);
     let unpruned = rest
         .contains(&true)

@@ -8,7 +8,7 @@ use naga::valid::{
     Capabilities, ModuleInfo, ShaderStages, SubgroupOperationSet, ValidationFlags, Validator,
 };
 
-use crate::assemble::Text;
+use crate::assemble::{Omitted, Text};
 use crate::error::{Code, Diagnostic};
 use crate::matrix::Variant;
 
@@ -25,17 +25,6 @@ pub struct Validated {
     pub info: ModuleInfo,
     /// Declarations of the library's modules that the text lacks, sorted by name.
     pub omitted: Vec<Omitted>,
-}
-
-/// A declaration that a variant does without.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Omitted {
-    /// Its name.
-    pub name: String,
-    /// `function`, `struct`, `alias`, `const`, `override`, `var`.
-    pub kind: String,
-    /// Why the variant does without it.
-    pub reason: String,
 }
 
 /// WebGPU's features, with what each lets a shader do; most concern the host alone.

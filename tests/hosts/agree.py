@@ -155,7 +155,7 @@ def of_host(frame):
     resources = []
     for one in frame["resources"]:
         [kind] = [kind for kind in ("buffer", "texture", "sampler") if kind in one]
-        of = {"filter": one[kind]} if kind == "sampler" else dict(one[kind])
+        of = one[kind] if kind == "sampler" else dict(one[kind])
         if kind == "buffer":
             of["initial"] = one[kind].get("initial", [])
         resources.append([one["name"], one["external"], one.get("kept", False), kind, of])

@@ -177,7 +177,7 @@ pub(crate) fn light(kind: LightKind, size: u32) -> LightView {
         range: None,
     };
     let corners = [[-1.5, -1.0, -1.2], [1.4, 1.2, 1.3]];
-    sglow_renderer::light::view(&light, &Bounds::around(&corners), size)
+    sglow_renderer::light::view(&light, &Bounds::around(corners), size)
 }
 
 /// The kinds of lights.

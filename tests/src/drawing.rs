@@ -16,7 +16,7 @@ fn requested(
     package: Option<&Package>,
 ) -> Result<(String, RequestedFrame), RequestError> {
     let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
-    let scene = scene.map(|name| load(name, None).unwrap().0);
+    let scene = scene.map(|name| load(name, None, &sglow_scene::Options::default()).unwrap().0);
     let request = Request::of([640, 360]);
     let name = scene.as_ref().map_or("any scene", |scene| &scene.name).to_owned();
     let frame = RequestedFrame::new(&library(), package, scene.as_ref(), &set, &request)?;

@@ -12,7 +12,6 @@ use sglow_renderer::plan::Surfaces;
 use sglow_renderer::readback;
 use sglow_renderer::stages::Stages as _;
 use sglow_runtime::execute::{DrawList, Executor, Input, Inputs, Lists, Stage};
-use sglow_runtime::host;
 use sglow_runtime::indirect::{Indirect, PARTS};
 use sglow_runtime::light::{LightView, Surroundings};
 use sglow_runtime::occluders::Occluders;
@@ -393,7 +392,7 @@ fn stages_run_by_themselves() {
     let missing = executor.encode_where(sample, &mut encoder, &nothing, None).unwrap_err();
     assert!(missing.to_string().contains("minimum_variance"), "{missing}");
     let mut inputs = Inputs::new();
-    host::light(&mut inputs, renderer.light());
+    renderer.light().give(&mut inputs);
     executor.encode_where(sample, &mut encoder, &inputs, None).unwrap();
     gpu().queue.submit([encoder.finish()]);
     gpu().finish().unwrap();

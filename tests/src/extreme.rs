@@ -1,7 +1,7 @@
 //! Extreme cases of the whole pipeline, and that their bounds notice what they are for: `measure/src/extreme.rs`. All of
 //! them run in `cargo xtask stability`.
 
-use sglow_measure::extreme::{LITERAL, attempt, names};
+use sglow_measure::extreme::{LITERAL, attempt, names, without_origin};
 use sglow_results::stability::report::{ExtremeReport, ExtremeVariant};
 use sglow_runtime::package::Package;
 
@@ -69,6 +69,20 @@ fn moments_about_the_worlds_origin_lose_the_variance() {
     let deviation = |variant: &ExtremeVariant| variant.deviation.unwrap().abs();
     println!("stable {:e}, literal {:e}", deviation(stable), deviation(literal));
     assert!(stable.holds && deviation(literal) > report.bound.unwrap(), "{literal:?}");
+}
+
+#[test]
+fn scenes_far_away_look_as_at_the_origin() {
+    for name in ["spot light, 1e5 away", "directional light, 1e3 away", "point light, 1e6 away"] {
+        let report = report(name, whole_space());
+        let failing: Vec<_> = report.variants.iter().filter(|variant| !variant.holds).collect();
+        assert!(report.variants.len() >= 7 && failing.is_empty(), "{name}: {failing:?}");
+    }
+    // Negative control.
+    let off = without_origin(gpu(), whole_space()).unwrap();
+    println!("without an origin: {off:e}");
+    let bound = sglow_measure::bound::extreme("far with an origin").at_most.unwrap();
+    assert!(off.abs() > 10.0 * bound, "{off}");
 }
 
 #[test]

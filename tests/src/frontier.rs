@@ -284,7 +284,7 @@ fn without_configurations_there_is_nothing_to_measure() {
     let subject = Subject::new(gpu(), &package, &scene, base());
     let cache = Cache::new(folder.path(), false);
     let error = scene::scene(&subject, &[], &BTreeSet::new(), &cache, &Silent).err().unwrap();
-    assert!(matches!(error, FrontierError::NoWay { .. }));
+    assert!(matches!(error, FrontierError::Nothing { .. }));
     // A variant that the package lacks is named, and none takes its place.
     let lacking = [Settings { diffuse: sglow_shaders::Diffuse::Erf, ..base() }];
     let error = scene::scene(&subject, &lacking, &BTreeSet::new(), &cache, &Silent)

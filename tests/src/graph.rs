@@ -59,7 +59,7 @@ fn the_frame_fits_what_its_variants_bind() {
     for configuration in &configurations {
         let frame = described.description.evaluate(configuration);
         let ids = |frame: &Frame| -> Vec<_> {
-            frame.variants().into_iter().map(ToString::to_string).collect()
+            frame.variants().into_iter().map(|variant| variant.id.clone()).collect()
         };
         runs.extend(frame.iter().flat_map(ids));
     }

@@ -18,6 +18,8 @@ mod density;
 #[cfg(test)]
 mod dependencies;
 #[cfg(test)]
+mod detail;
+#[cfg(test)]
 mod direct;
 #[cfg(test)]
 mod documents;
@@ -60,6 +62,8 @@ mod moments;
 #[cfg(test)]
 mod numbers;
 #[cfg(test)]
+mod origin;
+#[cfg(test)]
 mod output;
 #[cfg(test)]
 mod overlay;
@@ -85,5 +89,7 @@ mod strict;
 mod surface;
 #[cfg(test)]
 mod thin;
+#[cfg(test)]
+mod tile;
 #[cfg(test)]
 mod visibility;

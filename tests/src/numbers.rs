@@ -27,7 +27,7 @@ fn every_command_has_the_same_numbers_for_the_same_pair() {
     let size = [24, 18];
     let numbers = ["lights=16", "map=32"].map(str::to_owned).to_vec();
     let request = Request { numbers, ..Request::of(size) };
-    let scene = load("cornell", None).unwrap().0;
+    let scene = load("cornell", None, &sglow_scene::Options::default()).unwrap().0;
     let shot = Shot::new(&library(), scene, &[], &request).unwrap();
     let package = Package::embedded();
     let renderer = Renderer::new(gpu(), &package, &shot.scene, &shot.settings, 0).unwrap();

@@ -334,7 +334,8 @@ fn the_package_has_the_defaults_in_halves() {
             ..settings.configuration()
         };
         let frame = description.evaluate(&configuration).unwrap();
-        let ids: Vec<String> = frame.variants().into_iter().map(ToString::to_string).collect();
+        let ids: Vec<String> =
+            frame.variants().into_iter().map(|variant| variant.id.clone()).collect();
         assert!(ids.iter().any(|id| id.ends_with("-rgba16float")), "{ids:?}");
         for id in ids {
             assert!(known.contains(&id.as_str()), "{id}");

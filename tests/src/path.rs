@@ -32,7 +32,7 @@ fn rays_find_what_is_rasterised() {
         let frame = renderer.read().unwrap();
         let eye = reference::vector(renderer.eye());
         let triangles = Triangles::new(reference::facets(&scene)).unwrap();
-        let materials = SceneMaterials(&scene);
+        let materials = SceneMaterials::new(&scene);
         let counts = |crossing: &Crossing| materials.counts(crossing);
         let texels: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
         let present: Vec<&SurfaceTexel> = texels.iter().filter(|texel| texel.present).collect();
@@ -148,7 +148,7 @@ fn as_points(drawn: &Drawn) -> Vec<[f64; 3]> {
 /// directions, and every surface along each. Two independent halves.
 fn through_everything(drawn: &Drawn) -> [Vec<[f64; 3]>; 2] {
     let scene = Triangles::new(reference::facets(&drawn.scene)).unwrap();
-    let materials = SceneMaterials(&drawn.scene);
+    let materials = SceneMaterials::new(&drawn.scene);
     let light = reference::light(&drawn.light, drawn.settings.light);
     let radiance = |crossing: &Crossing| {
         let (towards, square) = light.towards(crossing.hit.position);

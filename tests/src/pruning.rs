@@ -47,6 +47,7 @@ fn scene(needs: Needs) -> Scene {
         uvs: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]],
         indices: vec![0, 1, 2, 0, 2, 3],
         material,
+        detail: sglow_scene::Detail::default(),
     };
     let mut floor = Material::diffuse("floor", [0.7, 0.5, 0.4]);
     let mut wall = Material::diffuse("wall", [0.3, 0.6, 0.8]);
@@ -83,6 +84,7 @@ fn scene(needs: Needs) -> Scene {
     );
     let mut scene = Scene {
         name: "needs".to_owned(),
+        origin: [0.0; 3],
         meshes: vec![
             quad(
                 "floor",

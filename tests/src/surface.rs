@@ -13,13 +13,13 @@ use crate::common::{Comparison, broken, gpu};
 
 /// What a half float may be off by, relatively: the rounding of colour attachments is the driver's choice (Vulkan,
 /// "Representation of non-fixed-point formats"); lavapipe cuts off.
-const HALF_ULP: f64 = 1.0 / 1024.0;
+pub(crate) const HALF_ULP: f64 = 1.0 / 1024.0;
 
 fn settings() -> Settings {
     Settings { size: [96, 72], map: 64, lights: 8, ..Settings::default() }
 }
 
-fn triangles(scene: &Scene) -> Vec<Triangle> {
+pub(crate) fn triangles(scene: &Scene) -> Vec<Triangle> {
     let vector = |value: [f32; 3]| reference::vector(value);
     scene
         .meshes
@@ -34,7 +34,7 @@ fn triangles(scene: &Scene) -> Vec<Triangle> {
         .collect()
 }
 
-fn camera(scene: &Scene, [width, height]: [u32; 2]) -> Camera {
+pub(crate) fn camera(scene: &Scene, [width, height]: [u32; 2]) -> Camera {
     let camera = &scene.camera;
     let forward = Vec3::from(camera.forward);
     let up = Vec3::from(camera.up);
@@ -211,7 +211,7 @@ fn positions_far_from_the_origin_are_rounded_once() {
     let id = "surface-constant-opaque";
     let mut text = Package::embedded().text(id).unwrap().to_owned();
     for (from, to) in [
-        ("        offset,\n", "        vertex.position,\n"),
+        ("clip, offset, vertex.normal", "clip, vertex.position, vertex.normal"),
         ("-fragment.offset", "sglow_view.eye.xyz - fragment.offset"),
         ("sglow_view.origin + fragment.offset", "fragment.offset"),
     ] {

@@ -46,6 +46,28 @@ impl Over {
     }
 }
 
+/// How a scene's file is read.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct Reading {
+    /// Read buffers, images and material libraries outside of the folder of the scene's file as well
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
+}
+
+impl Reading {
+    /// The same for those who load scenes.
+    pub(crate) fn options(self) -> sglow_scene::Options {
+        sglow_scene::Options { allow_outside: self.allow_outside, ..Default::default() }
+    }
+
+    /// Loads a scene with the light that is used, and prints what a user should know of it.
+    pub(crate) fn load(self, name: &str, light: Option<usize>) -> Result<Scene> {
+        let (scene, notes) = shot::load(name, light, &self.options())?;
+        notes.iter().for_each(|note| eprintln!("{note}"));
+        Ok(scene)
+    }
+}
+
 /// Options that choose variants.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct Choice {
@@ -67,6 +89,8 @@ pub(crate) struct Choice {
     /// The scene's light that is used, counted from 0 [default: the one with the most power]
     #[arg(long, value_name = "NUMBER", requires = "scene")]
     pub(crate) light: Option<usize>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
 }
 
 impl Choice {
@@ -77,7 +101,8 @@ impl Choice {
 
     /// The variants that are meant, and what `report` has measured of the scene.
     pub(crate) fn select(&self, library: &Library) -> Result<(Selection, Option<Measured>)> {
-        let scene = self.scene.as_deref().map(|name| load(name, self.light)).transpose()?;
+        let load = |name| self.reading.load(name, self.light);
+        let scene = self.scene.as_deref().map(load).transpose()?;
         let measured = scene.as_ref().and_then(|scene| saved::find(&saved_folder(), scene));
         let Self { set, preset, all, .. } = self.clone();
         let choice = selection::Choice { set, preset, all };
@@ -119,6 +144,8 @@ pub(crate) struct Numbers {
     /// The GPU whose name contains this [default: the most capable one]
     #[arg(long, visible_alias = "device", value_name = "NAME")]
     pub(crate) adapter: Option<String>,
+    #[command(flatten)]
+    pub(crate) reading: Reading,
 }
 
 impl Numbers {
@@ -144,7 +171,7 @@ impl Numbers {
 
     /// A scene and the settings it is rendered with.
     pub(crate) fn shot(&self, name: &str, set: &[String], size: [u32; 2]) -> Result<shot::Shot> {
-        let scene = load(name, self.light)?;
+        let scene = self.reading.load(name, self.light)?;
         let shot = shot::Shot::new(&self.over.library()?, scene, set, &self.request(size))?;
         shot.notes.iter().for_each(|note| eprintln!("{note}"));
         Ok(shot)
@@ -154,13 +181,6 @@ impl Numbers {
     pub(crate) fn gpu(&self) -> Result<Gpu> {
         open(self.adapter.as_deref())
     }
-}
-
-/// Loads a scene with the light that is used, and prints what a user should know of it.
-pub(crate) fn load(name: &str, light: Option<usize>) -> Result<Scene> {
-    let (scene, notes) = shot::load(name, light)?;
-    notes.iter().for_each(|note| eprintln!("{note}"));
-    Ok(scene)
 }
 
 /// Opens the GPU whose name contains `adapter`, or the most capable one.
@@ -181,6 +201,22 @@ mod tests {
     use clap::Parser;
 
     use super::*;
+
+    #[test]
+    fn files_outside_of_the_scene_s_folder_are_read_where_that_is_allowed() {
+        let folder = tempfile::tempdir().unwrap();
+        let inside = folder.path().join("scene");
+        std::fs::create_dir(&inside).unwrap();
+        std::fs::write(folder.path().join("red.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
+        let scene = inside.join("a.obj");
+        let text = "mtllib ../red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+        std::fs::write(&scene, text).unwrap();
+        let color = |allow_outside: bool| {
+            let scene = Reading { allow_outside }.load(scene.to_str().unwrap(), None).unwrap();
+            scene.materials[0].base_color
+        };
+        assert_eq!([color(false), color(true)], [[0.5, 0.5, 0.5, 1.0], [1.0, 0.0, 0.0, 1.0]]);
+    }
 
     #[test]
     fn numbers_that_nothing_can_be_made_of_are_refused() {

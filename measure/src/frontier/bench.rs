@@ -1,4 +1,4 @@
-//! Configurations on a device: what makes the lights of several, what hides and what reflects them, each made once.
+//! Configurations on a device: what makes the lights of several, their shadow maps and what reflects them, each made once.
 
 use std::time::Duration;
 
@@ -13,9 +13,7 @@ use sglow_results::time::Time;
 use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{
-    Draw, Filter, Kernel, Precision, Solver, Space, Specular, Visibility as VisibilityAxis,
-};
+use sglow_shaders::Visibility as VisibilityAxis;
 
 use super::subject::{FrontierError, Subject};
 
@@ -84,77 +82,6 @@ impl Timed {
     }
 }
 
-/// The settings of the maps that lights are made of: density, lobes, precision, and whether there are kernels at all.
-pub(super) fn of_maps(settings: &Settings) -> Settings {
-    let space = match settings.space {
-        Space::None => Space::None,
-        Space::Image | Space::World => Space::Image,
-        // A cut reads the map itself.
-        Space::Tree => Space::Tree,
-    };
-    // The maps depend on the number of the camera's lights, not of the light's.
-    let count = Settings::default().lights;
-    reflected_by_default(&Settings { space, lights: count, ..made_by_default(settings) })
-}
-
-/// The settings of what makes lights, whatever reflects them.
-pub(super) fn of_lights(settings: &Settings) -> Settings {
-    reflected_by_default(settings)
-}
-
-/// The settings of what hides and reflects lights, whatever makes them.
-pub(super) fn of_shading(settings: &Settings) -> Settings {
-    let usual = Settings::default();
-    Settings {
-        density: sglow_shaders::Density::Power,
-        space: Space::None,
-        specular_power: usual.specular_power,
-        variance: usual.variance,
-        sharpness: usual.sharpness,
-        size_factor: usual.size_factor,
-        emission_sharpness: usual.emission_sharpness,
-        iterations: usual.iterations,
-        camera_lights: usual.camera_lights,
-        mutations: usual.mutations,
-        small_step: usual.small_step,
-        large_steps: usual.large_steps,
-        seed: usual.seed,
-        ..made_by_default(settings)
-    }
-}
-
-/// The values on which the time of visibility and of reflection depends.
-pub(super) fn shading_id(settings: &Settings) -> String {
-    format!("{:?}", of_shading(settings))
-}
-
-fn made_by_default(settings: &Settings) -> Settings {
-    Settings {
-        draw: Draw::Warped,
-        kernel: Kernel::Modified,
-        solver: Solver::Bracketed,
-        filter: Filter::Exact,
-        ..settings.clone()
-    }
-}
-
-/// The least that a package offers of what reflects: the scene's own would do as well.
-fn reflected_by_default(settings: &Settings) -> Settings {
-    Settings {
-        diffuse: sglow_shaders::Diffuse::Fitted,
-        specular: Specular::None,
-        ndf: sglow_shaders::Ndf::None,
-        visibility: VisibilityAxis::None,
-        shadow_points: Settings::default().shadow_points,
-        tile: Settings::default().tile,
-        near_scale: Settings::default().near_scale,
-        bias_scale: Settings::default().bias_scale,
-        splat_reach: Settings::default().splat_reach,
-        fill_levels: Settings::default().fill_levels,
-        ..settings.clone()
-    }
-}
-
 impl Subject<'_> {
     fn lights_alone(&self, settings: &Settings) -> Result<Indirect, FrontierError> {
         Ok(Indirect::of_parts(
@@ -183,7 +110,7 @@ impl Subject<'_> {
         runs: usize,
     ) -> Result<(Indirect, Runs), FrontierError> {
         let inputs = self.drawn()?.renderer.inputs();
-        let maps = self.lights_alone(&self.here(&of_maps(settings))?)?;
+        let maps = self.lights_alone(&self.here(&self.depends.of_maps(settings))?)?;
         let timed = self.timed(runs, |encoder, timer| {
             let mut timer = Some(timer);
             maps.encode_camera(encoder, &inputs, timer.as_deref_mut())?;
@@ -201,7 +128,7 @@ impl Subject<'_> {
         runs: usize,
     ) -> Result<(Indirect, Runs), FrontierError> {
         let inputs = self.drawn()?.renderer.inputs();
-        let lights = self.lights_alone(&self.here(&of_lights(settings))?)?;
+        let lights = self.lights_alone(&self.here(&self.depends.of_lights(settings))?)?;
         self.untimed(|encoder| {
             lights.encode_moments(encoder, &inputs, None)?;
             lights.encode_density_of(encoder, maps);
@@ -214,8 +141,11 @@ impl Subject<'_> {
         Ok((lights, timed))
     }
 
-    /// The maps that hide lights, if the settings have any.
-    pub(super) fn hiding(&self, settings: &Settings) -> Result<Option<Indirect>, FrontierError> {
+    /// The shadow maps of lights, if the settings have any.
+    pub(super) fn visibility(
+        &self,
+        settings: &Settings,
+    ) -> Result<Option<Indirect>, FrontierError> {
         if settings.visibility == VisibilityAxis::None {
             return Ok(None);
         }
@@ -238,21 +168,25 @@ impl Subject<'_> {
         )?)
     }
 
-    /// Hides lights.
-    pub(super) fn hide(&self, hiding: &Indirect, lights: &Indirect) -> Result<(), FrontierError> {
+    /// Draws the shadow maps of lights.
+    pub(super) fn shadow(
+        &self,
+        visibility: &Indirect,
+        lights: &Indirect,
+    ) -> Result<(), FrontierError> {
         let (light, vsgls) = (self.drawn()?.renderer.light(), held(lights)?);
-        self.untimed(|encoder| hiding.encode_light_maps(encoder, light, Some(&vsgls), None))
+        self.untimed(|encoder| visibility.encode_light_maps(encoder, light, Some(&vsgls), None))
     }
 
     /// Draws the maps of lights once: the times of its passes.
-    pub(super) fn time_hiding(
+    pub(super) fn time_visibility(
         &self,
         lights: &Indirect,
-        hiding: &Indirect,
+        visibility: &Indirect,
     ) -> Result<PassTimes, FrontierError> {
         let (light, vsgls) = (self.drawn()?.renderer.light(), held(lights)?);
         let (_, times) = self.once(|encoder, timer| {
-            hiding.encode_light_maps(encoder, light, Some(&vsgls), Some(timer))
+            visibility.encode_light_maps(encoder, light, Some(&vsgls), Some(timer))
         })?;
         Ok(times)
     }
@@ -261,18 +195,18 @@ impl Subject<'_> {
     pub(super) fn time_shading(
         &self,
         lights: &Indirect,
-        hiding: Option<&Indirect>,
+        visibility: Option<&Indirect>,
         shading: &Indirect,
         maps: &[(String, Duration)],
         runs: &mut Runs,
     ) -> Result<(), FrontierError> {
-        let (clock, times) = self.once_shaded(lights, hiding, shading)?;
+        let (clock, times) = self.once_shaded(lights, visibility, shading)?;
         runs.clock = Some(clock);
         runs.add([maps, &times].concat());
         Ok(())
     }
 
-    /// Reflects lights that nothing hides, timed after a warm-up.
+    /// Reflects unshadowed lights, timed after a warm-up.
     pub(super) fn time_reflecting(
         &self,
         lights: &Indirect,
@@ -291,14 +225,14 @@ impl Subject<'_> {
         Ok(found)
     }
 
-    /// The indirect light of lights that are made and hidden already.
+    /// The indirect light of lights whose shadow maps are drawn.
     pub(super) fn reflect(
         &self,
         lights: &Indirect,
-        hiding: Option<&Indirect>,
+        visibility: Option<&Indirect>,
         shading: &Indirect,
     ) -> Result<Radiance, FrontierError> {
-        self.once_shaded(lights, hiding, shading)?;
+        self.once_shaded(lights, visibility, shading)?;
         let [width, height] = lights.settings().size;
         let mut sum = vec![[0.0; 3]; width as usize * height as usize];
         for texture in [shading.diffuse(), shading.specular()].into_iter().flatten() {
@@ -319,14 +253,13 @@ impl Subject<'_> {
     fn once_shaded(
         &self,
         lights: &Indirect,
-        hiding: Option<&Indirect>,
+        visibility: Option<&Indirect>,
         shading: &Indirect,
     ) -> Result<(Clock, PassTimes), FrontierError> {
         let seen = self.drawn()?.renderer.inputs().into();
-        let vsgls = held(lights)?;
-        let maps = hiding.and_then(|hiding| hiding.light_maps());
+        let maps = visibility.and_then(|visibility| visibility.light_maps());
         let maps = maps.map(|maps| maps.create_view(&Default::default()));
-        let lights = Some((&vsgls, maps.as_ref()));
+        let lights = Some((lights, maps.as_ref()));
         self.once(|encoder, timer| shading.encode_shade(encoder, &seen, lights, Some(timer)))
     }
 
@@ -400,19 +333,8 @@ pub(super) fn no_density() -> FrontierError {
     IndirectError::Description("the frame has no density".to_owned()).into()
 }
 
-/// Whether two configurations' lights are held alike, so that what reflects the ones reflects the others. What a
-/// library that was laid over this one makes of them is not known.
-pub(super) fn held_alike(one: &Settings, other: &Settings) -> bool {
-    let held = |settings: &Settings| {
-        (settings.lobes, settings.precision == Precision::F16, settings.lights)
-    };
-    held(one) == held(other) && one.others == other.others
-}
-
 #[cfg(test)]
 mod tests {
-    use sglow_graph::description::Setting;
-
     use super::*;
 
     #[test]
@@ -428,23 +350,5 @@ mod tests {
         assert_eq!((passes[0].time.least, passes[0].time.most), (2.0, 3.0));
         assert_eq!((runs.whole().least, runs.whole().most), (8.0, 11.0));
         assert_eq!(Runs::default().whole(), Time::default());
-    }
-
-    #[test]
-    fn what_reflects_other_lights_or_runs_other_steps_is_another() {
-        let base = Settings {
-            others: [("denoise".to_owned(), Setting::Name("none".to_owned()))].into(),
-            ..Settings::default()
-        };
-        let id = shading_id(&base);
-        let same = Settings { density: sglow_shaders::Density::Reflectance, ..base.clone() };
-        assert_eq!(shading_id(&same), id, "how lights are made does not count");
-        for (name, value) in
-            [("lights", "64"), ("tile", "32"), ("visibility", "imperfect"), ("denoise", "blur")]
-        {
-            let mut other = base.clone();
-            other.set(name, value).unwrap();
-            assert_ne!(shading_id(&other), id, "{name}");
-        }
     }
 }

@@ -76,7 +76,7 @@ pub(crate) mod tests {
     pub(crate) fn case(scene: &str, over: &[PathBuf]) -> Case {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders");
         let library = Library::load_with(&folder, over).unwrap();
-        let scene = load(scene, None).unwrap().0;
+        let scene = load(scene, None, &sglow_scene::Options::default()).unwrap().0;
         Case::new(scene, library, &Request::of([16, 9])).unwrap()
     }
 }

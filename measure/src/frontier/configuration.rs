@@ -6,25 +6,27 @@ use std::collections::{BTreeMap, BTreeSet};
 use sglow_renderer::variants::Variants as _;
 use sglow_runtime::settings::{Settings, SettingsError};
 use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Output, Precision, Solver,
-    Space, Specular, SpecularPower, Visibility, centres, cut_lights, light_points, light_shadow,
+    Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space,
+    Specular, Visibility, centres, cut_lights, light_points, light_shadow,
 };
 
-/// The axes that configurations differ in, in the order of their names: the light is the scene's, and the format of what is
-/// written, which rounds by less than counts as an error, is the host's.
-fn compared() -> impl Iterator<Item = &'static str> {
-    Settings::AXES.iter().copied().filter(|axis| ![Light::AXIS, Output::AXIS].contains(axis))
-}
-
-/// The value on each axis, of those that follow from others as well.
+/// The value on each axis that methods are compared by, of those that follow from others as well.
 #[must_use]
 pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
-    let value = |axis| match axis {
-        Solver::AXIS => Some(settings.sample().solver.name()),
-        SpecularPower::AXIS => Some(settings.specular_power().name()),
-        _ => settings.axis(axis),
+    let followed = settings.clone().followed();
+    Settings::COMPARED.iter().filter_map(|axis| Some((*axis, followed.axis(axis)?))).collect()
+}
+
+/// Whether others decide the value on an axis.
+fn follows(settings: &Settings, axis: &str) -> bool {
+    let with = |value: &&str| {
+        let mut other = settings.clone();
+        let _ = other.set_axis(axis, value);
+        other.followed().axis(axis)
     };
-    compared().filter_map(|axis| Some((axis, value(axis)?))).collect()
+    let mut values = Settings::values(axis).iter().map(with);
+    let first = values.next();
+    values.all(|value| Some(value) == first)
 }
 
 /// The value of each parameter, and of what a library that was laid over this one adds.
@@ -60,7 +62,8 @@ pub fn allowed(only: &[String], base: &Settings) -> Result<Allowed, Vec<String>>
             wrong.push(format!("`{one}` is not AXIS=VALUE"));
             continue;
         };
-        let known = compared().chain(Settings::PARAMETERS.iter().copied()).map(str::to_owned);
+        let known = Settings::COMPARED.iter().chain(Settings::PARAMETERS);
+        let known = known.map(|name| (*name).to_owned());
         let known: Vec<String> = known.chain(base.others.keys().cloned()).collect();
         if !known.iter().any(|known| known == axis) {
             wrong.push(SettingsError::UnknownAxis { axis: axis.to_owned(), known }.to_string());
@@ -86,13 +89,12 @@ pub fn fits(settings: &Settings, allowed: &Allowed) -> bool {
 pub fn name(settings: &Settings, base: &Settings) -> String {
     let (ours, theirs) = (axes(settings), axes(base));
     let differs = |axis: &&str| {
-        // What follows from another value is left out.
-        let follows =
-            *axis == Solver::AXIS && settings.kernel == Kernel::Previous || *axis == Ndf::AXIS;
-        ours.get(axis) != theirs.get(axis) && !follows
+        // What follows from another value is left out; the distribution of facets does from the specular lobe.
+        ours.get(axis) != theirs.get(axis) && *axis != Ndf::AXIS && !follows(settings, axis)
     };
     let value = |axis| Some(format!("{axis}={}", ours.get(axis)?));
-    let mut parts: Vec<String> = compared().filter(differs).filter_map(value).collect();
+    let compared = Settings::COMPARED.iter().copied();
+    let mut parts: Vec<String> = compared.filter(differs).filter_map(value).collect();
     let numbers = Settings::PARAMETERS.iter().copied();
     let others = settings.others.keys().map(String::as_str);
     for name in numbers.chain(others) {
@@ -104,30 +106,27 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
     if parts.is_empty() { "default".to_owned() } else { parts.join(",") }
 }
 
-/// The variants in which configurations differ: what draws or sums its lights, and what reflects and hides them.
+/// The variants in which configurations differ: what draws or sums its lights, reflects and shadows them.
 #[must_use]
 pub fn variants(settings: &Settings) -> Vec<String> {
-    let Settings { density, lobes, precision, draw, space, .. } = *settings;
+    let Settings { density, precision, space, .. } = *settings;
     let mut ids = Vec::new();
     if space != Space::Tree && (precision == Precision::F32 || density != Density::Power) {
-        ids.push(settings.density().id().to_string());
+        ids.push(settings.density().id());
     }
     ids.push(match space {
-        Space::None => settings.sample().id().to_string(),
-        Space::Image | Space::World => centres::Centres { draw, space }.id().to_string(),
-        Space::Tree => {
-            let Settings { variance, sharpness, .. } = *settings;
-            cut_lights::CutLights { variance, sharpness, lobes, precision }.id().to_string()
-        }
+        Space::None => settings.sample().id(),
+        Space::Image | Space::World => centres::Centres::from(settings).id(),
+        Space::Tree => cut_lights::CutLights::from(settings).id(),
     });
-    ids.push(settings.shade().id().to_string());
+    ids.push(settings.shade().id());
     match settings.visibility {
         Visibility::None => {}
         Visibility::ShadowMap => {
-            ids.push(light_shadow::LightShadow { lobes, precision }.id().to_string());
+            ids.push(light_shadow::LightShadow::from(settings).id());
         }
         Visibility::Imperfect => {
-            ids.push(light_points::LightPoints { lobes, precision }.id().to_string());
+            ids.push(light_points::LightPoints::from(settings).id());
         }
     }
     ids
@@ -236,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_leads_back_to_its_way() {
+    fn a_name_leads_back_to_its_configuration() {
         let base = Settings::default();
         for configuration in every(&base) {
             let mut again = base.clone();
@@ -255,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_an_axis_or_a_value_is_told_with_what_is() {
+    fn what_is_not_an_axis_or_a_value_is_reported_with_what_is() {
         let wrong = ["colour=red", "kernel=cubic", "kernel", "light=spot", "output=rgba16float"];
         let wrong = wrong.map(str::to_owned);
         let text = allowed(&wrong, &Settings::default()).unwrap_err().join("\n");

@@ -16,7 +16,7 @@ use sglow_results::display::Exposure;
 use sglow_results::frontier::document::{PictureError, Radiance, Rounding, Worst};
 use sglow_results::picture_error::{Display, Pair, compare};
 use sglow_runtime::settings::Settings;
-use sglow_shaders::Visibility;
+use sglow_shaders::{Cut, Visibility};
 
 use super::references::References;
 use super::subject::{Subject, worst};
@@ -130,6 +130,11 @@ impl<'a> Evaluator<'a> {
         if settings.visibility != Visibility::None || settings.others != self.others {
             return seen;
         }
+        let seen = Evaluation { unshadowed: Some(self.unshadowed(indirect)), ..seen };
+        // It has the lights of a frame and not the nodes of a tree; tests/src/tile.rs compares these.
+        if settings.cut != Cut::None {
+            return seen;
+        }
         let oracle = self.by_oracle(settings, lights);
         let device: Vec<[f64; 3]> =
             self.references.sample.iter().map(|&at| indirect[at].map(f64::from)).collect();
@@ -142,12 +147,7 @@ impl<'a> Evaluator<'a> {
             }),
         };
         let model = over_mean(apart(&oracle, &self.references.points).0, &self.references.points);
-        Evaluation {
-            unshadowed: Some(self.unshadowed(indirect)),
-            rounding: Some(rounding),
-            model_rms_over_mean: Some(model),
-            ..seen
-        }
+        Evaluation { rounding: Some(rounding), model_rms_over_mean: Some(model), ..seen }
     }
 
     /// What the oracle reflects of lights on the sample of pixels.

@@ -51,11 +51,13 @@ pub fn measure(
     progress.end();
     let (mut measured, pictures) = measured?;
     measured.screening = planned.screening;
-    let rules = measured.pruned.as_ref().map(saved);
+    let needs = library.need.iter();
+    let rules = needs.map(|rule| (rule.name.clone(), rule.set.keys().cloned().collect())).collect();
     if let Some(pruned) = &measured.pruned {
-        keep(cache, scene, pruned, &gpu.adapter)?;
+        keep(cache, scene, pruned, &rules, &gpu.adapter)?;
     }
-    let (purpose, _) = saving::purpose(library, derivation, &scene.name, &[], rules.as_ref())?;
+    let saved = measured.pruned.as_ref().map(|pruned| saved(pruned, &rules));
+    let (purpose, _) = saving::purpose(library, derivation, &scene.name, &[], saved.as_ref())?;
     let map = |picture| flip_map(&pictures.reference, picture, measured.size, Display::Automatic);
     let flip = pictures
         .configurations

@@ -11,7 +11,7 @@ use sglow_runtime::indirect::PARTS;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Diffuse, Lobes, Specular};
 
-use super::bench::{Timed, of_lights, of_maps, shading_id};
+use super::bench::Timed;
 use super::configuration;
 use super::evaluate::{Evaluation, Evaluator};
 use super::references::References;
@@ -52,18 +52,22 @@ pub(super) fn every(
     );
     let mut measured = Measured::default();
     // Configurations that share a step follow each other.
-    for configurations in configurations.chunk_by(|one, next| of_maps(one) == of_maps(next)) {
+    let depends = &subject.depends;
+    let maps_alike =
+        |one: &Settings, next: &Settings| depends.of_maps(one) == depends.of_maps(next);
+    let lights_alike =
+        |one: &Settings, next: &Settings| depends.of_lights(one) == depends.of_lights(next);
+    for configurations in configurations.chunk_by(maps_alike) {
         let Some(first) = configurations.first() else { continue };
         let maps = Step::maps(subject, first, cache)?;
         measured.clock.clone_from(&maps.timed.clock);
-        for configurations in configurations.chunk_by(|one, next| of_lights(one) == of_lights(next))
-        {
+        for configurations in configurations.chunk_by(lights_alike) {
             let Some(first) = configurations.first() else { continue };
             let lights = Lights::new(subject, first, &maps, cache)?;
             for settings in configurations {
                 let evaluation = context.evaluation(settings, &lights)?;
                 measured.not_finite += evaluation.not_finite;
-                let reflected = &shadings[&shading_id(settings)];
+                let reflected = &shadings[&depends.shading_id(settings)];
                 let parts = [&maps.timed, &lights.step.timed, reflected];
                 measured
                     .configurations
@@ -73,11 +77,6 @@ pub(super) fn every(
         }
     }
     Ok(measured)
-}
-
-/// An order in which configurations that share maps follow each other, and of those the ones that share lights.
-pub(super) fn shared(settings: &Settings) -> [String; 3] {
-    [of_maps(settings), of_lights(settings), settings.clone()].map(|one| format!("{one:?}"))
 }
 
 /// What evaluating configurations takes.
@@ -100,10 +99,10 @@ impl<'a> Context<'a, '_> {
         let key =
             subject.key("evaluation", &configuration::name(settings, &subject.base), settings)?;
         self.cache.get(&key, || {
-            let hiding = shared.hiding(settings)?;
-            let lights = lights.hidden(subject, hiding.as_deref(), settings)?;
+            let visibility = shared.visibility(settings)?;
+            let lights = lights.shadowed(subject, visibility.as_deref(), settings)?;
             let shading = shared.shading(settings)?;
-            let indirect = subject.reflect(lights, hiding.as_deref(), &shading)?;
+            let indirect = subject.reflect(lights, visibility.as_deref(), &shading)?;
             let oracle = subject.read_lights(lights)?;
             Ok(self.evaluator()?.evaluate(settings, &indirect, &oracle))
         })

@@ -5,6 +5,7 @@ mod bench;
 pub mod buy;
 pub mod case;
 pub mod configuration;
+pub mod depends;
 pub mod evaluate;
 pub mod found;
 mod measure;

@@ -3,8 +3,8 @@
 use sglow_results::frontier::promise::named;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Precision, Sharpness, Solver, Space, Specular,
-    SpecularPower, Variance, Visibility,
+    Cut, Density, Diffuse, Draw, Emitter, Filter, Kernel, Precision, Sharpness, Solver, Space,
+    Specular, SpecularPower, Variance, Visibility,
 };
 
 use super::screen;
@@ -37,6 +37,17 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         specular,
         ..bare.clone()
     };
+    let cut = |lights: u32, of: &Settings| Settings {
+        space: Space::Tree,
+        cut: Cut::Tile,
+        emitter: Emitter::Disc,
+        kernel: Kernel::Modified,
+        solver: Solver::Bracketed,
+        filter: Filter::Exact,
+        precision: Precision::F32,
+        lights,
+        ..of.clone()
+    };
     let emitter = |value| screen::with(base, "emitter", value).unwrap_or_else(|| base.clone());
     vec![
         (named::DEFAULT, base.clone()),
@@ -44,6 +55,8 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         (named::BARE_64, Settings { lights: 64, ..bare.clone() }),
         (named::BARE_256, Settings { lights: 256, ..bare.clone() }),
         (named::BARE_16384, Settings { lights: 16_384, ..bare.clone() }),
+        (named::CUT_BARE, cut(16, &bare)),
+        (named::CUT, cut(256, base)),
         (named::BARE, bare),
         (named::LOBE, emitter("lobe")),
         (named::COSINE, emitter("cosine")),

@@ -9,6 +9,7 @@ use sglow_runtime::settings::Settings;
 use sglow_shaders::{Lobes, Ndf, Specular};
 
 use super::bench::Runs;
+use super::depends;
 use super::subject::{FrontierError, Subject};
 use crate::cache::Cache;
 
@@ -81,7 +82,16 @@ fn in_turns(subject: &Subject<'_>, both: [&Settings; 2]) -> Result<Pruned, Front
             passes,
         })
     };
-    Ok(Pruned { full: side(0)?, needed: side(1)?, size: both[0].size, differing })
+    let [full_axes, needed_axes] = [subject.axes(both[0]), subject.axes(both[1])];
+    let differ = full_axes.into_iter().filter(|(axis, value)| needed_axes.get(axis) != Some(value));
+    let description = subject.package.description();
+    let axes = differ
+        .map(|(axis, _)| {
+            let passes = description.map(|description| depends::labels(description, &axis));
+            (axis, passes.unwrap_or_default())
+        })
+        .collect();
+    Ok(Pruned { full: side(0)?, needed: side(1)?, size: both[0].size, differing, axes })
 }
 
 #[cfg(test)]

@@ -31,7 +31,7 @@ pub fn scene(
 ) -> Result<(SceneReport, Pictures), FrontierError> {
     if configurations.is_empty() {
         let why = "none of the variants has the requested values".to_owned();
-        return Err(FrontierError::NoWay { scene: subject.scene.name.clone(), why });
+        return Err(FrontierError::Nothing { scene: subject.scene.name.clone(), why });
     }
     let references = references(subject, cache, progress)?;
     let mut measured = measure::every(subject, configurations, &references, cache, progress)?;
@@ -102,11 +102,11 @@ fn pictures(
         let picture = cache.get(&subject.key("picture", name, settings)?, || {
             let (maps, _) = subject.maps(settings, 0)?;
             let (lights, _) = subject.lights(settings, &maps, 0)?;
-            let hiding = subject.hiding(settings)?;
-            if let Some(hiding) = &hiding {
-                subject.hide(hiding, &lights)?;
+            let visibility = subject.visibility(settings)?;
+            if let Some(visibility) = &visibility {
+                subject.shadow(visibility, &lights)?;
             }
-            whole(&subject.reflect(&lights, hiding.as_ref(), &subject.shading(settings)?)?)
+            whole(&subject.reflect(&lights, visibility.as_ref(), &subject.shading(settings)?)?)
         })?;
         found.configurations.insert(name.clone(), picture);
     }

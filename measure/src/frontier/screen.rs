@@ -11,11 +11,10 @@ use sglow_results::frontier::document::{Configuration, Kept, Metric};
 use sglow_results::frontier::rank::{Place, SAME_ERROR, rank};
 use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Precision, Sharpness, Solver, Space,
-    Specular, SpecularPower, Variance, Visibility,
-};
+use sglow_shaders::frame::parameter;
+use sglow_shaders::{Cut, Emitter, Filter, Kernel, Precision, Solver, Space};
 
+use super::depends::Depends;
 use super::references::references;
 use super::subject::{FrontierError, Subject};
 use super::{configuration, measure};
@@ -39,38 +38,26 @@ pub struct Single {
     pub settings: Settings,
 }
 
-/// Every axis and parameter that is screened, with its values.
+/// Every axis that methods are compared by, with all its values, and the parameters that are screened, with theirs.
 fn choices() -> Vec<(&'static str, Vec<String>)> {
-    fn names<T: ToString, const N: usize>(all: [T; N]) -> Vec<String> {
+    fn names<T: ToString>(all: &[T]) -> Vec<String> {
         all.iter().map(T::to_string).collect()
     }
-    vec![
-        ("density", names(Density::ALL)),
-        ("draw", names(Draw::ALL)),
-        ("space", names(Space::ALL)),
-        ("kernel", names(Kernel::ALL)),
-        ("solver", names([Solver::Bisection, Solver::Bracketed])),
-        ("filter", names(Filter::ALL)),
-        ("lobes", names(Lobes::ALL)),
-        ("specular_power", names(SpecularPower::ALL)),
-        ("precision", names(Precision::ALL)),
-        ("variance", names(Variance::ALL)),
-        ("sharpness", names(Sharpness::ALL)),
-        ("emitter", names(Emitter::ALL)),
-        ("diffuse", names(Diffuse::ALL)),
-        ("specular", names(Specular::ALL)),
-        ("visibility", names(Visibility::ALL)),
-        ("lights", names(LIGHTS)),
-        ("size_factor", names(SIZE_FACTORS)),
-    ]
+    let axes = Settings::COMPARED.iter().map(|&axis| (axis, names(Settings::values(axis))));
+    let numbers =
+        [(parameter::LIGHTS, names(&LIGHTS)), (parameter::SIZE_FACTOR, names(&SIZE_FACTORS))];
+    axes.chain(numbers).collect()
 }
+
+/// The number of lights that a cut for each tile begins with.
+const ROOTS: u32 = 256;
 
 /// Axes and parameters of kernels, which clusters have none of.
 const OF_KERNELS: [&str; 6] =
     ["kernel", "solver", "filter", "precision", "size_factor", "iterations"];
 
 /// `base` with one value, and with what goes with it: clusters have no kernels to size and are held in 32 bits, so that
-/// a value of kernels goes with no clusters; previous kernels have no equation to solve, and a distribution goes with
+/// a value of kernels goes with no clusters; a cut for each tile has its tree; previous kernels have no equation to solve, and a distribution goes with
 /// specular reflection. None if the base has it already, or there is no such value.
 #[must_use]
 pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
@@ -81,6 +68,14 @@ pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
     }
     if OF_KERNELS.contains(&axis) {
         settings.space = Space::None;
+    }
+    // A cut for each tile begins with a few nodes of a tree, which are discs nearly.
+    if axis == Cut::AXIS && settings.cut != Cut::None {
+        (settings.space, settings.emitter) = (Space::Tree, Emitter::Disc);
+        settings.lights = settings.lights.min(ROOTS);
+    }
+    if settings.space != Space::Tree || settings.lights > ROOTS {
+        settings.cut = Cut::None;
     }
     settings.ndf = configuration::distribution(settings.specular, base);
     if settings.space != Space::None {
@@ -152,7 +147,8 @@ pub fn screen(
     progress: &dyn Progress,
 ) -> Result<Screened, FrontierError> {
     let all = singles.iter().map(|single| single.settings.clone());
-    let settings = distinct(&subject.base, std::iter::once(base.clone()).chain(all));
+    let all = std::iter::once(base.clone()).chain(all);
+    let settings = distinct(&subject.base, &subject.depends, all);
     let references = references(subject, cache, progress)?;
     let measured = measure::every(subject, &settings, &references, cache, progress)?;
     let name = |settings: &Settings| configuration::name(settings, &subject.base);
@@ -311,13 +307,17 @@ pub fn crossed(
 /// Configurations without those of a name that came before, in an order in which those that share maps and lights
 /// follow each other.
 #[must_use]
-pub fn distinct(base: &Settings, all: impl IntoIterator<Item = Settings>) -> Vec<Settings> {
+pub fn distinct(
+    base: &Settings,
+    depends: &Depends,
+    all: impl IntoIterator<Item = Settings>,
+) -> Vec<Settings> {
     let mut names = BTreeSet::new();
     let mut distinct: Vec<Settings> = all
         .into_iter()
         .filter(|settings| names.insert(configuration::name(settings, base)))
         .collect();
-    distinct.sort_by_cached_key(measure::shared);
+    distinct.sort_by_cached_key(|settings| depends.shared(settings));
     distinct
 }
 

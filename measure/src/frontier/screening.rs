@@ -14,6 +14,7 @@ use super::case::{Case, SelectError};
 use super::offer::{self, Offer};
 use crate::cache::Cache;
 use crate::frontier::configuration::{self, Allowed};
+use crate::frontier::depends::Depends;
 use crate::frontier::named::configurations;
 use crate::frontier::screen::{self, Single};
 use crate::frontier::subject::Subject;
@@ -72,6 +73,7 @@ pub fn plan(
         started.push(one);
     }
     let kept = screen::keep(&screened, screen::CROSSED);
+    let depends = Depends::of(offer.package.description());
     let mut planned = Vec::new();
     for (case, Started { base, singles }) in cases.iter().zip(started) {
         let allowed =
@@ -95,7 +97,7 @@ pub fn plan(
             .chain(named.into_iter().map(|one| one.1))
             .chain(crossed);
         planned.push(Planned {
-            configurations: screen::distinct(usual, all),
+            configurations: screen::distinct(usual, &depends, all),
             screening: Some(screening),
         });
     }

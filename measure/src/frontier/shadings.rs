@@ -7,7 +7,7 @@ use sglow_results::progress::Progress;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 
-use super::bench::{PassTimes, RUNS, Runs, Timed, held_alike, of_shading, shading_id};
+use super::bench::{PassTimes, RUNS, Runs, Timed};
 use super::configuration;
 use super::shared::Shared;
 use super::subject::{FrontierError, Subject};
@@ -20,7 +20,7 @@ struct Lacking {
     runs: Runs,
 }
 
-/// Times of hiding and reflecting the lights that are made by default, by [`shading_id`]: of all that were not
+/// Times of shadowing and reflecting the lights that are made by default, by [`super::depends::Depends::shading_id`]: of all that were not
 /// measured before, in turns.
 pub(super) fn time_shadings(
     shared: &Shared<'_, '_>,
@@ -31,8 +31,8 @@ pub(super) fn time_shadings(
     let subject = shared.subject;
     let mut found = BTreeMap::new();
     let mut lacking: BTreeMap<String, Lacking> = BTreeMap::new();
-    for settings in configurations.iter().map(of_shading) {
-        let id = shading_id(&settings);
+    for settings in configurations.iter().map(|one| subject.depends.of_shading(one)) {
+        let id = subject.depends.shading_id(&settings);
         if found.contains_key(&id) || lacking.contains_key(&id) {
             continue;
         }
@@ -67,24 +67,25 @@ fn in_turns(
         // Maps are drawn once a run for all that read them: of some scenes that takes far longer than what reads them.
         let mut drawn: Vec<(Rc<Indirect>, PassTimes)> = Vec::new();
         for Lacking { settings, runs, .. } in lacking.values_mut() {
-            let hiding = shared.hiding(settings)?;
+            let visibility = shared.visibility(settings)?;
             let shading = shared.shading(settings)?;
             // The first run compiles.
             let mut discarded = Runs::default();
             let runs = if run == 0 { &mut discarded } else { runs };
             let lights = lights.held(subject, settings)?;
-            let maps = match &hiding {
+            let maps = match &visibility {
                 None => Vec::new(),
-                Some(hiding) => match drawn.iter().find(|(own, _)| Rc::ptr_eq(own, hiding)) {
+                Some(visibility) => match drawn.iter().find(|(own, _)| Rc::ptr_eq(own, visibility))
+                {
                     Some((_, times)) => times.clone(),
                     None => {
-                        let times = subject.time_hiding(lights, hiding)?;
-                        drawn.push((hiding.clone(), times.clone()));
+                        let times = subject.time_visibility(lights, visibility)?;
+                        drawn.push((visibility.clone(), times.clone()));
                         times
                     }
                 },
             };
-            subject.time_shading(lights, hiding.as_deref(), &shading, &maps, runs)?;
+            subject.time_shading(lights, visibility.as_deref(), &shading, &maps, runs)?;
             done += 1;
             progress.done(done);
         }
@@ -102,7 +103,8 @@ impl DefaultLights {
         subject: &Subject<'_>,
         settings: &Settings,
     ) -> Result<&Indirect, FrontierError> {
-        let at = match self.0.iter().position(|(made, _)| held_alike(settings, made)) {
+        let alike = |made: &Settings| subject.depends.held_alike(settings, made);
+        let at = match self.0.iter().position(|(made, _)| alike(made)) {
             Some(at) => at,
             None => {
                 let (maps, _) = subject.maps(settings, 0)?;

@@ -7,25 +7,25 @@ use std::rc::Rc;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::settings::Settings;
 
-use super::bench::{RUNS, Runs, Timed, of_lights, of_maps, shading_id};
+use super::bench::{RUNS, Runs, Timed};
 use super::configuration;
 use super::subject::{FrontierError, Subject};
 use crate::cache::{Cache, Key};
 
-/// What hides and what reflects lights.
+/// The shadow maps and the reflection of lights.
 pub(super) struct Shared<'a, 's> {
     pub(super) subject: &'a Subject<'s>,
     shadings: RefCell<BTreeMap<String, Rc<Indirect>>>,
-    hidings: RefCell<BTreeMap<String, Rc<Indirect>>>,
+    visibilities: RefCell<BTreeMap<String, Rc<Indirect>>>,
 }
 
 impl<'a, 's> Shared<'a, 's> {
     pub(super) fn new(subject: &'a Subject<'s>) -> Self {
-        Self { subject, shadings: RefCell::default(), hidings: RefCell::default() }
+        Self { subject, shadings: RefCell::default(), visibilities: RefCell::default() }
     }
 
     pub(super) fn shading(&self, settings: &Settings) -> Result<Rc<Indirect>, FrontierError> {
-        let id = shading_id(settings);
+        let id = self.subject.depends.shading_id(settings);
         if let Some(made) = self.shadings.borrow().get(&id) {
             return Ok(made.clone());
         }
@@ -34,18 +34,17 @@ impl<'a, 's> Shared<'a, 's> {
         Ok(made)
     }
 
-    pub(super) fn hiding(
+    pub(super) fn visibility(
         &self,
         settings: &Settings,
     ) -> Result<Option<Rc<Indirect>>, FrontierError> {
-        let Settings { lights: count, lobes, precision, .. } = settings;
-        let id = format!("{} {count} {lobes} {precision}", hiding_id(settings));
-        if let Some(made) = self.hidings.borrow().get(&id) {
+        let id = self.subject.depends.visibility_id(settings);
+        if let Some(made) = self.visibilities.borrow().get(&id) {
             return Ok(Some(made.clone()));
         }
-        let made = self.subject.hiding(settings)?.map(Rc::new);
+        let made = self.subject.visibility(settings)?.map(Rc::new);
         if let Some(made) = &made {
-            self.hidings.borrow_mut().insert(id, made.clone());
+            self.visibilities.borrow_mut().insert(id, made.clone());
         }
         Ok(made)
     }
@@ -91,17 +90,17 @@ impl<'a> Step<'a> {
         configuration: &Settings,
         cache: &Cache,
     ) -> Result<Self, FrontierError> {
-        let settings = of_maps(configuration);
+        let settings = subject.depends.of_maps(configuration);
         let key = key(subject, "maps", &settings)?;
         Self::new(cache, &key, move |runs| subject.maps(&settings, runs))
     }
 }
 
-/// Lights, and by what they are hidden.
+/// Lights, and by what they are shadowed.
 pub(super) struct Lights<'a> {
     pub(super) step: Step<'a>,
-    /// By what they are hidden now, as [`hiding_id`] has it.
-    hidden: RefCell<Option<String>>,
+    /// By what they are shadowed now, as the subject's [`super::depends::Depends::visibility_id`] has it.
+    shadowed: RefCell<Option<String>>,
 }
 
 impl<'a> Lights<'a> {
@@ -112,37 +111,29 @@ impl<'a> Lights<'a> {
         maps: &'a Step<'_>,
         cache: &Cache,
     ) -> Result<Self, FrontierError> {
-        let settings = of_lights(configuration);
+        let settings = subject.depends.of_lights(configuration);
         let key = key(subject, "lights", &settings)?;
         let make = move |runs| subject.lights(&settings, maps.get()?, runs);
-        Ok(Self { step: Step::new(cache, &key, make)?, hidden: RefCell::new(None) })
+        Ok(Self { step: Step::new(cache, &key, make)?, shadowed: RefCell::new(None) })
     }
 
-    /// The lights, after their shadow maps were drawn by `hiding` with the settings of a configuration.
-    pub(super) fn hidden(
+    /// The lights, after their shadow maps were drawn by `visibility` with the settings of a configuration.
+    pub(super) fn shadowed(
         &self,
         subject: &Subject<'_>,
-        hiding: Option<&Indirect>,
+        visibility: Option<&Indirect>,
         configuration: &Settings,
     ) -> Result<&Indirect, FrontierError> {
         let lights = self.step.get()?;
-        if let Some(hiding) = hiding
-            && self.hidden.borrow().as_ref() != Some(&hiding_id(configuration))
+        let id = subject.depends.visibility_id(configuration);
+        if let Some(visibility) = visibility
+            && self.shadowed.borrow().as_ref() != Some(&id)
         {
-            subject.hide(hiding, lights)?;
-            *self.hidden.borrow_mut() = Some(hiding_id(configuration));
+            subject.shadow(visibility, lights)?;
+            *self.shadowed.borrow_mut() = Some(id);
         }
         Ok(lights)
     }
-}
-
-/// The values on which the visibility maps depend, whatever the lights.
-fn hiding_id(settings: &Settings) -> String {
-    let Settings { visibility, shadow_points, tile, .. } = settings;
-    let Settings { near_scale, bias_scale, splat_reach, fill_levels, .. } = settings;
-    format!(
-        "{visibility} {shadow_points} {tile} {near_scale} {bias_scale} {splat_reach} {fill_levels}"
-    )
 }
 
 fn key(subject: &Subject<'_>, what: &str, settings: &Settings) -> Result<Key, FrontierError> {

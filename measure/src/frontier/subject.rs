@@ -16,6 +16,7 @@ use sglow_shaders::frame::part;
 use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 
+use super::depends::Depends;
 use crate::cache::{CacheError, Key, sha256};
 use crate::rivals::flicker::FlickerError;
 
@@ -54,7 +55,7 @@ pub enum FrontierError {
     Device(#[from] DeviceError),
     /// Nothing fits.
     #[error("no configuration remains to be measured on {scene}: {why}")]
-    NoWay {
+    Nothing {
         /// The scene.
         scene: String,
         /// What left none.
@@ -88,6 +89,8 @@ pub struct Subject<'a> {
     pub scene: &'a Scene,
     /// What the scene gets if nobody chooses.
     pub base: Settings,
+    /// What the stages of its frames depend on.
+    pub depends: Depends,
     surfaces: plan::Surfaces,
     hash: String,
     texts: RefCell<BTreeMap<String, String>>,
@@ -99,6 +102,7 @@ impl<'a> Subject<'a> {
     #[must_use]
     pub fn new(gpu: &'a Gpu, package: &'a Package, scene: &'a Scene, base: Settings) -> Self {
         Self {
+            depends: Depends::of(package.description()),
             surfaces: plan::Surfaces::of(scene, base.complete),
             hash: scene_hash(scene),
             texts: RefCell::default(),
@@ -119,12 +123,12 @@ impl<'a> Subject<'a> {
         Ok(Plan::of(&self.evaluated(settings, None)?))
     }
 
-    /// The frame of settings, or parts of it.
-    fn evaluated(
-        &self,
-        settings: &Settings,
-        parts: Option<&[&str]>,
-    ) -> Result<sglow_graph::Frame, FrontierError> {
+    /// The values on axes that settings and the scene's surfaces lead to.
+    pub(super) fn axes(&self, settings: &Settings) -> BTreeMap<String, String> {
+        self.configuration(settings).axes
+    }
+
+    fn configuration(&self, settings: &Settings) -> sglow_graph::Configuration {
         let own;
         let surfaces = if settings.complete == self.base.complete {
             &self.surfaces
@@ -134,6 +138,16 @@ impl<'a> Subject<'a> {
         };
         let mut configuration = settings.configuration();
         surfaces.describe(&mut configuration);
+        configuration
+    }
+
+    /// The frame of settings, or parts of it.
+    fn evaluated(
+        &self,
+        settings: &Settings,
+        parts: Option<&[&str]>,
+    ) -> Result<sglow_graph::Frame, FrontierError> {
+        let mut configuration = self.configuration(settings);
         configuration.parts =
             parts.map(|parts| parts.iter().map(|part| (*part).to_owned()).collect());
         let missing = || FrontierError::Description("the package describes no frame".to_owned());

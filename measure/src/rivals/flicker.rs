@@ -154,7 +154,7 @@ pub fn flicker(
         })
         .collect::<Result<Vec<_>, FlickerError>>()?;
     let radius = scene.bounds().radius();
-    let (traced, materials) = (surface::Scene::new(facets(scene))?, SceneMaterials(scene));
+    let (traced, materials) = (surface::Scene::new(facets(scene))?, SceneMaterials::new(scene));
     let mut pixels = Vec::new();
     let mut pictures = vec![Vec::new(); contenders.len()];
     let mut references: Vec<Vec<f64>> = Vec::new();

@@ -86,6 +86,8 @@ pub fn ranges(tree: &Tree, effective: &[f32], count: usize) -> Vec<Range<usize>>
 pub struct Cut<R = f64> {
     /// The texels that are leaves, in the order of their keys.
     pub texels: Vec<usize>,
+    /// The tree over them.
+    pub tree: Tree,
     /// Sums over them.
     pub sums: Sums<R>,
     /// The ranges of leaves of its nodes, one after the other.
@@ -124,7 +126,7 @@ pub fn cut_by<R: Real>(map: &Map<'_, R>, count: usize, directions: f64) -> Cut<R
     let (texels, leaves): (Vec<usize>, Vec<CentralMoments<R>>) = lit.into_iter().unzip();
     let sums = Sums::of_leaves(&leaves);
     if texels.is_empty() {
-        return Cut { texels, sums, nodes: Vec::new() };
+        return Cut { texels, tree: Tree::of_keys(&[]), sums, nodes: Vec::new() };
     }
     let tree = Tree::of_keys(&keys);
     let all = sums.all();
@@ -134,7 +136,7 @@ pub fn cut_by<R: Real>(map: &Map<'_, R>, count: usize, directions: f64) -> Cut<R
         .map(|node| cost(&sums.of(node.leaves.clone()), &all, directions).value() as f32)
         .collect();
     let nodes = ranges(&tree, &effective(&tree, &costs), count);
-    Cut { texels, sums, nodes }
+    Cut { texels, tree, sums, nodes }
 }
 
 impl<R: Real> Cut<R> {

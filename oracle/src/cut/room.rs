@@ -20,6 +20,8 @@ pub(crate) struct Room {
     pub(crate) size: [usize; 2],
     pub(crate) texels: Vec<SurfaceTexel>,
     pub(crate) receivers: Vec<SurfaceTexel>,
+    /// Width and height of the image that they are the pixels of.
+    pub(crate) image: [usize; 2],
     pub(crate) eye: Vector3,
 }
 
@@ -92,21 +94,32 @@ impl Room {
             size: [map; 2],
             texels: Vec::new(),
             receivers: Vec::new(),
+            image: [42, 28],
             eye: EYE,
         };
         room.draw_map();
+        room.receivers = room.seen(&room.camera(), room.image);
+        room
+    }
+
+    fn camera(&self) -> Camera {
         let forward = Vector3::new(0.0, -0.15, -1.0).normalized();
         let right = Vector3::new(1.0, 0.0, 0.0);
-        let camera = Camera {
-            position: room.eye,
+        Camera {
+            position: self.eye,
             right,
             up: right.cross(forward),
             forward,
             half_extent: [0.9, 0.6],
             perspective: true,
-        };
-        room.receivers = room.seen(&camera, [42, 28]);
-        room
+        }
+    }
+
+    /// The same room seen in so many times as many pixels along each axis.
+    pub(crate) fn finely(mut self, scale: usize) -> Self {
+        self.image = self.image.map(|side| side * scale);
+        self.receivers = self.seen(&self.camera(), self.image);
+        self
     }
 
     fn seen(&self, camera: &Camera, size: [usize; 2]) -> Vec<SurfaceTexel> {
@@ -152,8 +165,13 @@ impl Room {
 
     /// The reference: all texels as facets.
     pub(crate) fn reference(&self) -> Vec<[f64; 3]> {
+        self.reference_at(&self.receivers)
+    }
+
+    /// The reference at some receivers.
+    pub(crate) fn reference_at(&self, receivers: &[SurfaceTexel]) -> Vec<[f64; 3]> {
         let facets = TexelFacets::of_map(&self.light, &self.texels, self.size, Ndf::Ggx);
-        let reflected = facets.reflect(&self.receivers, self.eye, &|_| true).unwrap();
+        let reflected = facets.reflect(receivers, self.eye, &|_| true).unwrap();
         reflected.iter().map(|one| one.diffuse.to_array()).collect()
     }
 

@@ -101,7 +101,7 @@ impl Guide {
             if let Some(crossing) = scene.nearest(&ray, &|crossing| materials.counts(crossing)) {
                 let surface = SurfaceTexel {
                     position: crossing.hit.position,
-                    normal: crossing.hit.normal,
+                    normal: materials.normal(&crossing),
                     material: materials.material(&crossing),
                     present: true,
                 };

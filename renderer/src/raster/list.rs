@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Draw, Kind, Raster, shared_layout};
+use super::kind::Kind;
+use super::{Draw, Raster, shared_layout};
 use sglow_runtime::execute::{DrawKind, DrawList};
 
 /// Draws of a scene, sorted by kind.
@@ -39,11 +40,10 @@ impl<'a> SceneDraws<'a> {
 
 impl Kind {
     fn named(self) -> BTreeMap<String, String> {
-        let (material, opacity) = self.axes();
         let named = |axis: &str, value: String| (axis.to_owned(), value);
         BTreeMap::from([
-            named("material", material.to_string()),
-            named("opacity", opacity.to_string()),
+            named("material", self.material.to_string()),
+            named("opacity", self.opacity().to_string()),
         ])
     }
 }
@@ -56,7 +56,7 @@ impl DrawList for SceneDraws<'_> {
                 cull_mode: (!kind.double_sided).then_some(wgpu::Face::Back),
                 ..Default::default()
             },
-            groups: vec![(1, shared_layout(&self.raster.device, &[kind.textured], 1))],
+            groups: vec![(1, shared_layout(&self.raster.device, kind.material, 1))],
         };
         self.kinds.iter().map(kind).collect()
     }

@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_shaders::SglowMaterialTextured;
+use sglow_shaders::{Material as MaterialAxis, SglowMaterialDetailed};
 
 use super::filled::filled;
+use super::kind::axes;
 use crate::device::Gpu;
 use sglow_scene::{Filter, Scene, TextureUse, Traits, Wrap};
 
@@ -12,11 +13,27 @@ use sglow_scene::{Filter, Scene, TextureUse, Traits, Wrap};
 pub(super) struct Textures {
     images: BTreeMap<usize, wgpu::TextureView>,
     white: Option<wgpu::TextureView>,
+    /// Of the vertices that have any.
+    details: Option<wgpu::Buffer>,
+}
+
+/// What a material is read with.
+#[derive(Clone, Copy)]
+pub(super) struct Reads {
+    pub(super) material: MaterialAxis,
+    /// Whether vertices have colours.
+    pub(super) colored: bool,
 }
 
 impl Textures {
-    pub(super) fn new(gpu: &Gpu, scene: &Scene, traits: &[Traits]) -> Self {
-        let textured = || scene.materials.iter().zip(traits).filter(|(_, traits)| traits.textured);
+    pub(super) fn new(
+        gpu: &Gpu,
+        scene: &Scene,
+        traits: &[Traits],
+        details: Option<wgpu::Buffer>,
+    ) -> Self {
+        let reads = |traits: &Traits| axes(traits).0 != MaterialAxis::Constant;
+        let textured = || scene.materials.iter().zip(traits).filter(|(_, traits)| reads(traits));
         let read: BTreeSet<usize> = textured()
             .flat_map(|(material, _)| material.textures().map(|texture| texture.image))
             .collect();
@@ -33,6 +50,7 @@ impl Textures {
                 .filter_map(|index| Some((index, upload(gpu, scene.images.get(index)?))))
                 .collect(),
             white: textured().next().map(|_| upload(gpu, &white)),
+            details,
         }
     }
 
@@ -41,13 +59,15 @@ impl Textures {
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
         material: &sglow_scene::Material,
-        textured: bool,
+        Reads { material: read, colored }: Reads,
     ) -> wgpu::BindGroup {
         let rows = |texture: &Option<TextureUse>| {
             let rows = texture.map_or_else(Default::default, |texture| texture.transform).rows();
-            rows.map(|[a, b, c]| [a, b, c, 0.0])
+            let set = if texture.is_some_and(|texture| texture.second) { 1.0 } else { 0.0 };
+            rows.map(|[a, b, c]| [a, b, c, set])
         };
-        let uniform = SglowMaterialTextured {
+        let mapped = material.normal_texture.is_some();
+        let uniform = SglowMaterialDetailed {
             base_color: material.base_color,
             emission: material.emission,
             roughness: material.roughness,
@@ -57,13 +77,16 @@ impl Textures {
             base_color_coordinates: rows(&material.base_color_texture),
             metallic_roughness_coordinates: rows(&material.metallic_roughness_texture),
             emission_coordinates: rows(&material.emission_texture),
+            normal_coordinates: rows(&material.normal_texture),
+            normal_scale: if mapped { material.normal_scale } else { 0.0 },
+            colored: colored.into(),
             ..bytemuck::Zeroable::zeroed()
         };
         let uniform = filled(gpu, bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM);
         let mut entries =
             vec![wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }];
         let sampler = sampler(gpu, material.textures().next());
-        if textured {
+        if read != MaterialAxis::Constant {
             entries.push(wgpu::BindGroupEntry {
                 binding: 1,
                 resource: wgpu::BindingResource::Sampler(&sampler),
@@ -72,14 +95,19 @@ impl Textures {
                 (2, &material.base_color_texture),
                 (3, &material.metallic_roughness_texture),
                 (4, &material.emission_texture),
+                (6, &material.normal_texture),
             ];
-            for (binding, texture) in textures {
+            let detailed = read == MaterialAxis::Detailed;
+            for (binding, texture) in textures.into_iter().take(if detailed { 4 } else { 3 }) {
                 let image = texture.and_then(|texture| self.images.get(&texture.image));
                 entries.extend(image.or(self.white.as_ref()).map(|view| wgpu::BindGroupEntry {
                     binding,
                     resource: wgpu::BindingResource::TextureView(view),
                 }));
             }
+            entries.extend(self.details.as_ref().filter(|_| detailed).map(|details| {
+                wgpu::BindGroupEntry { binding: 5, resource: details.as_entire_binding() }
+            }));
         }
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(&material.name),

@@ -1,6 +1,7 @@
 //! The reference with visibility: a scene's triangles and materials as the oracle's paths meet them.
 
 use glam::Vec3;
+use sglow_oracle::Vector3;
 use sglow_oracle::brdf;
 use sglow_oracle::estimate::Estimate;
 use sglow_oracle::path::{MAP, Materials, Paths};
@@ -10,7 +11,7 @@ use super::{growing, light, ndf, texels, vector};
 use crate::frame::Surfaces;
 use sglow_runtime::light::LightView;
 use sglow_runtime::settings::Settings;
-use sglow_scene::{Filter, Image, Material, Scene, TextureUse, Wrap};
+use sglow_scene::{Filter, Image, Material, Mesh, Scene, TextureUse, Wrap};
 
 /// The triangles of a scene, mesh by mesh.
 pub fn facets(scene: &Scene) -> Vec<Facet> {
@@ -37,21 +38,27 @@ pub fn facets(scene: &Scene) -> Vec<Facet> {
 ///
 /// Textures are read bilinearly (or at the nearest texel where a material says so) on their finest level: a ray has no
 /// pixel whose footprint would choose a mip level. What the rasteriser shows of a texture seen from afar is smoother.
-#[derive(Clone, Copy, Debug)]
-pub struct SceneMaterials<'a>(pub &'a Scene);
+#[derive(Clone, Debug)]
+pub struct SceneMaterials<'a> {
+    scene: &'a Scene,
+    /// The number of the first triangle of each mesh.
+    firsts: Vec<usize>,
+}
 
 impl Materials for SceneMaterials<'_> {
     fn material(&self, crossing: &Crossing) -> brdf::Material {
-        let material = &self.0.materials[crossing.hit.material as usize];
-        let read = |texture: &Option<TextureUse>| self.read(material, texture, crossing.uv);
+        let material = self.of(crossing);
+        let read = |texture: &Option<TextureUse>| self.read(material, texture, crossing);
         let base_color = read(&material.base_color_texture);
-        let [r, g, b] =
-            [0, 1, 2].map(|channel| base_color[channel] * f64::from(material.base_color[channel]));
+        let of_vertices = self.color(crossing);
+        let [r, g, b] = [0, 1, 2].map(|channel| {
+            base_color[channel] * f64::from(material.base_color[channel]) * of_vertices[channel]
+        });
         // glTF keeps roughness in green and metallic in blue.
         let [_, green, blue, _] = read(&material.metallic_roughness_texture);
         let roughness = f64::from(material.roughness) * green;
         brdf::Material::of_base_color(
-            sglow_oracle::Vector3::new(r, g, b),
+            Vector3::new(r, g, b),
             f64::from(material.metallic) * blue,
             f64::from(material.dielectric),
             roughness * roughness,
@@ -59,25 +66,113 @@ impl Materials for SceneMaterials<'_> {
     }
 
     fn counts(&self, crossing: &Crossing) -> bool {
-        let material = &self.0.materials[crossing.hit.material as usize];
+        let material = self.of(crossing);
+        let [.., of_vertices] = self.color(crossing);
+        let varies = material.textures().next().is_some() || of_vertices < 1.0;
         // An untextured material has one opacity; a mask then keeps all of it.
-        let Some(cutoff) = material.alpha_cutoff.filter(|_| material.textures().next().is_some())
-        else {
+        let Some(cutoff) = material.alpha_cutoff.filter(|_| varies) else {
             return true;
         };
-        let [.., alpha] = self.read(material, &material.base_color_texture, crossing.uv);
-        alpha * f64::from(material.base_color[3]) >= f64::from(cutoff)
+        let [.., alpha] = self.read(material, &material.base_color_texture, crossing);
+        alpha * f64::from(material.base_color[3]) * of_vertices >= f64::from(cutoff)
+    }
+
+    fn normal(&self, crossing: &Crossing) -> Vector3 {
+        let (hit, material) = (&crossing.hit, self.of(crossing));
+        let (Some(map), Some((mesh, corners))) = (&material.normal_texture, self.place(crossing))
+        else {
+            return hit.normal;
+        };
+        let of = |list: &[[f32; 4]]| mixed(list, corners, hit.weights);
+        let Some([tx, ty, tz, sign]) = of(&mesh.detail.tangents) else { return hit.normal };
+        let normals = corners.map(|corner| vector(mesh.normals[corner]));
+        let weights = hit.weights;
+        let normal = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
+        let tangent = Vector3::new(tx, ty, tz);
+        let texel = self.read(material, &Some(*map), crossing).map(|channel| 2.0 * channel - 1.0);
+        let scale = f64::from(material.normal_scale);
+        // [glTF 2.0, section 3.9.3]
+        let mapped = tangent * (scale * texel[0])
+            + normal.cross(tangent) * (sign * scale * texel[1])
+            + normal * texel[2];
+        let mapped = mapped.normalized();
+        if normal.dot(hit.normal) < 0.0 { -mapped } else { mapped }
     }
 }
 
-impl SceneMaterials<'_> {
+/// The mean of what three vertices have; none where vertices have none.
+fn mixed<const N: usize>(
+    list: &[[f32; N]],
+    corners: [usize; 3],
+    weights: [f64; 3],
+) -> Option<[f64; N]> {
+    let mut sum = [0.0; N];
+    for (corner, weight) in corners.into_iter().zip(weights) {
+        for (sum, &part) in sum.iter_mut().zip(list.get(corner)?) {
+            *sum += weight * f64::from(part);
+        }
+    }
+    Some(sum)
+}
+
+impl<'a> SceneMaterials<'a> {
+    /// Those of a scene whose triangles are [`facets`].
+    pub fn new(scene: &'a Scene) -> Self {
+        let mut next = 0;
+        let first = |mesh: &Mesh| {
+            let first = next;
+            next += mesh.triangle_count();
+            first
+        };
+        Self { scene, firsts: scene.meshes.iter().map(first).collect() }
+    }
+
+    fn of(&self, crossing: &Crossing) -> &Material {
+        &self.scene.materials[crossing.hit.material as usize]
+    }
+
+    /// The mesh of a triangle and its three vertices.
+    fn place(&self, crossing: &Crossing) -> Option<(&Mesh, [usize; 3])> {
+        let triangle = crossing.hit.triangle;
+        let after = self.firsts.partition_point(|&first| first <= triangle);
+        let mesh = after.checked_sub(1)?;
+        let (mesh, first) = (self.scene.meshes.get(mesh)?, self.firsts.get(mesh)?);
+        let corners = mesh.indices.as_chunks::<3>().0.get(triangle - first)?;
+        Some((mesh, corners.map(|corner| corner as usize)))
+    }
+
+    /// Colour and opacity of the vertices, white where they have none.
+    fn color(&self, crossing: &Crossing) -> [f64; 4] {
+        let found = self
+            .place(crossing)
+            .and_then(|(mesh, corners)| mixed(&mesh.detail.colors, corners, crossing.hit.weights));
+        found.unwrap_or([1.0; 4])
+    }
+
+    /// The texture coordinates that a texture is read at.
+    fn uv(&self, texture: &TextureUse, crossing: &Crossing) -> [f64; 2] {
+        if !texture.second {
+            return crossing.uv;
+        }
+        let found = self
+            .place(crossing)
+            .and_then(|(mesh, corners)| mixed(&mesh.detail.uvs, corners, crossing.hit.weights));
+        found.unwrap_or_default()
+    }
+
     /// A texture at a place, white if there is none; all textures of a material are read as its first one is.
-    fn read(&self, material: &Material, texture: &Option<TextureUse>, uv: [f64; 2]) -> [f64; 4] {
+    fn read(
+        &self,
+        material: &Material,
+        texture: &Option<TextureUse>,
+        crossing: &Crossing,
+    ) -> [f64; 4] {
         let white = [1.0; 4];
         let (Some(texture), Some(first)) = (texture, material.textures().next()) else {
             return white;
         };
-        let Some(image) = self.0.images.get(texture.image) else { return white };
+        let Some(image) = self.scene.images.get(texture.image) else { return white };
+        let uv = self.uv(texture, crossing);
         let at = texture
             .transform
             .rows()
@@ -173,7 +268,7 @@ pub fn path_halves(
 ) -> Result<Option<Vec<[Estimate; 2]>>, SceneError> {
     let paths = Paths {
         scene: &surface::Scene::new(facets(scene))?,
-        materials: &SceneMaterials(scene),
+        materials: &SceneMaterials::new(scene),
         light: &light(view, settings.light),
         ndf: ndf(settings.ndf),
         samples,
@@ -188,7 +283,6 @@ pub fn path_halves(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sglow_oracle::Vector3;
     use sglow_scene::UvTransform;
 
     fn image(srgb: bool) -> Image {
@@ -261,7 +355,7 @@ mod tests {
                 side: Vector3::new(0.0, 1.0, 0.0),
             }
         };
-        let read = SceneMaterials(&scene).material(&at([0.75, 0.25]));
+        let read = SceneMaterials::new(&scene).material(&at([0.75, 0.25]));
         let color = [0.5, 128.0 / 255.0, 0.0];
         let metallic = f64::from(0.6_f32) * 128.0 / 255.0;
         assert!((read.alpha - 0.25).abs() < 1e-12);
@@ -274,11 +368,14 @@ mod tests {
         }
         // The texel below has no opacity; without a mask it is there nevertheless.
         let hole = at([0.25, 0.75]);
-        assert!(SceneMaterials(&scene).counts(&hole));
+        assert!(SceneMaterials::new(&scene).counts(&hole));
         scene.materials[0].alpha_cutoff = Some(0.5);
-        assert!(!SceneMaterials(&scene).counts(&hole));
-        assert!(SceneMaterials(&scene).counts(&at([0.75, 0.25])));
+        assert!(!SceneMaterials::new(&scene).counts(&hole));
+        assert!(SceneMaterials::new(&scene).counts(&at([0.75, 0.25])));
         scene.materials[0].alpha_cutoff = Some(0.9);
-        assert!(!SceneMaterials(&scene).counts(&at([0.75, 0.25])), "the factor of opacity counts");
+        assert!(
+            !SceneMaterials::new(&scene).counts(&at([0.75, 0.25])),
+            "the factor of opacity counts"
+        );
     }
 }

@@ -152,7 +152,7 @@ const READ: Access = Access { reads: true, writes: false };
 fn of_package(package: &Package, frame: &Frame) -> Result<Bindings, RequestError> {
     let mut bindings = Bindings::new();
     for variant in frame.variants() {
-        let id = variant.to_string();
+        let id = &variant.id;
         // A missing one is an error that names it.
         package.text(&id)?;
         let bound = package.interface(&id)?.bindings.iter();
@@ -170,7 +170,7 @@ fn of_package(package: &Package, frame: &Frame) -> Result<Bindings, RequestError
             };
             (binding.name.clone(), access)
         });
-        bindings.insert(id, of.collect());
+        bindings.insert(id.clone(), of.collect());
     }
     Ok(bindings)
 }

@@ -306,7 +306,7 @@ mod tests {
 
     fn of(name: &str, set: &[&str]) -> (Derivation, Purpose, Plan) {
         let library = library();
-        let scene = load(name, None).unwrap().0;
+        let scene = load(name, None, &sglow_scene::Options::default()).unwrap().0;
         let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
         let requested = Request::of([640, 360]);
         let derivation = Derivation::new(&library, &scene, &set, &requested).unwrap();

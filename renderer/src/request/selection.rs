@@ -309,7 +309,7 @@ mod tests {
     fn a_scene_needs_less_than_the_space_has_and_contradictions_are_explained() {
         let library = library();
         let scene = |name: &str, set: &[&str]| {
-            let scene = load(name, None).unwrap().0;
+            let scene = load(name, None, &sglow_scene::Options::default()).unwrap().0;
             choice(set, true).select(&library, Some(&scene), None)
         };
         let cornell = scene("cornell", &[]).unwrap();

@@ -1,7 +1,7 @@
 //! A scene with settings that suit it: what a command that renders starts from.
 
 use sglow_runtime::settings::Settings;
-use sglow_scene::{Light, LightKind, Scene};
+use sglow_scene::{Light, LightKind, Options, Scene};
 use sglow_shader_gen::library::Library;
 
 use crate::needs::Decision;
@@ -47,8 +47,12 @@ impl Shot {
 /// # Errors
 ///
 /// When the scene cannot be read or has no such light.
-pub fn load(name: &str, light: Option<usize>) -> Result<(Scene, Vec<String>), RequestError> {
-    let mut scene = Scene::load(name)?;
+pub fn load(
+    name: &str,
+    light: Option<usize>,
+    options: &Options,
+) -> Result<(Scene, Vec<String>), RequestError> {
+    let mut scene = Scene::load_with(name, options)?;
     let used = keep_one_light(&mut scene, light)?;
     let notes = scene.notes.iter().map(ToString::to_string).chain(used);
     let notes = notes.map(|note| format!("{}: {note}", scene.name)).collect();
@@ -101,7 +105,7 @@ mod tests {
 
     fn of(scene: &str, set: &[&str], request: &Request) -> Result<Settings, RequestError> {
         let set: Vec<_> = set.iter().map(|&word| word.to_owned()).collect();
-        let scene = load(scene, None)?.0;
+        let scene = load(scene, None, &Options::default())?.0;
         Shot::new(&library(), scene, &set, request).map(|shot| shot.settings)
     }
 
@@ -195,7 +199,7 @@ mod tests {
         let text = twice(&["lights=16"], &["lights=32", "map=32"]).unwrap_err();
         assert_eq!(text, "`lights` is given twice: 32 and 16");
         assert!(twice(&["kernel=previous", "kernel=previous"], &["lights=16", "map=32"]).is_ok());
-        let text = load("cornell", Some(7)).unwrap_err().to_string();
+        let text = load("cornell", Some(7), &Options::default()).unwrap_err().to_string();
         assert!(text.contains("no light 7"), "{text}");
     }
 }

@@ -454,6 +454,7 @@ fn plain(mut scene: MadeUp) -> MadeUp {
         needed: side("shade-diffuse", 4_160_000, 2.4),
         size: SIZE,
         differing: 0,
+        axes: BTreeMap::new(),
     });
     scene.facts[0] = fact("specular", false, "all 13 materials have no specular reflectance");
     let saved = |names: &[(&str, f64)]| {

@@ -2,12 +2,10 @@
 
 use std::path::Path;
 
-use exr::image::{AnyChannels, FlatSamples};
 use sglow_oracle::fis::stress::Stress;
 
 use crate::failure::{Failure, Result};
-use crate::picture::file;
-use crate::picture::read::decoded;
+use crate::picture::read::{Read, decoded};
 
 /// The seed of built-in densities: those of `report`.
 const SEED: u64 = 1;
@@ -27,20 +25,26 @@ pub struct Density {
 }
 
 impl Density {
-    /// A built-in density of `side` squared texels by its name, or a file: .exr, .hdr, .png.
+    /// A built-in density of `side` squared texels by its name, or a file: .exr, .hdr, .png. Of the first, `layer` is the one
+    /// that is read; without it, the channels that are of no layer, or the only layer.
     ///
     /// # Errors
     ///
-    /// When there is neither, the file cannot be read, or a pixel is negative or not finite.
-    pub fn load(name_or_path: &str, side: usize) -> Result<Self> {
+    /// When there is neither, the file cannot be read, it has several layers or not that one, or a pixel is negative or not
+    /// finite.
+    pub fn load(name_or_path: &str, side: usize, layer: Option<&str>) -> Result<Self> {
         if let Some((name, stress)) = Stress::ALL.iter().find(|(name, _)| *name == name_or_path) {
+            if layer.is_some() {
+                return Err(no_layers(name_or_path));
+            }
             let texels = stress.texels(side, SEED);
             return Ok(Self { name: (*name).to_owned(), size: [side; 2], texels });
         }
         let path = Path::new(name_or_path);
         let extension = path.extension().map(|word| word.to_string_lossy().to_lowercase());
         let (size, pixels) = match extension.as_deref() {
-            Some("exr") => exr_pixels(path)?,
+            Some("exr") => exr_pixels(path, layer)?,
+            Some("hdr" | "png") if layer.is_some() => return Err(no_layers(name_or_path)),
             Some("hdr") => decoded(path, false)?,
             Some("png") => decoded(path, true)?,
             _ => {
@@ -82,32 +86,29 @@ impl Density {
     }
 }
 
-/// Linear pixels of the first part of an OpenEXR file that has red, green and blue, or a luminance, or one channel alone.
-fn exr_pixels(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
+fn no_layers(of: &str) -> Failure {
+    Failure::new(format!("{of}: has no layers")).help("--layer is for OpenEXR files")
+}
+
+/// Linear pixels of a layer of an OpenEXR file: the one that is named, else the channels without a layer, else the only
+/// layer.
+fn exr_pixels(path: &Path, layer: Option<&str>) -> Result<([usize; 2], Vec<[f32; 3]>)> {
     let place = path.display();
-    let file = file::exr(path)?;
-    for layer in &file.layer_data {
-        let size = [layer.size.width(), layer.size.height()];
-        let channels: &AnyChannels<FlatSamples> = &layer.channel_data;
-        let channel = |wanted: &str| {
-            let is = |name: String| name.rsplit('.').next() == Some(wanted);
-            channels.list.iter().find(|channel| is(channel.name.to_string()))
-        };
-        let chosen = match ([channel("R"), channel("G"), channel("B")], channel("Y")) {
-            ([Some(r), Some(g), Some(b)], _) => [r, g, b],
-            (_, Some(y)) => [y; 3],
-            _ if channels.list.len() == 1 => [&channels.list[0]; 3],
-            _ => continue,
-        };
-        // Channels that were stored with fewer samples than the image has pixels do not fit.
-        let samples = chosen.map(|channel| channel.sample_data.values_as_f32().collect::<Vec<_>>());
-        if samples.iter().any(|samples| samples.len() != size[0] * size[1]) {
-            continue;
-        }
-        let pixels = (0..size[0] * size[1]).map(|at| [0, 1, 2].map(|part| samples[part][at]));
-        return Ok((size, pixels.collect()));
-    }
-    Err(Failure::new(format!("{place}: no part has the channels R, G and B, or Y, or one alone")))
+    let read = Read::new(path)?;
+    let image = match (layer, read.layers.as_slice()) {
+        (Some(name), _) => read.layer(name),
+        (None, [(_, only)]) => Some(only.clone()),
+        (None, _) => read.layer(""),
+    };
+    let image = image.ok_or_else(|| {
+        let what = layer.map_or_else(
+            || "several layers may be the density".to_owned(),
+            |name| format!("no layer '{name}'"),
+        );
+        Failure::new(format!("{place}: {what}"))
+            .help(format!("--layer takes one of: {}", read.names().join(", ")))
+    })?;
+    Ok(([image.width(), image.height()], image.pixels().to_vec()))
 }
 
 #[cfg(test)]
@@ -121,11 +122,13 @@ mod tests {
 
     #[test]
     fn built_in_densities_have_names_and_a_wrong_name_lists_them() {
-        let ring = Density::load("ring", 16).unwrap();
+        let ring = Density::load("ring", 16, None).unwrap();
         assert_eq!((ring.size, ring.texels.len()), ([16, 16], 256));
-        let text = error(Density::load("rong", 16));
+        let text = error(Density::load("rong", 16, None));
         assert!(text.contains("'rong'") && text.contains("smooth, checkerboard"), "{text}");
-        assert!(error(Density::load("/no/such.hdr", 16)).contains("/no/such.hdr: cannot read"));
+        assert!(
+            error(Density::load("/no/such.hdr", 16, None)).contains("/no/such.hdr: cannot read")
+        );
     }
 
     #[test]
@@ -134,25 +137,63 @@ mod tests {
         let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
         let red = image::RgbImage::from_pixel(3, 2, image::Rgb([128, 0, 0]));
         red.save(path("red.png")).unwrap();
-        let found = Density::load(&path("red.png"), 8).unwrap();
+        let found = Density::load(&path("red.png"), 8, None).unwrap();
         assert_eq!((found.size, found.name.as_str()), ([3, 2], "red.png"));
         assert!((found.texels[5] - 0.2126 * 0.215_860_5).abs() < 1e-6);
         image::GrayImage::from_pixel(2, 5, image::Luma([128])).save(path("grey.png")).unwrap();
-        let found = Density::load(&path("grey.png"), 8).unwrap();
+        let found = Density::load(&path("grey.png"), 8, None).unwrap();
         assert!(found.size == [2, 5] && (found.texels[9] - 0.215_860_5).abs() < 1e-6);
 
         let pixels = vec![[1.0, 2.0, 0.5]; 6];
         let layer = Image::new(2, 3, pixels.clone()).unwrap();
         let picture = Picture::new(vec![(Layer::Direct, layer)]).unwrap();
         crate::picture::exr::write(path("linear.exr").as_ref(), &picture, "a test").unwrap();
-        let found = Density::load(&path("linear.exr"), 8).unwrap();
+        let found = Density::load(&path("linear.exr"), 8, None).unwrap();
         let expected = 0.2126 + 2.0 * 0.7152 + 0.5 * 0.0722;
         assert!(found.size == [2, 3] && (found.texels[4] - expected).abs() < 1e-6);
         let hdr = image::Rgb32FImage::from_pixel(2, 3, image::Rgb([1.0, 2.0, 0.5]));
         hdr.save(path("linear.hdr")).unwrap();
-        let found = Density::load(&path("linear.hdr"), 8).unwrap();
+        let found = Density::load(&path("linear.hdr"), 8, None).unwrap();
         // Radiance files have eight bits of the brightest channel.
         assert!(found.size == [2, 3] && (found.texels[4] - expected).abs() < 0.02);
+    }
+
+    /// A case of the repository.
+    fn case(name: &str) -> String {
+        format!("{}/tests/cases/{name}", env!("CARGO_MANIFEST_DIR"))
+    }
+
+    #[test]
+    fn channels_without_a_layer_are_the_picture() {
+        let plain = Density::load(&case("exr_rgb.exr"), 8, None).unwrap();
+        let file = case("exr_extra_layer_first.exr");
+        let found = Density::load(&file, 8, None).unwrap();
+        assert_eq!((found.size, &found.texels), (plain.size, &plain.texels));
+        // Negative control: the layer that comes first is another one.
+        let other = Density::load(&file, 8, Some("AO")).unwrap();
+        assert_ne!(other.texels, plain.texels);
+        let text = error(Density::load(&file, 8, Some("albedo")));
+        assert!(text.contains("no layer 'albedo'") && text.contains("one of: AO"), "{text}");
+        let text = error(Density::load("ring", 8, Some("AO")));
+        assert!(text.contains("ring: has no layers"), "{text}");
+    }
+
+    #[test]
+    fn several_layers_are_listed_and_one_is_enough() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("layers.exr").to_string_lossy().into_owned();
+        let image = |value: f32| Image::new(2, 1, vec![[value; 3]; 2]).unwrap();
+        let two = vec![(Layer::Direct, image(1.0)), (Layer::IndirectDiffuse, image(2.0))];
+        crate::picture::exr::write(path.as_ref(), &Picture::new(two).unwrap(), "").unwrap();
+        let text = error(Density::load(&path, 8, None));
+        for part in ["several layers", "--layer takes one of: direct, indirect_diffuse, radiance"] {
+            assert!(text.contains(part), "{text}");
+        }
+        let sum = Density::load(&path, 8, Some("radiance")).unwrap();
+        assert!((sum.texels[0] - 3.0).abs() < 1e-6);
+        let one = vec![(Layer::IndirectDiffuse, image(2.0))];
+        crate::picture::exr::write(path.as_ref(), &Picture::new(one).unwrap(), "").unwrap();
+        assert!((Density::load(&path, 8, None).unwrap().texels[0] - 2.0).abs() < 1e-6);
     }
 
     #[test]

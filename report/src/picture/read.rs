@@ -148,12 +148,16 @@ fn exr_layers(path: &Path) -> Result<Read> {
                 .or_else(|| three(["X", "Y", "Z"]))
                 .or_else(|| find("Y").map(|y| [y; 3]))
                 .or_else(alone);
+            // A lone channel is no picture, unless it is all there is: it is called by its own name.
+            let unnamed = layer.is_empty() && own.is_none();
+            let lone = unnamed && channels.len() == 1 && channels[0].0 != "Y";
+            let layer = if lone { &channels[0].0 } else { &layer };
             let name = match (own.as_deref().unwrap_or_default(), layer.as_str()) {
                 ("", layer) => layer.to_owned(),
                 (own, "") => own.to_owned(),
                 (own, layer) => format!("{own}.{layer}"),
             };
-            if let Some(alpha) = find("A").filter(|_| name.is_empty()) {
+            if let Some(alpha) = find("A").filter(|_| unnamed) {
                 let alpha = samples(alpha);
                 let covered = || alpha.iter().map(|alpha| *alpha > 0.0).collect();
                 read.covered = (alpha.len() == size[0] * size[1]).then(covered);

@@ -5,6 +5,7 @@ pub mod compare;
 pub mod densities;
 pub mod frontier;
 pub mod kernels;
+pub mod nearest;
 pub mod render;
 pub mod reproduce;
 pub mod stability;

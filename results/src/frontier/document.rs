@@ -229,6 +229,9 @@ pub struct Pruned {
     pub size: [u32; 2],
     /// Numbers of the composed pictures whose bits differ.
     pub differing: usize,
+    /// The axes on which both differ, each with the passes that depend on it.
+    #[serde(default)]
+    pub axes: BTreeMap<String, BTreeSet<String>>,
 }
 
 /// What screening kept of an axis or a parameter.

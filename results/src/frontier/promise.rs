@@ -22,6 +22,10 @@ pub mod named {
     pub const BARE_256: &str = "default without visibility, 256 lights";
     /// The same with 16384 lights.
     pub const BARE_16384: &str = "default without visibility, 16384 lights";
+    /// A cut for each tile of pixels, without visibility.
+    pub const CUT_BARE: &str = "cut for each tile without visibility";
+    /// The same from 256 nodes that have shadow maps.
+    pub const CUT: &str = "cut for each tile, 256 shadow maps";
     /// The default with the emitter lobe.
     pub const LOBE: &str = "default with the emitter lobe";
     /// The default with the emitter cosine.

@@ -6,12 +6,11 @@ use sglow_graph::description;
 use sglow_graph::frame::{self, Binding as Given, Frame, Geometry, Kind, Size, Variant, View};
 use wgpu::BindingType as Type;
 
-use super::Lists;
 use super::error::Fault;
-use super::groups::{Bound, Groups};
-use super::input::DrawKind;
+use super::groups::Groups;
+use super::input::{DrawKind, Lists};
 use super::pipelines::{Drawing, Layouts, Pipelines};
-use super::resources::Resources;
+use super::resources::{Bound, Resources};
 use super::steps::{Action, Dispatch, Draw, Numbered, Step, Uses};
 use super::uniforms::Uniforms;
 use crate::interface::{Binding, Interface};
@@ -102,7 +101,7 @@ impl<'a> Builder<'a> {
     }
 
     fn interface(&self, variant: &Variant) -> Result<&'a Interface, Fault> {
-        let id = variant.to_string();
+        let id = &variant.id;
         self.package.text(&id).map_err(|error| {
             let set = variant.axes.iter().map(|(axis, value)| format!("{axis}={value}"));
             Fault::Variant { error, set: set.collect::<Vec<_>>().join(",") }
@@ -256,7 +255,7 @@ impl<'a> Builder<'a> {
                 match self.bound(interface, binding, given.and_then(|given| given.get(name))) {
                     Ok(bound) => drop(known.insert(entry.binding, (*entry, bound))),
                     Err(problems) => self.faults.extend(problems.into_iter().map(|problem| {
-                        wrong(place, format!("variant '{variant}' binds `{name}`, {problem}"))
+                        wrong(place, format!("variant '{}' binds `{name}`, {problem}", variant.id))
                     })),
                 }
             }

@@ -1,17 +1,9 @@
 //! Bind groups, each made once; those that touch what the host supplies again when that has changed.
 
 use super::error::Fault;
-use super::resources::Resources;
+use super::resources::{Bound, Resources};
 use super::uniforms::Uniforms;
 use crate::pipeline::checked;
-
-/// What an entry of a group is: a uniform's slot, a buffer or a sampler, or a view of a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Bound {
-    Uniform(usize),
-    Resource(usize),
-    View(usize),
-}
 
 /// An entry of a layout, and what is bound to it.
 pub(super) type Entry = (wgpu::BindGroupLayoutEntry, Bound);

@@ -79,6 +79,9 @@ pub trait DrawList {
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, pipelines: &[wgpu::RenderPipeline]);
 }
 
+/// The host's lists of draws by name.
+pub type Lists<'a> = BTreeMap<&'a str, &'a dyn DrawList>;
+
 /// What draws of one kind have in common.
 #[derive(Clone, Debug, Default)]
 pub struct DrawKind {
@@ -96,7 +99,7 @@ pub struct Inputs<'a> {
     /// By their names; members of structures by theirs as well.
     pub(super) values: BTreeMap<(&'a str, &'a str), Input>,
     pub(super) resources: BTreeMap<&'a str, Object>,
-    pub(super) lists: BTreeMap<&'a str, &'a dyn DrawList>,
+    pub(super) lists: Lists<'a>,
 }
 
 impl<'a> Inputs<'a> {

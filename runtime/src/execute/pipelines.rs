@@ -48,7 +48,7 @@ impl Pipelines {
         entry: Option<&str>,
         constants: &[(&str, f64)],
     ) -> Result<(wgpu::ComputePipeline, Layouts), Fault> {
-        let id = variant.to_string();
+        let id = &variant.id;
         let key = format!("{id} {entry:?} {constants:?}");
         if let Some(known) = self.compute.get(&key) {
             return Ok(known.clone());
@@ -82,7 +82,7 @@ impl Pipelines {
         variant: &Variant,
         drawing: &Drawing<'_>,
     ) -> Result<(wgpu::RenderPipeline, Layouts), Fault> {
-        let id = variant.to_string();
+        let id = &variant.id;
         let Drawing { vertex, fragment, buffers, targets, depth, kind, shared } = drawing;
         let DrawKind { primitive, groups: host, .. } = kind;
         let key = format!(

@@ -6,7 +6,6 @@ use sglow_graph::description::Filter;
 use sglow_graph::frame::{self, Kind, View};
 
 use super::error::Fault;
-use super::groups::Bound;
 use super::input::{Inputs, Object};
 use crate::names;
 use crate::pipeline::checked;
@@ -17,6 +16,14 @@ const OWN_BUFFER: wgpu::BufferUsages =
 const OWN_TEXTURE: wgpu::TextureUsages = wgpu::TextureUsages::COPY_SRC
     .union(wgpu::TextureUsages::COPY_DST)
     .union(wgpu::TextureUsages::TEXTURE_BINDING);
+
+/// What a group binds: a uniform's slot, a buffer or a sampler, or a view of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Bound {
+    Uniform(usize),
+    Resource(usize),
+    View(usize),
+}
 
 #[derive(Debug)]
 struct Resource {
@@ -258,7 +265,7 @@ impl Resource {
                     view_formats: &[],
                 }))
             }
-            Kind::Sampler { filter } => {
+            Kind::Sampler(filter) => {
                 let (filter, mipmap_filter) = match filter {
                     Filter::Nearest => (wgpu::FilterMode::Nearest, wgpu::MipmapFilterMode::Nearest),
                     Filter::Linear => (wgpu::FilterMode::Linear, wgpu::MipmapFilterMode::Linear),
@@ -389,8 +396,11 @@ fn described(resource: &frame::Resource) -> String {
             let several = |number: &u64, text| if *number > 1 { text } else { String::new() };
             let layers = several(layers, format!(", {layers} layers"));
             let levels = several(levels, format!(", {levels} levels"));
-            let formats = format!("{format}{layers}{levels}{}", resource.other_formats.concat());
-            format!("a texture of {width} x {height} texels, {formats}")
+            let other = resource.formats.iter().filter(|case| case.value != *format);
+            let other = other.filter_map(|case| Some((&case.value, case.when.as_ref()?)));
+            let other: String =
+                other.map(|(format, when)| format!("; {format} where {when}")).collect();
+            format!("a texture of {width} x {height} texels, {format}{layers}{levels}{other}")
         }
         Kind::Sampler { .. } => "a sampler".to_owned(),
     }

@@ -175,20 +175,26 @@ impl Atrium {
                 paint::fabric(),
                 paint::leaf(),
             ],
-            lights: vec![Light {
-                name: "sun".to_owned(),
-                kind: LightKind::Directional,
-                position: [0.0, ROOF, 0.0],
-                direction: direction.into(),
-                intensity: [16.0, 14.6, 12.4],
-                range: None,
-            }],
-            camera: Some(Camera::look_at(
-                [-8.2, 2.1, -0.9],
-                [2.0, 3.3, 0.5],
-                [0.0, 1.0, 0.0],
-                62_f32.to_radians(),
-            )),
+            lights: vec![
+                Light {
+                    name: "sun".to_owned(),
+                    kind: LightKind::Directional,
+                    position: [0.0, ROOF, 0.0],
+                    direction: direction.into(),
+                    intensity: [16.0, 14.6, 12.4],
+                    range: None,
+                }
+                .into(),
+            ],
+            camera: Some(
+                Camera::look_at(
+                    [-8.2, 2.1, -0.9],
+                    [2.0, 3.3, 0.5],
+                    [0.0, 1.0, 0.0],
+                    62_f32.to_radians(),
+                )
+                .into(),
+            ),
             ..Draft::default()
         }
     }

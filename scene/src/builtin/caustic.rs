@@ -43,21 +43,22 @@ pub(super) fn make() -> Draft {
                 ..Material::diffuse("brass", [0.91, 0.78, 0.42])
             },
         ],
-        lights: vec![Light {
-            name: "spot".to_owned(),
-            kind: LightKind::Spot { inner: 18_f32.to_radians(), outer: 26_f32.to_radians() },
-            position: position.into(),
-            direction: (-position / distance).into(),
-            // An irradiance of pi at right angles to the light, at the ring.
-            intensity: [PI * distance * distance; 3],
-            range: None,
-        }],
-        camera: Some(Camera::look_at(
-            [0.6, 3.2, 3.4],
-            [0.0, 0.1, 0.0],
-            [0.0, 1.0, 0.0],
-            42_f32.to_radians(),
-        )),
+        lights: vec![
+            Light {
+                name: "spot".to_owned(),
+                kind: LightKind::Spot { inner: 18_f32.to_radians(), outer: 26_f32.to_radians() },
+                position: position.into(),
+                direction: (-position / distance).into(),
+                // An irradiance of pi at right angles to the light, at the ring.
+                intensity: [PI * distance * distance; 3],
+                range: None,
+            }
+            .into(),
+        ],
+        camera: Some(
+            Camera::look_at([0.6, 3.2, 3.4], [0.0, 0.1, 0.0], [0.0, 1.0, 0.0], 42_f32.to_radians())
+                .into(),
+        ),
         ..Draft::default()
     }
 }

@@ -50,20 +50,21 @@ pub(super) fn make() -> Draft {
             Material::diffuse("orange wall", [0.75, 0.36, 0.1]),
             Material::diffuse("stone", [0.6, 0.58, 0.52]),
         ],
-        lights: vec![Light {
-            name: "lamp".to_owned(),
-            kind: LightKind::Spot { inner: 30_f32.to_radians(), outer: 45_f32.to_radians() },
-            position: position.into(),
-            direction: direction.into(),
-            intensity: [280.0, 262.0, 230.0],
-            range: None,
-        }],
-        camera: Some(Camera::look_at(
-            [0.8, 2.0, 8.1],
-            [0.0, 2.0, 0.0],
-            [0.0, 1.0, 0.0],
-            45_f32.to_radians(),
-        )),
+        lights: vec![
+            Light {
+                name: "lamp".to_owned(),
+                kind: LightKind::Spot { inner: 30_f32.to_radians(), outer: 45_f32.to_radians() },
+                position: position.into(),
+                direction: direction.into(),
+                intensity: [280.0, 262.0, 230.0],
+                range: None,
+            }
+            .into(),
+        ],
+        camera: Some(
+            Camera::look_at([0.8, 2.0, 8.1], [0.0, 2.0, 0.0], [0.0, 1.0, 0.0], 45_f32.to_radians())
+                .into(),
+        ),
         ..Draft::default()
     }
 }

@@ -88,22 +88,28 @@ fn make(floor: Material, tall: Material) -> Draft {
     Draft {
         meshes,
         materials,
-        lights: vec![Light {
-            name: "ceiling light".to_owned(),
-            kind: LightKind::Spot { inner: 45_f32.to_radians(), outer: 75_f32.to_radians() },
-            position: point([278.0, 548.0, 279.5]).into(),
-            direction: [0.0, -1.0, 0.0],
-            // The hue of the published light; its strength gives the floor a radiance near 1.
-            intensity: [135.0, 95.0, 50.0],
-            range: None,
-        }],
+        lights: vec![
+            Light {
+                name: "ceiling light".to_owned(),
+                kind: LightKind::Spot { inner: 45_f32.to_radians(), outer: 75_f32.to_radians() },
+                position: point([278.0, 548.0, 279.5]).into(),
+                direction: [0.0, -1.0, 0.0],
+                // The hue of the published light; its strength gives the floor a radiance near 1.
+                intensity: [135.0, 95.0, 50.0],
+                range: None,
+            }
+            .into(),
+        ],
         // [Cornell box data: focal length 35 mm, film 25 mm x 25 mm]
-        camera: Some(Camera::look_at(
-            point([278.0, 273.0, -800.0]).into(),
-            middle.into(),
-            [0.0, 1.0, 0.0],
-            2.0 * (12.5_f32 / 35.0).atan(),
-        )),
+        camera: Some(
+            Camera::look_at(
+                point([278.0, 273.0, -800.0]).into(),
+                middle.into(),
+                [0.0, 1.0, 0.0],
+                2.0 * (12.5_f32 / 35.0).atan(),
+            )
+            .into(),
+        ),
         ..Draft::default()
     }
 }

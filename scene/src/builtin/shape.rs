@@ -2,7 +2,7 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::mesh::RawMesh;
 
@@ -39,7 +39,7 @@ impl Shape {
         for row in 0..=rows {
             for column in 0..=columns {
                 let vertex = at(column as f32 / columns as f32, row as f32 / rows as f32);
-                mesh.positions.push(vertex.position.into());
+                mesh.positions.push(vertex.position.as_dvec3().into());
                 mesh.normals.push(vertex.normal.into());
                 mesh.uvs.push(vertex.uv.into());
             }
@@ -50,7 +50,8 @@ impl Shape {
                 let corner = first + row * width + column;
                 let [a, b, c, d] = [corner, corner + 1, corner + width + 1, corner + width];
                 for triangle in [[a, b, c], [a, c, d]] {
-                    let [x, y, z] = triangle.map(|i| Vec3::from(mesh.positions[i as usize]));
+                    let [x, y, z] =
+                        triangle.map(|i| DVec3::from(mesh.positions[i as usize]).as_vec3());
                     if (y - x).cross(z - x).length_squared() > 0.0 {
                         mesh.indices.extend(triangle);
                     }

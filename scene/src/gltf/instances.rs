@@ -1,6 +1,6 @@
 //! Copies of a node's mesh. [EXT_mesh_gpu_instancing]
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{DMat4, DQuat, DVec3};
 
 use super::accessor;
 use super::buffer::Views;
@@ -13,7 +13,7 @@ pub(super) fn transforms(
     document: &gltf::Document,
     views: &Views<'_>,
     node: &gltf::Node<'_>,
-) -> Result<Option<Vec<Mat4>>, SceneError> {
+) -> Result<Option<Vec<DMat4>>, SceneError> {
     let Some(extension) = node.extension_value("EXT_mesh_gpu_instancing") else { return Ok(None) };
     let invalid = |key: &str, reason: String| SceneError::Invalid {
         file: files.scene.into(),
@@ -61,15 +61,16 @@ pub(super) fn transforms(
         return Err(invalid("attributes", reason));
     }
     let of = |list: &Option<Vec<[f32; 3]>>, index: usize, default: [f32; 3]| {
-        Vec3::from(list.as_ref().map_or(default, |list| list[index]))
+        let vector = list.as_ref().map_or(default, |list| list[index]);
+        DVec3::from(vector.map(f64::from))
     };
     let transform = |index: usize| {
         let rotation = rotations.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |list| list[index]);
-        let rotation = Quat::from_array(rotation);
+        let rotation = DQuat::from_array(rotation.map(f64::from));
         let length = rotation.length_squared();
         let rotation =
-            if length > 0.0 && length.is_finite() { rotation.normalize() } else { Quat::IDENTITY };
-        Mat4::from_scale_rotation_translation(
+            if length > 0.0 && length.is_finite() { rotation.normalize() } else { DQuat::IDENTITY };
+        DMat4::from_scale_rotation_translation(
             of(&scales, index, [1.0; 3]),
             rotation,
             of(&translations, index, [0.0; 3]),

@@ -5,7 +5,7 @@ use gltf::texture::Info;
 use serde_json::Value;
 
 use super::specular;
-use super::texture::{self, Textures};
+use super::texture::{Place, Textures};
 use crate::note::{NoteKind, Notes};
 use crate::{Material, TextureUse};
 
@@ -13,16 +13,18 @@ use crate::{Material, TextureUse};
 /// [glTF 2.0, appendix B.2.2]
 const DIELECTRIC: f32 = 0.04;
 
-/// Where base colour, and metallic and roughness, stand in [`Converted::sets`]; emission is last.
+/// Where textures stand in [`Converted::sets`].
 const BASE_COLOR: usize = 0;
 const SURFACE: usize = 1;
+const EMISSION: usize = 2;
+const NORMAL: usize = 3;
 
 /// A material, and which set of texture coordinates each of its textures is read at: base colour, metallic and
-/// roughness, emission.
+/// roughness, emission, normals.
 #[derive(Clone, Debug)]
 pub(super) struct Converted {
     pub(super) material: Material,
-    pub(super) sets: [u32; 3],
+    pub(super) sets: [u32; 4],
 }
 
 impl Converted {
@@ -32,11 +34,20 @@ impl Converted {
         sets.filter(|(texture, _)| texture.is_some()).map(|(_, set)| set).next().unwrap_or(0)
     }
 
-    pub(super) fn textures(&self) -> [Option<TextureUse>; 3] {
-        let Material { base_color_texture, metallic_roughness_texture, emission_texture, .. } =
-            self.material;
-        [base_color_texture, metallic_roughness_texture, emission_texture]
+    pub(super) fn textures(&self) -> [Option<TextureUse>; 4] {
+        let mut material = self.material.clone();
+        slots(&mut material).map(|texture| *texture)
     }
+}
+
+/// A material's textures in the order of [`Converted::sets`].
+pub(super) fn slots(material: &mut Material) -> [&mut Option<TextureUse>; 4] {
+    [
+        &mut material.base_color_texture,
+        &mut material.metallic_roughness_texture,
+        &mut material.emission_texture,
+        &mut material.normal_texture,
+    ]
 }
 
 /// Takes a texture away: its factor must not stay without it, for that is 1 where a texture says all. What the picture
@@ -52,10 +63,14 @@ pub(super) fn neutral(material: &mut Material, slot: usize) -> &'static str {
             material.metallic = 0.0;
             "the surface is not metallic, its roughness is the factor"
         }
-        _ => {
+        EMISSION => {
             material.emission_texture = None;
             material.emission = [0.0; 3];
             "the surface emits nothing"
+        }
+        _ => {
+            material.normal_texture = None;
+            "the surface is shaded smooth"
         }
     }
 }
@@ -70,9 +85,6 @@ pub(super) fn convert(
     let index = source.index().map_or("default material".to_owned(), |i| format!("material {i}"));
     let name = source.name().map_or(index, str::to_owned);
     let mut ignored = |what: &str| notes.add(NoteKind::Ignored, what, &name);
-    if source.normal_texture().is_some() {
-        ignored("normal map: the surface is shaded smooth");
-    }
     if source.occlusion_texture().is_some() {
         ignored("occlusion map: occlusion is what is computed");
     }
@@ -101,7 +113,7 @@ pub(super) fn convert(
         },
         ..Material::diffuse(&name, [1.0; 3])
     };
-    let mut converted = Converted { material, sets: [0; 3] };
+    let mut converted = Converted { material, sets: [0; 4] };
     let specular = source.pbr_specular_glossiness();
     let infos = match &specular {
         Some(specular) => [specular.diffuse_texture(), None, source.emissive_texture()],
@@ -114,21 +126,29 @@ pub(super) fn convert(
         notes.add(NoteKind::Assumed, text, &name);
         specular::of_factors(&mut converted.material, specular);
     }
-    let mut uses = [None; 3];
-    for (slot, info) in infos.iter().enumerate() {
-        let Some(info) = info else { continue };
-        converted.sets[slot] = texture::set(info);
-        match textures.read(info, slot != SURFACE) {
+    let mut uses = [None; 4];
+    let mut read = |slot: usize, place: Place<'_>, converted: &mut Converted, notes: &mut Notes| {
+        converted.sets[slot] = place.set;
+        match textures.read(&place, slot != SURFACE && slot != NORMAL) {
             Ok(usage) => uses[slot] = Some(usage),
             Err(reason) => {
                 let lacks = neutral(&mut converted.material, slot);
                 notes.add(NoteKind::Ignored, format!("{reason}; {lacks}"), &name);
             }
         }
+    };
+    for (slot, info) in infos.iter().enumerate() {
+        if let Some(info) = info {
+            read(slot, Place::of(info), &mut converted, notes);
+        }
     }
-    let material = &mut converted.material;
-    [material.base_color_texture, material.metallic_roughness_texture, material.emission_texture] =
-        uses;
+    if let Some(normal) = source.normal_texture() {
+        converted.material.normal_scale = normal.scale();
+        read(NORMAL, Place::of_normals(&normal), &mut converted, notes);
+    }
+    for (slot, usage) in slots(&mut converted.material).into_iter().zip(uses) {
+        *slot = usage;
+    }
     if let Some(specular) = &specular
         && let Some(info) = specular.specular_glossiness_texture()
     {
@@ -154,9 +174,10 @@ fn specular_map(
     diffuse_named: bool,
     textures: &mut Textures<'_>,
 ) -> Result<(), String> {
-    let usage = textures.read(info, true)?;
+    let place = Place::of(info);
+    let usage = textures.read(&place, true)?;
     let diffuse = converted.material.base_color_texture;
-    let set = texture::set(info);
+    let set = place.set;
     if diffuse_named
         && diffuse.is_some_and(|diffuse| {
             diffuse.transform != usage.transform || converted.sets[BASE_COLOR] != set

@@ -1,7 +1,7 @@
 //! glTF 2.0: metallic-roughness and specular-glossiness materials, textures, punctual lights, copies of meshes,
 //! compressed buffer views.
 
-use glam::Mat4;
+use glam::{DMat4, DVec3};
 use gltf::khr_lights_punctual::Kind;
 
 use super::files::Files;
@@ -9,6 +9,7 @@ use super::light::WIDEST;
 use super::note::NoteKind;
 use super::{Camera, Light, LightKind, SceneError};
 use crate::draft::Draft;
+use crate::origin::Placed;
 use buffer::Views;
 use material::Converted;
 use texture::Textures;
@@ -19,6 +20,7 @@ mod container;
 mod instances;
 mod material;
 mod meshopt;
+mod node;
 mod primitive;
 mod specular;
 mod texture;
@@ -31,6 +33,7 @@ pub(super) fn load(files: &Files<'_>, bytes: &[u8]) -> Result<Draft, SceneError>
     head.check(file)?;
     let root: gltf::json::Root = container::parse(file, container.json)?;
     buffer::validate(file, &root)?;
+    let node::Nodes { nodes } = container::parse(file, container.json)?;
     let views = Views::load(files, &root, container.binary);
     let document = gltf::Document::from_json_without_validation(root);
 
@@ -50,7 +53,9 @@ pub(super) fn load(files: &Files<'_>, bytes: &[u8]) -> Result<Draft, SceneError>
         materials.push(converted);
     }
     draft.images = textures.images;
-    let mut reader = Reader { files, document: &document, views: &views, materials, draft };
+    let transforms = nodes.iter().map(node::Node::transform).collect();
+    let mut reader =
+        Reader { files, document: &document, views: &views, transforms, materials, draft };
     reader.read_scene()?;
     Ok(reader.draft)
 }
@@ -59,6 +64,8 @@ struct Reader<'a> {
     files: &'a Files<'a>,
     document: &'a gltf::Document,
     views: &'a Views<'a>,
+    /// Of each node, to its parent.
+    transforms: Vec<DMat4>,
     materials: Vec<Converted>,
     draft: Draft,
 }
@@ -75,7 +82,7 @@ impl Reader<'_> {
             self.draft.notes.add(NoteKind::Ignored, text, "");
         }
         let mut visited = vec![false; document.nodes().len()];
-        let mut open: Vec<_> = scene.nodes().map(|node| (node, Mat4::IDENTITY)).collect();
+        let mut open: Vec<_> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
         open.reverse();
         while let Some((node, parent)) = open.pop() {
             if std::mem::replace(&mut visited[node.index()], true) {
@@ -85,7 +92,8 @@ impl Reader<'_> {
                     reason: "is reached twice; nodes must form trees".to_owned(),
                 });
             }
-            let world = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
+            let own = self.transforms.get(node.index()).copied().unwrap_or_default();
+            let world = parent * own;
             if let Some(mesh) = node.mesh() {
                 if node.skin().is_some() {
                     self.draft.notes.add(
@@ -114,7 +122,7 @@ impl Reader<'_> {
         &mut self,
         node: &gltf::Node<'_>,
         mesh: &gltf::Mesh<'_>,
-        world: Mat4,
+        world: DMat4,
     ) -> Result<(), SceneError> {
         let copies = instances::transforms(self.files, self.document, self.views, node)?;
         for primitive in mesh.primitives() {
@@ -127,7 +135,7 @@ impl Reader<'_> {
             let (files, views, materials) = (self.files, self.views, &self.materials);
             let read = primitive::read(files, views, materials, name, &primitive, count, draft)?;
             let Some(mesh) = read else { continue };
-            let copies = copies.as_deref().unwrap_or(&[Mat4::IDENTITY]);
+            let copies = copies.as_deref().unwrap_or(&[DMat4::IDENTITY]);
             draft.meshes.push(primitive::placed(&mesh, world, copies));
         }
         Ok(())
@@ -137,7 +145,7 @@ impl Reader<'_> {
         &mut self,
         node: &gltf::Node<'_>,
         light: &gltf::khr_lights_punctual::Light<'_>,
-        world: Mat4,
+        world: DMat4,
     ) {
         let name = light.name().or(node.name());
         let name = name.map_or_else(|| format!("light {}", light.index()), str::to_owned);
@@ -154,17 +162,18 @@ impl Reader<'_> {
                 LightKind::Spot { inner: inner_cone_angle.min(outer * 0.999), outer }
             }
         };
-        self.draft.lights.push(Light {
+        let light = Light {
             name,
             kind,
-            position: world.w_axis.truncate().into(),
-            direction: (-world.z_axis.truncate()).normalize_or_zero().into(),
+            position: [0.0; 3],
+            direction: (-world.z_axis.truncate()).normalize_or_zero().as_vec3().into(),
             intensity: light.color().map(|channel| channel * light.intensity()),
             range: light.range(),
-        });
+        };
+        self.draft.lights.push(Placed::at(world.w_axis.truncate(), light));
     }
 
-    fn read_camera(&mut self, index: usize, world: Mat4) {
+    fn read_camera(&mut self, index: usize, world: DMat4) {
         let json = &self.document.as_json().cameras[index];
         let name = json.name.clone().unwrap_or_else(|| index.to_string());
         let Some(perspective) = &json.perspective else {
@@ -175,14 +184,14 @@ impl Reader<'_> {
             self.draft.notes.add(NoteKind::Ignored, "camera besides the first", name);
             return;
         }
-        let forward = (-world.z_axis.truncate()).normalize_or_zero();
-        let up = world.y_axis.truncate();
-        let position = world.w_axis.truncate().into();
-        self.draft.camera = Some(Camera {
+        let unit = |axis: DVec3| axis.normalize_or_zero().as_vec3();
+        let (forward, up) = (unit(-world.z_axis.truncate()), unit(world.y_axis.truncate()));
+        let camera = Camera {
             near: Some(perspective.znear),
             far: perspective.zfar,
-            ..Camera::along(position, forward, up, perspective.yfov)
-        });
+            ..Camera::along([0.0; 3], forward, up, perspective.yfov)
+        };
+        self.draft.camera = Some(Placed::at(world.w_axis.truncate(), camera));
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::cell::OnceCell;
 
-use glam::{Mat3, Mat4, Vec3};
+use glam::{DMat3, DMat4, DVec3};
+use gltf::accessor::DataType;
 use gltf::mesh::{Mode, Semantic};
 
 use super::accessor;
@@ -12,8 +13,9 @@ use crate::draft::Draft;
 use crate::files::Files;
 use crate::mesh::RawMesh;
 use crate::note::NoteKind;
-use crate::tint::{self, Tint};
-use crate::{Material, SceneError, UvTransform};
+use crate::origin::power_of_two;
+use crate::tint;
+use crate::{Detail, Material, SceneError, TextureUse, UvTransform};
 
 /// How far texture coordinates may lie from a scaled and moved other set, in image sizes: a hundredth of a texel of the
 /// largest textures.
@@ -58,8 +60,12 @@ pub(super) fn read(
         semantic: semantic.to_owned(),
         reason,
     };
+    let floats = positions.data_type() == DataType::F32;
     let positions = accessor::vectors::<3>(views, &positions)
         .map_err(|reason| fault(positions.index(), "POSITION", reason))?;
+    let positions: Vec<_> = positions.into_iter().map(|position| position.map(f64::from)).collect();
+    // Integers are where the file wants them to be.
+    let rounding = if floats { rounding(&positions) } else { 0.0 };
     let source = |semantic: &Semantic, label: &str| match primitive.get(semantic) {
         Some(source) if source.count() != count => {
             let reason = format!("has {} elements for {count} positions", source.count());
@@ -108,36 +114,55 @@ pub(super) fn read(
         }
         None => Vec::new(),
     };
+    // Of no use without a normal map, nor without normals.
+    let mapped = draft.materials.get(material).is_some_and(|of| of.normal_texture.is_some());
+    let tangents = match source(&Semantic::Tangents, "TANGENT")? {
+        Some(source) if mapped && !normals.is_empty() => {
+            let read = accessor::vectors::<4>(views, &source);
+            read.map_err(|reason| fault(source.index(), "TANGENT", reason))?
+        }
+        _ => Vec::new(),
+    };
     let indices = into_list(primitive.mode(), indices);
-    let mut raw = RawMesh { name: name.clone(), positions, normals, uvs, indices, material };
+    let detail = Detail { tangents, ..Detail::default() };
+    let mut raw = RawMesh {
+        name: name.clone(),
+        positions,
+        normals,
+        uvs,
+        indices,
+        material,
+        detail,
+        rounding,
+    };
     if let Some(converted) = converted {
-        raw.material = other_sets(draft, &raw, converted, uvs_of)?;
+        raw.material = other_sets(draft, &mut raw, converted, uvs_of)?;
     }
-    if let Some(tint) = Tint::of(&raw, &colors) {
-        raw.material = tint::apply(draft, &raw, tint);
-    }
+    tint::apply(draft, &mut raw, colors);
     Ok(Some(raw))
 }
 
-/// Red, green and blue; the opacity of vertices is not read.
-fn colors(views: &Views<'_>, source: &gltf::Accessor<'_>) -> Result<Vec<[f32; 3]>, String> {
+/// Colours with an opacity, of 1 where the file has none.
+fn colors(views: &Views<'_>, source: &gltf::Accessor<'_>) -> Result<Vec<[f32; 4]>, String> {
     if source.dimensions().multiplicity() == 4 {
-        let colors = accessor::vectors::<4>(views, source)?;
-        return Ok(colors.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
+        return accessor::vectors::<4>(views, source);
     }
-    accessor::vectors::<3>(views, source)
+    let colors = accessor::vectors::<3>(views, source)?;
+    Ok(colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
 }
 
 /// The material of a mesh some of whose textures are read at another set of texture coordinates than the mesh's: where
-/// that is the mesh's, scaled and moved, the texture's transform takes it in; where it is not, the texture is left out.
+/// that is the mesh's, scaled and moved, the texture's transform takes it in; where it is not, the mesh gets a second set. A
+/// texture at a third one is left out.
 fn other_sets(
     draft: &mut Draft,
-    mesh: &RawMesh,
+    mesh: &mut RawMesh,
     converted: &Converted,
     uvs_of: impl Fn(u32) -> Result<Vec<[f32; 2]>, SceneError>,
 ) -> Result<usize, SceneError> {
     let main = converted.main_set();
     let mut own = OnceCell::new();
+    let mut second = None;
     for (slot, (texture, set)) in converted.textures().into_iter().zip(converted.sets).enumerate() {
         let Some(texture) = texture.filter(|_| set != main) else { continue };
         let other = uvs_of(set)?;
@@ -149,22 +174,22 @@ fn other_sets(
         } else {
             same_places(&mesh.uvs, &other).map(|by| after(texture.transform, by))
         };
-        match transform {
-            Some(transform) => {
-                let slots = [
-                    &mut material.base_color_texture,
-                    &mut material.metallic_roughness_texture,
-                    &mut material.emission_texture,
-                ];
-                for texture in slots.into_iter().nth(slot).into_iter().flatten() {
-                    texture.transform = transform;
-                }
+        let moved = match transform {
+            Some(transform) => TextureUse { transform, ..texture },
+            None if second.is_none_or(|second| second == set) => {
+                second = Some(set);
+                mesh.detail.uvs = other;
+                TextureUse { second: true, ..texture }
             }
             None => {
                 let lacks = material::neutral(material, slot);
-                let text = format!("texture at a second set of texture coordinates; {lacks}");
+                let text = format!("texture at a third set of texture coordinates; {lacks}");
                 draft.notes.add(NoteKind::Ignored, text, &material.name);
+                continue;
             }
+        };
+        if let Some(texture) = material::slots(material).into_iter().nth(slot) {
+            *texture = Some(moved);
         }
     }
     Ok(own.into_inner().map_or(mesh.material, |material| draft.material(material)))
@@ -207,13 +232,20 @@ fn default_material() -> Material {
     Material { metallic: 1.0, dielectric: 0.04, ..Material::diffuse("default", [1.0; 3]) }
 }
 
+/// How far the largest of some coordinates may be off that was rounded to 32 bits.
+fn rounding(positions: &[[f64; 3]]) -> f64 {
+    let largest = positions.iter().flatten().map(|one| one.abs()).fold(0.0, f64::max);
+    // Half a step, of which 2^23 are between two powers of two. [IEEE 754 binary32]
+    power_of_two(largest) * 0.5 * f64::from(f32::EPSILON)
+}
+
 /// Copies of a mesh in another space, as one mesh.
-pub(super) fn placed(mesh: &RawMesh, world: Mat4, copies: &[Mat4]) -> RawMesh {
+pub(super) fn placed(mesh: &RawMesh, world: DMat4, copies: &[DMat4]) -> RawMesh {
     let mut placed =
         RawMesh { name: mesh.name.clone(), material: mesh.material, ..RawMesh::default() };
     for &copy in copies {
         let world = world * copy;
-        let linear = Mat3::from_mat4(world);
+        let linear = DMat3::from_mat4(world);
         let turned = linear.determinant() < 0.0;
         // The limit of a scene's vertices is one of u32.
         let first = placed.positions.len() as u32;
@@ -224,14 +256,27 @@ pub(super) fn placed(mesh: &RawMesh, world: Mat4, copies: &[Mat4]) -> RawMesh {
         // The cofactors: the inverse transpose times the determinant, which does not need to exist.
         let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
         let cofactors =
-            Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * linear.determinant().signum();
+            DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * linear.determinant().signum();
+        let longest = [x, y, z].map(|axis| axis.length()).into_iter().fold(0.0, f64::max);
+        placed.rounding = placed.rounding.max(mesh.rounding * longest);
         let point =
-            |&position: &[f32; 3]| -> [f32; 3] { world.transform_point3(position.into()).into() };
+            |&position: &[f64; 3]| -> [f64; 3] { world.transform_point3(position.into()).into() };
         placed.positions.extend(mesh.positions.iter().map(point));
-        placed.normals.extend(
-            mesh.normals.iter().map(|&n| -> [f32; 3] { (cofactors * Vec3::from(n)).into() }),
-        );
+        let normal = |&normal: &[f32; 3]| -> [f32; 3] {
+            let normal = cofactors * DVec3::from(normal.map(f64::from));
+            // Of unit length, for cofactors of small or large scales leave the range of 32 bits.
+            normal.normalize_or_zero().as_vec3().into()
+        };
+        placed.normals.extend(mesh.normals.iter().map(normal));
         placed.uvs.extend(&mesh.uvs);
+        placed.detail.uvs.extend(&mesh.detail.uvs);
+        placed.detail.colors.extend(&mesh.detail.colors);
+        let sign = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let tangent = |&[x, y, z, w]: &[f32; 4]| {
+            let along = linear * DVec3::new(x.into(), y.into(), z.into());
+            along.normalize_or_zero().as_vec3().extend(sign * w).to_array()
+        };
+        placed.detail.tangents.extend(mesh.detail.tangents.iter().map(tangent));
     }
     placed
 }

@@ -1,5 +1,6 @@
 //! Textures of a document: images, samplers, transforms of texture coordinates.
 
+use gltf::material::NormalTexture;
 use gltf::texture::{Info, MagFilter, MinFilter, WrappingMode};
 use serde_json::Value;
 
@@ -31,8 +32,8 @@ impl<'a> Textures<'a> {
     }
 
     /// How a material reads a texture. The error says what is wrong with its image.
-    pub(super) fn read(&mut self, info: &Info<'_>, srgb: bool) -> Result<TextureUse, String> {
-        let texture = info.texture();
+    pub(super) fn read(&mut self, place: &Place<'_>, srgb: bool) -> Result<TextureUse, String> {
+        let texture = &place.texture;
         let webp = texture.extension_value("EXT_texture_webp").and_then(|webp| webp.get("source"));
         let webp = webp.and_then(Value::as_u64).and_then(|source| usize::try_from(source).ok());
         let plain = texture.source().map(|source| source.index());
@@ -53,7 +54,7 @@ impl<'a> Textures<'a> {
                 });
             }
         };
-        Ok(TextureUse { image, ..how(info) })
+        Ok(TextureUse { image, ..place.usage() })
     }
 
     /// The index of an image in `images`.
@@ -100,9 +101,54 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// How a texture is read, of whatever image.
-fn how(info: &Info<'_>) -> TextureUse {
-    let sampler = info.texture().sampler();
+/// A texture, and where a material reads it.
+pub(super) struct Place<'a> {
+    texture: gltf::Texture<'a>,
+    transform: UvTransform,
+    /// Which of the mesh's sets of texture coordinates it is read at.
+    pub(super) set: u32,
+}
+
+impl<'a> Place<'a> {
+    pub(super) fn of(info: &Info<'a>) -> Self {
+        let moved = info.texture_transform();
+        let set = moved.as_ref().and_then(|moved| moved.tex_coord()).unwrap_or(info.tex_coord());
+        let transform = moved.map_or(UvTransform::default(), |moved| UvTransform {
+            offset: moved.offset(),
+            rotation: moved.rotation(),
+            scale: moved.scale(),
+        });
+        Self { texture: info.texture(), transform, set }
+    }
+
+    /// That of a normal map, whose extensions the `gltf` crate leaves as they are. [KHR_texture_transform]
+    pub(super) fn of_normals(normal: &NormalTexture<'a>) -> Self {
+        let moved = normal.extension_value("KHR_texture_transform");
+        let number = |value: Option<&Value>, default: f32| {
+            value.and_then(Value::as_f64).map_or(default, |number| number as f32)
+        };
+        let pair = |key: &str, default: f32| {
+            let list = moved.and_then(|moved| moved.get(key));
+            [0, 1].map(|index| number(list.and_then(|list| list.get(index)), default))
+        };
+        let transform = UvTransform {
+            offset: pair("offset", 0.0),
+            rotation: number(moved.and_then(|moved| moved.get("rotation")), 0.0),
+            scale: pair("scale", 1.0),
+        };
+        let set = moved.and_then(|moved| moved.get("texCoord")).and_then(Value::as_u64);
+        let set = set.and_then(|set| u32::try_from(set).ok()).unwrap_or(normal.tex_coord());
+        Self { texture: normal.texture(), transform, set }
+    }
+
+    /// How it is read, of whatever image.
+    fn usage(&self) -> TextureUse {
+        how(&self.texture, self.transform)
+    }
+}
+
+fn how(texture: &gltf::Texture<'_>, transform: UvTransform) -> TextureUse {
+    let sampler = texture.sampler();
     let wrap = |mode| match mode {
         WrappingMode::Repeat => Wrap::Repeat,
         WrappingMode::MirroredRepeat => Wrap::Mirror,
@@ -123,18 +169,7 @@ fn how(info: &Info<'_>) -> TextureUse {
         magnify: if sampler.mag_filter() == Some(MagFilter::Nearest) { Nearest } else { Linear },
         minify,
         mip,
-        transform: info.texture_transform().map_or(UvTransform::default(), |transform| {
-            UvTransform {
-                offset: transform.offset(),
-                rotation: transform.rotation(),
-                scale: transform.scale(),
-            }
-        }),
+        transform,
+        second: false,
     }
-}
-
-/// Which set of texture coordinates a texture is read at.
-pub(super) fn set(info: &Info<'_>) -> u32 {
-    let moved = info.texture_transform().and_then(|transform| transform.tex_coord());
-    moved.unwrap_or(info.tex_coord())
 }

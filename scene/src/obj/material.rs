@@ -36,6 +36,7 @@ enum Use<'m> {
     Cut(Option<&'m Map>, &'m Map),
     /// Roughness in green, metallic in blue.
     Surface(Option<&'m Map>, Option<&'m Map>),
+    Normal(&'m Map),
 }
 
 impl<'a> Images<'a> {
@@ -65,6 +66,7 @@ impl<'a> Images<'a> {
         let of = |map: Option<&Map>| map.map(|map| (map.name.clone(), map.channel));
         let key = match usage {
             Use::Color(map) => format!("{:?}", &map.name),
+            Use::Normal(map) => format!("normals {:?}", &map.name),
             Use::Cut(color, opacity) => format!("cut {:?} {:?}", of(*color), of(Some(*opacity))),
             Use::Surface(roughness, metallic) => {
                 format!("surface {:?} {:?}", of(*roughness), of(*metallic))
@@ -75,6 +77,7 @@ impl<'a> Images<'a> {
         }
         let made = match usage {
             Use::Color(map) => self.decode(map, true, notes),
+            Use::Normal(map) => self.decode(map, false, notes),
             Use::Cut(color, opacity) => self.cut(*color, opacity, notes),
             Use::Surface(roughness, metallic) => self.surface(*roughness, *metallic, notes),
         };
@@ -242,6 +245,7 @@ pub(super) fn convert(source: &Definition, images: &mut Images<'_>, notes: &mut 
         }
     }
 
+    normals(source, &mut material, images, &mut lost, notes);
     let physical = ["pr", "pm"].iter().any(|key| number(key).is_some() || map(key).is_some());
     // [Walter et al. 2007, section 5.2: alpha = sqrt(2 / (n + 2))]; roughness is its square root.
     let exponent = number("ns").unwrap_or(0.0).max(0.0);
@@ -280,6 +284,37 @@ pub(super) fn convert(source: &Definition, images: &mut Images<'_>, notes: &mut 
         notes.add(NoteKind::Ignored, text, format!("{name}: Ka {ambient:?}"));
     }
     material
+}
+
+/// `norm`, and `map_Bump` where its image holds normals, as programs write them there.
+fn normals(
+    source: &Definition,
+    material: &mut Material,
+    images: &mut Images<'_>,
+    lost: &mut impl FnMut(&Map, &str, &str, &mut Notes),
+    notes: &mut Notes,
+) {
+    let named = source.maps.get("norm");
+    let Some(map) = named.or(source.maps.get("bump")) else { return };
+    let lacks = "the surface is shaded smooth";
+    match images.index(&Use::Normal(map), notes) {
+        Ok(image) if named.is_some() || images.images.get(image).is_some_and(holds_normals) => {
+            if named.is_none() {
+                let text = "map_Bump holds normals, and is read as such";
+                notes.add(NoteKind::Assumed, text, &source.name.cut);
+            }
+            material.normal_texture = Some(usage(map, image));
+            material.normal_scale = map.multiplier;
+        }
+        Ok(_) => lost(map, "heights are not read", lacks, notes),
+        Err(reason) => lost(map, &reason, lacks, notes),
+    }
+}
+
+/// Whether an image is one of normals rather than of heights: blue on the whole, and neither red nor green.
+fn holds_normals(image: &Image) -> bool {
+    let [r, g, b, _] = image.mean();
+    b > 0.7 && [r, g].iter().all(|mean| (mean - 0.5).abs() < 0.15)
 }
 
 /// `d`, or 1 - `Tr`.

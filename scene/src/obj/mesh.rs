@@ -13,7 +13,7 @@ use crate::mesh::RawMesh;
 #[derive(Debug, Default)]
 pub(super) struct Built {
     pub(super) raw: RawMesh,
-    pub(super) colors: Vec<[f32; 3]>,
+    pub(super) colors: Vec<[f32; 4]>,
     /// Some corner has texture coordinates, and some has none.
     pub(super) partly_without_uvs: bool,
     /// Some normal is the mean of a smoothing group; some is a face's beside given ones.
@@ -150,7 +150,7 @@ impl Part {
         self.any_without_uvs |= uv == NONE;
         let Built { raw, colors, smoothed, partly_without_normals, .. } = &mut self.built;
         *self.known.entry((place, uv, normal)).or_insert_with(|| {
-            raw.positions.push(position(geometry, corner).as_vec3().into());
+            raw.positions.push(position(geometry, corner).into());
             let unit = |normal: DVec3| normal.normalize_or_zero().as_vec3().into();
             match normal {
                 Normal::Later => {}
@@ -171,7 +171,8 @@ impl Part {
             // The image's first row is at v = 1 in OBJ.
             let [u, v] = geometry.uvs.get(uv as usize).copied().unwrap_or_default();
             raw.uvs.push([u, 1.0 - v]);
-            colors.extend(geometry.colors.get(place as usize));
+            let color = geometry.colors.get(place as usize);
+            colors.extend(color.map(|&[r, g, b]| [r, g, b, 1.0]));
             (raw.positions.len() - 1) as u32
         })
     }

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use super::files::Files;
 use super::note::NoteKind;
-use super::tint::{self, Tint};
+use super::tint;
 use super::{Material, SceneError};
 use crate::draft::Draft;
 use geometry::{Face, Geometry, Name};
@@ -63,9 +63,7 @@ pub(super) fn load(files: &Files<'_>, bytes: &[u8]) -> Result<Draft, SceneError>
             let text = "some faces have no normals: flat ones made";
             draft.notes.add(NoteKind::Derived, text, &raw.name);
         }
-        if let Some(tint) = Tint::of(&raw, &built.colors) {
-            raw.material = tint::apply(&mut draft, &raw, tint);
-        }
+        tint::apply(&mut draft, &mut raw, built.colors);
         draft.meshes.push(raw);
     }
     if draft.meshes.is_empty() {

@@ -21,7 +21,7 @@ pub(super) struct Definition {
     pub(super) colors: BTreeMap<&'static str, [f32; 3]>,
     /// `Ns`, `d`, `Tr`, `Ni`, `Pr`, `Pm`, `illum`, likewise.
     pub(super) numbers: BTreeMap<&'static str, f32>,
-    /// The maps by their statements without `map_`.
+    /// The maps by their statements without `map_`; `norm` and `bump` have other names as well.
     pub(super) maps: BTreeMap<&'static str, Map>,
 }
 
@@ -37,34 +37,39 @@ pub(super) struct Map {
     pub(super) clamp: bool,
     /// Which channel a number is read from.
     pub(super) channel: Option<char>,
+    /// `-bm`: what heights, or the slopes of a normal map, are multiplied with.
+    pub(super) multiplier: f32,
 }
 
 const COLORS: [&str; 5] = ["ka", "kd", "ke", "ks", "tf"];
 const NUMBERS: [&str; 7] = ["d", "illum", "ni", "ns", "pm", "pr", "tr"];
 /// The maps that are read.
 const MAPS: [&str; 6] = ["d", "kd", "ke", "ks", "pm", "pr"];
+/// Those that have other names as well.
+const OTHERS: [(&str, &str); 6] = [
+    ("bump", "bump"),
+    ("map_bump", "bump"),
+    ("map_kn", "norm"),
+    ("map_norm", "norm"),
+    ("map_normal", "norm"),
+    ("norm", "norm"),
+];
 
 /// Statements that the picture is drawn without, and what it then lacks.
-const IGNORED: [(&str, &str); 26] = [
+const IGNORED: [(&str, &str); 20] = [
     ("aniso", "anisotropy: highlights are round"),
     ("anisor", "anisotropy: highlights are round"),
-    ("bump", "bump map: the surface is shaded smooth"),
     ("decal", "decal: it is not shown"),
     ("disp", "displacement map: the surface stays as it is"),
     ("map_aat", "antialiasing of textures"),
-    ("map_bump", "bump map: the surface is shaded smooth"),
     ("map_disp", "displacement map: the surface stays as it is"),
     ("map_ka", "map_Ka: ambient light is what is computed"),
-    ("map_kn", "normal map: the surface is shaded smooth"),
-    ("map_norm", "normal map: the surface is shaded smooth"),
     ("map_ns", "map_Ns: the roughness is that of Ns everywhere"),
     ("map_pc", "clearcoat: there is no second highlight"),
     ("map_ps", "sheen: there is none"),
     ("map_refl", "reflection map: reflections are those of the scene's lights"),
     ("map_rma", "map of roughness, metallic and occlusion in one: use map_Pr and map_Pm"),
     ("map_tr", "map_Tr: use map_d"),
-    ("map_normal", "normal map: the surface is shaded smooth"),
-    ("norm", "normal map: the surface is shaded smooth"),
     ("pc", "clearcoat: there is no second highlight"),
     ("pcr", "clearcoat: there is no second highlight"),
     ("ps", "sheen: there is none"),
@@ -123,9 +128,7 @@ impl Definition {
                 },
                 [] => faults.add(line.place_of(0), "a number is missing"),
             }
-        } else if let Some(&known) =
-            MAPS.iter().find(|&&map| keyword.strip_prefix("map_") == Some(map))
-        {
+        } else if let Some(known) = map_of(keyword) {
             if let Some(map) = map(line, faults, notes) {
                 self.maps.insert(known, map);
             }
@@ -136,6 +139,13 @@ impl Definition {
             faults.add(line.place(), format!("`{shown}` is not a statement of MTL that is known"));
         }
     }
+}
+
+/// Which map a statement is about.
+fn map_of(keyword: &str) -> Option<&'static str> {
+    let plain = MAPS.iter().copied().find(|&map| keyword.strip_prefix("map_") == Some(map));
+    let other = || OTHERS.iter().find(|(name, _)| *name == keyword).map(|(_, map)| *map);
+    plain.or_else(other)
 }
 
 /// `r [g [b]]`, where missing ones are the last one given, or `xyz x [y z]`.
@@ -183,6 +193,7 @@ fn map(line: &Line<'_>, faults: &mut Faults, notes: &mut Notes) -> Option<Map> {
         offset: [0.0; 2],
         clamp: false,
         channel: None,
+        multiplier: 1.0,
     };
     let mut at = 0;
     while let Some(option) = words.get(at) {
@@ -208,8 +219,9 @@ fn map(line: &Line<'_>, faults: &mut Faults, notes: &mut Notes) -> Option<Map> {
             }
             "-clamp" => map.clamp = given.first().is_some_and(|word| word.bytes == b"on"),
             "-imfchan" => map.channel = given.first().and_then(|word| word.text().chars().next()),
-            // Filters and the size of a map in memory are ours to choose; `-bm` counts for bump maps alone.
-            "-blendu" | "-blendv" | "-texres" | "-bm" => {}
+            "-bm" => map.multiplier = number(0).map_or(1.0, |number| number as f32),
+            // Filters and the size of a map in memory are ours to choose.
+            "-blendu" | "-blendv" | "-texres" => {}
             _ => {
                 let text = format!("option `{name}` of {}", line.tokens[0].text());
                 notes.add(NoteKind::Ignored, text, "");

@@ -219,4 +219,87 @@ fn emission_beyond_halves_keeps_its_hue() {
         &scene,
         "emission above 65504, the largest half, scaled to it (material 3: 100000)"
     ));
+    // Dim ones are said to be coarse, or not to be seen.
+    let folder = crate::common::Folder::new();
+    let text = std::fs::read_to_string(case("gltf/emissive_1e5.gltf")).unwrap();
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let dim = |strength: f64| {
+        let mut document = document.clone();
+        let last = document["materials"].as_array_mut().unwrap().last_mut().unwrap();
+        last["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] =
+            serde_json::json!(strength);
+        folder.load("scene.gltf", document.to_string()).unwrap()
+    };
+    assert!(said(&dim(1e-5), "emission below 6.1e-5, where halves are coarse"));
+    assert!(said(&dim(1e-8), "emission below 6e-8, the least half: it is not seen"));
+    for fine in [1e-4, 1.0, 6e4] {
+        assert!(!said(&dim(fine), "emission"), "{fine}");
+    }
+}
+
+#[test]
+fn positions_far_away_are_relative_to_an_origin_near_the_scene() {
+    let base = load("gltf/meta_base.gltf");
+    assert_eq!(base.origin, [0.0; 3]);
+    for (name, away) in [("gltf/offset_1000.gltf", 1e3), ("gltf/offset_10000.gltf", 1e4)] {
+        let far = load(name);
+        assert_eq!(far.origin, [away, 1.5, -away], "{name}");
+        let origin = far.origin.map(|part| part as f32);
+        let moved = [away as f32, 0.0, -away as f32];
+        // Half a step of 32 bits there, and a step where it is 1.
+        let rounding = away as f32 * f32::EPSILON;
+        let same = |far: [f32; 3], near: [f32; 3]| {
+            for axis in 0..3 {
+                let found = far[axis] + (origin[axis] - moved[axis]);
+                assert!((found - near[axis]).abs() <= rounding, "{name}: {far:?} {near:?}");
+            }
+        };
+        for (far, near) in far.triangles().zip(base.triangles()) {
+            far.positions.into_iter().zip(near.positions).for_each(|(far, near)| same(far, near));
+        }
+        same(far.camera.position, base.camera.position);
+        same(far.lights[0].position, base.lights[0].position);
+        let notes: Vec<_> = far.notes.iter().map(ToString::to_string).collect();
+        let expected =
+            format!("derived: positions are relative to ({away}, 1.5, -{away}), near the scene");
+        assert_eq!(notes, [expected]);
+    }
+}
+
+/// Positions far away are rounded by more than the eye would miss, which is said; those of nodes are not.
+#[test]
+fn rounding_in_a_file_is_noted() {
+    let folder = crate::common::Folder::new();
+    let file = case("gltf/offset_10000.gltf");
+    let mut document: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    let rounded = "which so far from its origin are rounded by more than a thousandth";
+    assert!(!said(&folder.load("near.gltf", document.to_string()).unwrap(), rounded));
+    // The same vertices ten times as near to each other, and as far away.
+    for node in 0..5 {
+        document["nodes"][node]["scale"] = serde_json::json!([0.1, 0.1, 0.1]);
+    }
+    assert!(!said(&folder.load("small.gltf", document.to_string()).unwrap(), rounded));
+    let base = std::fs::read(case("gltf/meta_base.gltf")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_slice(&base).unwrap();
+    for node in 0..5 {
+        document["nodes"][node]["translation"] = serde_json::json!([1e7, 0.0, 0.0]);
+    }
+    let moved = folder.load("moved.gltf", document.to_string()).unwrap();
+    assert!(!said(&moved, rounded), "{:?}", moved.notes);
+    let near = load("gltf/meta_base.gltf");
+    for (far, near) in moved.triangles().zip(near.triangles()) {
+        let expected = near.positions.map(|[x, y, z]| [x, y - 1.5, z]);
+        assert_eq!(far.positions, expected);
+    }
+
+    let quad = |away: f64| {
+        let at = |x: f64, y: f64| format!("v {} {y} 0\n", away + x);
+        format!("{}{}{}f 1 2 3\n", at(0.0, 0.0), at(0.1, 0.0), at(0.0, 0.1))
+    };
+    // Text has all its digits.
+    let text = folder.load("quad.obj", quad(1e9)).unwrap();
+    assert!(!said(&text, rounded), "{:?}", text.notes);
+    let wide = text.bounds();
+    assert!((wide.max[0] - wide.min[0] - 0.1).abs() < 1e-6, "{wide:?}");
 }

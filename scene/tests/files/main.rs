@@ -4,5 +4,6 @@
 
 mod cases;
 mod common;
+mod details;
 mod obj;
 mod outside;

@@ -218,8 +218,8 @@ fn factors_of_every_kind_are_read() {
     }
     // Maps that the picture is drawn without are named, and what it lacks.
     for (line, lacks) in [
-        ("map_Bump -bm 2 texel.png", "bump map: the surface is shaded smooth"),
-        ("norm texel.png", "normal map"),
+        ("map_Bump -bm 2 texel.png", "heights are not read; the surface is shaded smooth"),
+        ("norm missing.png", "missing.png: no such file; the surface is shaded smooth"),
         ("map_Ns texel.png", "map_Ns"),
         ("Pc 1", "clearcoat"),
         ("map_Kd -mm 0 2 texel.png", "option `-mm` of map_Kd"),
@@ -293,6 +293,26 @@ fn images_of_other_formats_are_read() {
 }
 
 #[test]
+fn normal_maps_are_read_and_heights_are_not_taken_for_them() {
+    let folder = Folder::new();
+    folder.write("normals.png", png([128, 128, 255, 255]));
+    folder.write("heights.png", png([130, 130, 130, 255]));
+    for line in ["norm normals.png", "map_Kn normals.png", "map_Bump -bm 2 normals.png"] {
+        let (found, scene) = material(&folder, line);
+        let map = found.normal_texture.unwrap();
+        assert!(!scene.images[map.image].srgb, "{line}");
+        let bump = line.contains("Bump");
+        assert_eq!(found.normal_scale, if bump { 2.0 } else { 1.0 });
+        assert_eq!(said(&scene, "map_Bump holds normals, and is read as such (m)"), bump);
+        assert_eq!(scene.facts().holds("detailed"), Some(true));
+    }
+    let (found, scene) = material(&folder, "bump heights.png");
+    assert_eq!(found.normal_texture, None);
+    assert!(said(&scene, "image `heights.png`: heights are not read"), "{:?}", scene.notes);
+    assert_eq!(scene.facts().holds("detailed"), Some(false));
+}
+
+#[test]
 fn vertex_colours_tint_a_mesh() {
     let folder = Folder::new();
     let load = |colors: [&str; 3]| {
@@ -306,10 +326,10 @@ fn vertex_colours_tint_a_mesh() {
     assert_eq!(color(&same), [0.5, 0.25, 0.0, 1.0]);
     assert!(!said(&same, "vertex colours"));
     let varying = load(["1 0 0", "0 1 0", "0 0 1"]);
-    let third = 1.0 / 6.0;
-    assert!(
-        color(&varying).iter().zip([third, third, third, 1.0]).all(|(a, b)| (a - b).abs() < 1e-6)
-    );
-    assert!(said(&varying, "vertex colours: each mesh has their mean"));
+    assert_eq!(color(&varying), [0.5, 0.5, 0.5, 1.0]);
+    let expected = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]];
+    assert_eq!(varying.meshes[0].detail.colors, expected);
+    assert_eq!(varying.facts().holds("detailed"), Some(true));
+    assert_eq!(same.facts().holds("detailed"), Some(false));
     assert_eq!(color(&load(["1 1 1"; 3])), [0.5, 0.5, 0.5, 1.0]);
 }

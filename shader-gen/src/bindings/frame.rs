@@ -6,6 +6,7 @@ use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 use sglow_graph::description::{Number, Parameter, ParameterType};
 
+use super::follow;
 use super::names::{doc, ident, type_ident};
 use crate::library::{Frame, Library};
 
@@ -40,6 +41,8 @@ fn settings(library: &Library, frame: &Frame) -> TokenStream {
         if one.kind == ParameterType::Whole { quote!(Whole) } else { quote!(Real) }
     });
     let variants: Vec<_> = variants.collect();
+    let (follows, of_passes) =
+        (follow::of_settings(library, frame), follow::of_passes(library, frame));
     let defaults = parameters.iter().map(|(_, one)| match (one.default, one.kind) {
         (Number::Whole(number), ParameterType::Whole) => {
             let number = Literal::u64_unsuffixed(number);
@@ -97,6 +100,7 @@ fn settings(library: &Library, frame: &Frame) -> TokenStream {
                 impl $name {
                     /// The names of the axes.
                     pub const AXES: &'static [&'static str] = &[#(#axis_names),*];
+                    #follows
                     /// The names of the parameters.
                     pub const PARAMETERS: &'static [&'static str] = &[#(#names),*];
 
@@ -137,6 +141,8 @@ fn settings(library: &Library, frame: &Frame) -> TokenStream {
                         })
                     }
                 }
+
+                #of_passes
             };
         }
     }

@@ -3,7 +3,7 @@
 use proc_macro2::{Literal, TokenStream};
 use quote::quote;
 
-use super::Described;
+use super::described::Described;
 use super::names::{ident, pascal};
 use crate::manifest::{self, Access, Dimension, Resource, SampleType, SamplerType, Stage};
 

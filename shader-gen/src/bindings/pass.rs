@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
-use super::Described;
+use super::described::Described;
 use super::layout::{entry, stages};
 use super::names::{doc, escape, ident, type_ident};
 use super::variant::{Shared, by_group};
@@ -116,20 +116,25 @@ fn variant_key(library: &Library, pass: &Pass, ty: &Ident) -> TokenStream {
     } else {
         quote!(pub struct #ty { #(#abouts pub #fields: super::#types),* })
     };
-    let id = |named: &[Ident]| {
-        if named.is_empty() {
-            return quote!(String::from(PASS));
-        }
+    let implied = axes.iter().filter(|(_, axis)| axis.implied).count();
+    let (named, implied) = fields.split_at(fields.len() - implied);
+    let mut id = if named.is_empty() {
+        quote!(String::from(PASS))
+    } else {
         let format = format!("{{PASS}}{}", "-{}".repeat(named.len()));
         quote!(format!(#format, #(self.#named),*))
     };
-    let id = match (axes.last(), fields.split_last()) {
-        (Some((name, axis)), Some((last, named))) if axis.implied => {
-            let (ty, all, implied) = (type_ident(name), id(&fields), id(named));
-            quote!(if self.#last == super::#ty::default() { #implied } else { #all })
-        }
-        _ => id(&fields),
-    };
+    if !implied.is_empty() {
+        let types = &types[named.len()..];
+        id = quote! {
+            let mut id = #id;
+            #(if self.#implied != super::#types::default() {
+                id.push('-');
+                id.push_str(&self.#implied.to_string());
+            })*
+            id
+        };
+    }
     let value = if axes.is_empty() { quote!(Self) } else { quote!(Self { #(#fields),* }) };
     let mut collect = quote!(all.push(#value););
     for (field, ty) in fields.iter().zip(&types).rev() {
@@ -173,7 +178,7 @@ fn variant_key(library: &Library, pass: &Pass, ty: &Ident) -> TokenStream {
                 #all
             }
 
-            /// Pass and values joined by `-`, without the default of an axis that is implied.
+            /// Pass and values joined by `-`, without the defaults of axes that are implied.
             pub fn id(self) -> String {
                 #id
             }

@@ -7,9 +7,10 @@ use naga::{Scalar, ScalarKind, VectorSize};
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
+use super::described::Described;
+use super::error::Error;
 use super::layout_names::{Named, name_layouts, same_layout};
 use super::names::{escape, ident};
-use super::{Described, Error};
 use crate::library::Library;
 use crate::manifest::{self, FieldType, Layout};
 

@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
-use super::Described;
+use super::described::Described;
 use super::names::ident;
 use crate::manifest::{self, Stage};
 

@@ -2,40 +2,19 @@
 //!
 //! Two mistakes of naga's back end are repaired in its words, each in a file of its own that names the issue.
 
+mod error;
 mod signs;
 mod workgroup;
 
-use naga::back::pipeline_constants::{PipelineConstantError, process_overrides};
+use naga::back::pipeline_constants::process_overrides;
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use rspirv::binary::Assemble;
-use rspirv::spirv::Op;
 
+pub use self::error::Error;
 use self::signs::agree_on_signs;
 use self::workgroup::without_workgroup_layout;
-
-/// Why a module has no SPIR-V.
-#[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// An override has no default, or its default does not fit.
-    #[error("the overrides cannot be baked with their defaults: {0}")]
-    Overrides(#[from] Box<PipelineConstantError>),
-    /// naga refuses the module that it has made of a valid one.
-    #[error("naga refuses the module after baking its overrides: {0}")]
-    Baked(#[from] Box<naga::WithSpan<naga::valid::ValidationError>>),
-    /// The back end cannot express the module.
-    #[error("naga's SPIR-V back end: {0}")]
-    BackEnd(#[from] spv::Error),
-    /// naga's words could not be read back.
-    #[error("naga's SPIR-V cannot be read back: {0}")]
-    ReadBack(String),
-    /// An instruction that copies workgroup memory in a way that is not known here.
-    #[error(
-        "{0:?} copies workgroup memory whose type also lies in a buffer; only OpLoad and OpStore are known to"
-    )]
-    Copy(Op),
-}
 
 /// The version of SPIR-V that is written: Vulkan 1.1 and later read it.
 pub const VERSION: (u8, u8) = (1, 3);
@@ -113,6 +92,8 @@ mod tests {
     use std::collections::{BTreeMap, BTreeSet};
 
     use rspirv::spirv::{StorageClass, Word};
+
+    use rspirv::spirv::Op;
 
     use super::workgroup::{Types, pointer};
     use super::*;

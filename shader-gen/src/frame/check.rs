@@ -225,7 +225,7 @@ impl Checker<'_> {
                 step.place.iter().cloned().chain([table.to_owned(), name.clone()]).collect();
             places.insert((name.clone(), place.clone()), place);
         }
-        let Some(variant) = self.variants.get(runs.to_string().as_str()).copied() else {
+        let Some(variant) = self.variants.get(runs.id.as_str()).copied() else {
             for binding in given.values() {
                 if let Binding::View(view) = binding {
                     written.write(*view);

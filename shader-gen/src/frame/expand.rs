@@ -6,7 +6,7 @@ use sglow_graph::Formula;
 use sglow_graph::description::{self as flat, Description, Table};
 
 use super::authored::{self, Authored, Choice, Field};
-use super::formula::{Condition as _, both, not, simple};
+use super::formula::{self, Condition as _, apply, both, not, simple};
 use super::scope::{
     Caller, Expansion, Fault, Here, Known, Origin, Path, Round, Scope, choice_of, mentions,
 };
@@ -150,21 +150,30 @@ impl<'a> Expansion<'a> {
         let here = Here { scope, round: None };
         let own = self.option(here, of.when.as_ref(), &origin.at(&["when"]));
         let when = both(context.when.clone(), own);
-        let buffer = of.buffer.as_ref().map(|of| flat::Buffer {
-            length: self.formula(here, &of.length, &origin.at(&["buffer", "length"])),
-            stride: self.formula(here, &of.stride, &origin.at(&["buffer", "stride"])),
-            initial: of.initial.clone(),
-        });
-        let texture = of.texture.as_ref().map(|of| {
-            let at = |key: &str| origin.at(&["texture", key]);
-            let format = self.values(here, &of.format, &at("format"));
-            flat::Texture {
-                format: choice_of(format).unwrap_or(flat::Choice::Cases(Vec::new())),
-                size: self.formulas(here, &of.size, &at("size")),
-                layers: self.option(here, of.layers.as_ref(), &at("layers")).unwrap_or(ONE),
-                levels: self.option(here, of.levels.as_ref(), &at("levels")).unwrap_or(ONE),
+        let kind = match (&of.buffer, &of.texture, of.sampler) {
+            (Some(of), None, None) => flat::Kind::Buffer {
+                length: self.formula(here, &of.length, &origin.at(&["buffer", "length"])),
+                stride: self.formula(here, &of.stride, &origin.at(&["buffer", "stride"])),
+                initial: of.initial.clone(),
+            },
+            (None, Some(of), None) => {
+                let at = |key: &str| origin.at(&["texture", key]);
+                let format = self.values(here, &of.format, &at("format"));
+                flat::Kind::Texture {
+                    format: choice_of(format).unwrap_or(flat::Choice::Cases(Vec::new())),
+                    size: self.formulas(here, &of.size, &at("size")),
+                    layers: self.option(here, of.layers.as_ref(), &at("layers")).unwrap_or(ONE),
+                    levels: self.option(here, of.levels.as_ref(), &at("levels")).unwrap_or(ONE),
+                }
             }
-        });
+            (buffer, texture, filter) => {
+                if filter.is_none() || buffer.is_some() || texture.is_some() {
+                    let text = "a resource is one of a buffer, a texture and a sampler";
+                    self.wrong(origin.clone(), text);
+                }
+                flat::Kind::Sampler(filter.unwrap_or(flat::Filter::Nearest))
+            }
+        };
         if of.kept && of.flip {
             self.wrong(origin.clone(), "what is kept is no pair");
         }
@@ -177,9 +186,7 @@ impl<'a> Expansion<'a> {
             part: of.part.clone().unwrap_or_else(|| context.part.clone()),
             external: of.external,
             kept: of.kept,
-            buffer,
-            texture,
-            sampler: of.sampler,
+            kind,
         };
         let suffixes: &[&str] = if of.flip { &[".0", ".1"] } else { &[""] };
         for suffix in suffixes {
@@ -188,15 +195,6 @@ impl<'a> Expansion<'a> {
             self.made.resource.insert(name, made.clone());
         }
         if of.flip { Known::Pair(Formula::Number(0)) } else { Known::One }
-    }
-
-    fn formulas<const N: usize>(
-        &mut self,
-        here: Here<'_>,
-        texts: &[super::formula::Text; N],
-        origin: &Origin,
-    ) -> [Formula; N] {
-        std::array::from_fn(|index| self.formula(here, &texts[index], &origin.item(index)))
     }
 
     fn steps(
@@ -257,7 +255,7 @@ impl<'a> Expansion<'a> {
                 && after != before
             {
                 let flips = [when.clone(), after.clone(), before.clone()];
-                *after = simple(Formula::apply("select", flips));
+                *after = simple(apply("select", flips));
             }
         }
         if when.is_never() {
@@ -366,9 +364,9 @@ impl<'a> Expansion<'a> {
                 );
             }
             if let Some(Known::Pair(before)) = self.known.get(&name).cloned() {
-                let times = |rounds| simple(Formula::apply("*", [rounds, flips.clone()]));
-                let sum = |rounds| simple(Formula::apply("+", [before.clone(), times(rounds)]));
-                self.known.insert(name.clone(), Known::Pair(sum(Formula::name(&index))));
+                let times = |rounds| simple(apply("*", [rounds, flips.clone()]));
+                let sum = |rounds| simple(apply("+", [before.clone(), times(rounds)]));
+                self.known.insert(name.clone(), Known::Pair(sum(formula::name(&index))));
                 after.push((name, Known::Pair(sum(repeat.clone()))));
             }
         }
@@ -389,7 +387,7 @@ impl<'a> Expansion<'a> {
         let mut flips: BTreeMap<String, Formula> = BTreeMap::new();
         let mut add = |name: String, times: Formula| {
             let sum = flips.remove(&name).unwrap_or(Formula::Number(0));
-            flips.insert(name, simple(Formula::apply("+", [sum, times])));
+            flips.insert(name, simple(apply("+", [sum, times])));
         };
         for (index, pair) in group.flip.iter().enumerate() {
             let origin = origin.at(&["flip"]).item(index);
@@ -407,9 +405,9 @@ impl<'a> Expansion<'a> {
             let repeat = self.formula(here, repeat, &origin.at(&["repeat"]));
             let when = self.option(here, step.when.as_ref(), &origin.at(&["when"]));
             for (name, times) in self.flips(here, step, &origin) {
-                let times = simple(Formula::apply("*", [repeat.clone(), times]));
+                let times = simple(apply("*", [repeat.clone(), times]));
                 let when = when.clone().unwrap_or(Formula::Number(1));
-                add(name, simple(Formula::apply("select", [when, times, Formula::Number(0)])));
+                add(name, simple(apply("select", [when, times, Formula::Number(0)])));
             }
         }
         flips.into_iter().collect()
@@ -481,6 +479,9 @@ impl<'a> Expansion<'a> {
         let mut all = Table::new();
         for axis in of_pass.iter().chain(step.axes.keys()) {
             let origin = origin.at(&["axes", axis]);
+            if !of_pass.is_empty() && !of_pass.contains(axis) {
+                self.unknown(origin.clone(), "axis", axis, &of_pass);
+            }
             let own = step.axes.get(axis);
             let mut cases = own.map_or_else(Vec::new, |own| self.values(here, own, &origin));
             // The host's draws have axes of their own.

@@ -146,14 +146,12 @@ impl<'a> Parser<'a> {
                 let value = self.run(|next| next != '\'');
                 self.demand("'")?;
                 match (left, symbol) {
-                    (Formula::Name { name }, "==") => Formula::is(&name, value),
-                    (Formula::Name { name }, "!=") => {
-                        Formula::apply("!", [Formula::is(&name, value)])
-                    }
+                    (Formula::Name { name }, "==") => is(&name, value),
+                    (Formula::Name { name }, "!=") => apply("!", [is(&name, value)]),
                     _ => return Err("expected `axis == 'value'` or `axis != 'value'`".to_owned()),
                 }
             } else {
-                Formula::apply(symbol, [left, self.binary(level + 1)?])
+                apply(symbol, [left, self.binary(level + 1)?])
             };
         }
         Ok(left)
@@ -161,7 +159,7 @@ impl<'a> Parser<'a> {
 
     fn operand(&mut self) -> Result<Formula, String> {
         if self.take("!") {
-            return Ok(Formula::apply("!", [self.binary(LEVELS.len())?]));
+            return Ok(apply("!", [self.binary(LEVELS.len())?]));
         }
         if self.take("(") {
             let inner = self.binary(0)?;
@@ -177,7 +175,7 @@ impl<'a> Parser<'a> {
             return Err(self.expected("a number, a name or a bracket"));
         }
         if !self.take("(") {
-            return Ok(Formula::name(word));
+            return Ok(name(word));
         }
         let known = FUNCTIONS.iter().find(|(name, _)| *name == word);
         let (_, count) = known.ok_or_else(|| format!("`{word}` is no function"))?;
@@ -187,22 +185,37 @@ impl<'a> Parser<'a> {
         }
         self.demand(")")?;
         if arguments.len() == *count {
-            return Ok(Formula::apply(word, arguments));
+            return Ok(apply(word, arguments));
         }
         Err(format!("`{word}` takes {count} arguments, not {}", arguments.len()))
     }
 }
 
+/// The number of a name.
+pub(crate) fn name(name: &str) -> Formula {
+    Formula::Name { name: name.to_owned() }
+}
+
+/// Whether an axis has a value.
+pub(crate) fn is(axis: &str, value: &str) -> Formula {
+    Formula::Is { is: [axis.to_owned(), value.to_owned()] }
+}
+
+/// An operation with its arguments.
+pub(crate) fn apply(symbol: &str, arguments: impl Into<Vec<Formula>>) -> Formula {
+    Formula::Apply([(symbol.to_owned(), arguments.into())].into())
+}
+
 /// What holds if both hold; nothing stands for what always does.
 pub(super) fn both(a: Option<Formula>, b: Option<Formula>) -> Option<Formula> {
     match (a, b) {
-        (Some(a), Some(b)) => simple(Formula::apply("&&", [a, b])).condition(),
+        (Some(a), Some(b)) => simple(apply("&&", [a, b])).condition(),
         (a, b) => a.or(b).and_then(Condition::condition),
     }
 }
 
 pub(super) fn not(of: Formula) -> Formula {
-    simple(Formula::apply("!", [of]))
+    simple(apply("!", [of]))
 }
 
 /// A formula as a condition.
@@ -240,7 +253,7 @@ pub(super) fn simple(of: Formula) -> Formula {
     let truth = |of: &Formula| match of {
         Number(number) => Number(u64::from(*number != 0)),
         of if is_truth(of) => of.clone(),
-        of => Formula::apply("!=", [of.clone(), Number(0)]),
+        of => apply("!=", [of.clone(), Number(0)]),
     };
     let Some((symbol, parts)) = operation(&of) else { return of };
 

@@ -6,7 +6,7 @@ use sglow_graph::description::{self, Description, Table};
 use sglow_graph::{Formula, description as flat};
 
 use super::authored::{Authored, Choice, Step, Template};
-use super::formula::{Condition as _, Text, both, not, simple};
+use super::formula::{self, Condition as _, Text, apply, both, not, simple};
 
 /// A place in what an author wrote: keys of tables and indices of arrays from the top.
 pub(crate) type Path = Vec<String>;
@@ -169,6 +169,15 @@ impl<'a> Expansion<'a> {
         text.map(|text| self.formula(here, text, origin))
     }
 
+    pub(super) fn formulas<const N: usize>(
+        &mut self,
+        here: Here<'_>,
+        texts: &[Text; N],
+        origin: &Origin,
+    ) -> [Formula; N] {
+        std::array::from_fn(|index| self.formula(here, &texts[index], &origin.item(index)))
+    }
+
     fn tree(&mut self, here: Here<'_>, tree: Formula, origin: &Origin) -> Formula {
         let operation = match tree {
             Formula::Number(_) => return tree,
@@ -180,7 +189,7 @@ impl<'a> Expansion<'a> {
             return Formula::Number(1);
         };
         let arguments = arguments.into_iter().map(|part| self.tree(here, part, origin));
-        simple(Formula::apply(&symbol, arguments.collect::<Vec<_>>()))
+        simple(apply(&symbol, arguments.collect::<Vec<_>>()))
     }
 
     /// What the name of a number stands for.
@@ -188,7 +197,7 @@ impl<'a> Expansion<'a> {
         let mut round = here.round;
         while let Some(this) = round {
             if let Some((_, index)) = this.index.filter(|(own, _)| *own == name) {
-                return Formula::name(index);
+                return formula::name(index);
             }
             if let Some(text) = this.lets.and_then(|lets| lets.get(name)) {
                 let formula =
@@ -207,7 +216,7 @@ impl<'a> Expansion<'a> {
         }
         let Description { parameter, facts, .. } = &self.made;
         if parameter.contains_key(name) || facts.contains(name) {
-            return Formula::name(name);
+            return formula::name(name);
         }
         self.unknown(origin.clone(), "name", name, []);
         Formula::Number(1)
@@ -233,7 +242,7 @@ impl<'a> Expansion<'a> {
             self.origins.insert(vec!["let".to_owned(), name.to_owned()], origin);
             match formula {
                 Formula::Number(_) | Formula::Name { .. } => formula,
-                _ => Formula::name(name),
+                _ => formula::name(name),
             }
         } else {
             self.define(scope, name, formula, &origin)
@@ -256,7 +265,7 @@ impl<'a> Expansion<'a> {
         }
         let same = |(known, of): (&String, &Formula)| known.starts_with(&own) && *of == formula;
         let known = self.made.lets.iter().find(|one| same(*one)).map(|(known, _)| known.clone());
-        Formula::name(&known.unwrap_or_else(|| {
+        formula::name(&known.unwrap_or_else(|| {
             let free = self.free(&own);
             self.made.lets.insert(free.clone(), formula);
             self.origins.insert(vec!["let".to_owned(), free.clone()], origin.clone());
@@ -275,12 +284,12 @@ impl<'a> Expansion<'a> {
             self.unknown(origin.clone(), "value", value, &known.values);
             return Formula::Number(1);
         }
-        let mut is = Formula::is(axis, value);
+        let mut is = formula::is(axis, value);
         for (when, of) in self.axis(scope, axis, origin).into_iter().rev() {
             let when = when.unwrap_or(Formula::Number(1));
             is = match of == value {
-                true => simple(Formula::apply("||", [when, is])),
-                false => simple(Formula::apply("&&", [not(when), is])),
+                true => simple(apply("||", [when, is])),
+                false => simple(apply("&&", [not(when), is])),
             };
         }
         is
@@ -427,8 +436,8 @@ impl<'a> Expansion<'a> {
                     "front" => ("0", "1"),
                     _ => ("1", "0"),
                 };
-                let odd = simple(Formula::apply("%", [flips, Formula::Number(2)]));
-                let even = simple(Formula::apply("==", [odd, Formula::Number(0)]));
+                let odd = simple(apply("%", [flips, Formula::Number(2)]));
+                let even = simple(apply("==", [odd, Formula::Number(0)]));
                 let of = |which: &str| flat::Reference {
                     resource: format!("{name}.{which}"),
                     level: level.clone(),

@@ -196,19 +196,41 @@ impl Library {
                         Diagnostic::unknown("axis", axis, self.axis.keys().map(String::as_str));
                     errors.push(places.mark(error, &path, "here"));
                 }
-                let implied = self.axis.get(axis).is_some_and(|axis| axis.implied);
-                if implied && number + 1 < pass.axes.len() {
-                    let error = Diagnostic::new(
-                        Code::Declaration,
-                        format!(
-                            "axis `{axis}` is implied and not the last of pass `{}`",
-                            pass.name
-                        ),
-                    );
-                    let error = error.help(
-                        "identifiers leave its default out, so that no other value may follow it",
-                    );
-                    errors.push(places.mark(error, &path, "put it last"));
+                let implied = |axis: &String| self.axis.get(axis).filter(|axis| axis.implied);
+                if let Some(own) = implied(axis) {
+                    let later = &pass.axes[number + 1..];
+                    if let Some(other) = later.iter().find(|other| implied(other).is_none()) {
+                        let error = Diagnostic::new(
+                            Code::Declaration,
+                            format!(
+                                "axis `{axis}` is implied and stands before `{other}` in pass `{}`",
+                                pass.name
+                            ),
+                        );
+                        let error = error.help(
+                            "identifiers leave its default out, so that only axes that are implied may follow it",
+                        );
+                        errors.push(places.mark(error, &path, "put it last"));
+                    }
+                    for other in later {
+                        let values = implied(other).map_or(&[][..], |axis| &axis.value);
+                        let shared = values
+                            .iter()
+                            .find(|value| own.value.iter().any(|of_own| of_own.name == value.name));
+                        if let Some(shared) = shared {
+                            let error = Diagnostic::new(
+                                Code::Declaration,
+                                format!(
+                                    "axes `{axis}` and `{other}` of pass `{}` are implied and both have the value `{}`",
+                                    pass.name, shared.name
+                                ),
+                            );
+                            let error = error.help(
+                                "identifiers leave their defaults out, so that their values need names of their own",
+                            );
+                            errors.push(places.mark(error, &path, "this one"));
+                        }
+                    }
                 }
                 if pass.axes[..number].contains(axis) {
                     let error =

@@ -2,7 +2,6 @@
 //!
 //! By which rules, [`super::Overlay`] says.
 
-use std::borrow::Cow;
 use std::ops::Range;
 
 use serde::de::DeserializeOwned;
@@ -10,39 +9,13 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer, Error};
 
 use super::steps;
+use super::value::{Files, Lay, Value};
 use crate::error::{Code, Diagnostic};
-
-/// A value with its place.
-pub(super) type Value<'a> = Spanned<DeValue<'a>>;
 
 /// Files that are read as one. Places in it are those in the texts, one after the other.
 pub(crate) struct Document<'a> {
     root: Value<'a>,
     files: Files,
-}
-
-/// Where the texts of files begin.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Files(Vec<(usize, usize)>);
-
-impl Files {
-    /// The file that has a place, and the place in it.
-    fn local(&self, range: Range<usize>) -> (usize, Range<usize>) {
-        let found = self.0.iter().rfind(|(start, _)| *start <= range.start);
-        let (start, file) = found.copied().unwrap_or_default();
-        (file, range.start - start..range.end.max(range.start) - start)
-    }
-
-    /// Adds a place to what is said.
-    pub(super) fn mark(
-        &self,
-        diagnostic: Diagnostic,
-        range: Range<usize>,
-        label: &str,
-    ) -> Diagnostic {
-        let (file, range) = self.local(range);
-        diagnostic.at(file, range, label)
-    }
 }
 
 /// Files that were read and are not one yet.
@@ -203,29 +176,7 @@ fn moved(value: Value<'_>, by: usize) -> Value<'_> {
     Spanned::new(range, value)
 }
 
-/// Laying one file over another.
-pub(super) struct Lay<'f> {
-    files: &'f Files,
-    /// Steps that were laid behind others, with these, by their places.
-    pub(super) behind: Vec<(Range<usize>, Range<usize>)>,
-    errors: Vec<Diagnostic>,
-}
-
 impl Lay<'_> {
-    pub(super) fn wrong(
-        &mut self,
-        code: Code,
-        text: impl Into<String>,
-        places: &[(Range<usize>, &str)],
-        help: &str,
-    ) {
-        let mut diagnostic = Diagnostic::new(code, text);
-        for (range, label) in places {
-            diagnostic = self.files.mark(diagnostic, range.clone(), label);
-        }
-        self.errors.push(if help.is_empty() { diagnostic } else { diagnostic.help(help) });
-    }
-
     /// Lays `over` over `own`; `path` is where they are. `replace`, or the key of `over` that is called so, lets its keys take
     /// the place of those that are there.
     pub(super) fn tables<'a>(
@@ -254,7 +205,12 @@ impl Lay<'_> {
                 }
                 (DeValue::Array(before), DeValue::Array(value)) if is_steps(path) => {
                     for step in value {
-                        steps::lay(self, before, step, path);
+                        if let Some((target, part)) = steps::lay(self, before, step)
+                            && let Some(DeValue::Table(target)) =
+                                steps::at(before, &target).map(Value::get_mut)
+                        {
+                            self.tables(target, part, path, false);
+                        }
                     }
                 }
                 (DeValue::Array(before), DeValue::Array(value)) if grows(path) => {
@@ -375,9 +331,4 @@ fn grows(path: &[String]) -> bool {
 fn is_steps(path: &[String]) -> bool {
     let path: Vec<&str> = path.iter().map(String::as_str).collect();
     matches!(path[..], ["template", _, "step"])
-}
-
-/// A text at a place.
-pub(super) fn text(text: String, range: Range<usize>) -> Value<'static> {
-    Spanned::new(range, DeValue::String(Cow::Owned(text)))
 }

@@ -14,7 +14,7 @@ use super::place::Places;
 use super::{Exclusion, Library};
 use crate::error::{Code, Diagnostic};
 use crate::frame::authored::{Authored, Template};
-use crate::frame::{Expanded, Faults, Origin, expand};
+use crate::frame::{Expanded, Faults, Origin, expand, formula};
 use crate::source::{Sources, find, read, relative};
 
 /// The frame of a library, with the files that describe it.
@@ -105,8 +105,8 @@ impl Library {
         let defaults = self.class_default.iter().map(|rule| flat::ClassDefault {
             name: rule.name.clone(),
             when: all(rule.when.iter().map(|(fact, holds)| {
-                let fact = Formula::name(fact);
-                if *holds { fact } else { Formula::apply("!", [fact]) }
+                let fact = formula::name(fact);
+                if *holds { fact } else { formula::apply("!", [fact]) }
             })),
             set: rule.set.clone(),
             unless: rule.unless.clone(),
@@ -117,8 +117,8 @@ impl Library {
             name: rule.name.clone(),
             passes: rule.of_passes(&self.pass).map(|pass| pass.name.clone()).collect(),
             when: all(rule.when.iter().map(|(axis, values)| {
-                let either = values.iter().map(|value| Formula::is(axis, value));
-                let either = either.reduce(|a, b| Formula::apply("||", [a, b]));
+                let either = values.iter().map(|value| formula::is(axis, value));
+                let either = either.reduce(|a, b| formula::apply("||", [a, b]));
                 either.unwrap_or(Formula::Number(0))
             }))
             .unwrap_or(Formula::Number(1)),
@@ -362,7 +362,7 @@ fn code(unknown: bool) -> Code {
 
 /// A formula that holds if all do; nothing if there is none.
 fn all(formulas: impl Iterator<Item = Formula>) -> Option<Formula> {
-    formulas.reduce(|a, b| Formula::apply("&&", [a, b]))
+    formulas.reduce(|a, b| formula::apply("&&", [a, b]))
 }
 
 /// The place of what is wrong in an entry: of the formula, or of the name that the text begins with.
@@ -383,7 +383,7 @@ fn within(description: &Value, error: &sglow_graph::Error) -> Vec<String> {
             _ => None,
         }
     }
-    let place = &error.place.0;
+    let place = &error.place;
     let pointer = place.iter().map(|key| format!("/{key}")).collect::<String>();
     let formula = error.formula.as_ref().and_then(|formula| serde_json::to_value(formula).ok());
     let name = error.text.split('`').nth(1).unwrap_or_default();

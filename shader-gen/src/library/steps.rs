@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use toml::de::{DeArray, DeTable, DeValue};
 
-use super::document::{Lay, Value, text};
+use super::value::{Lay, Value, text};
 use crate::error::Code;
 use crate::frame::Text;
 
@@ -18,16 +18,17 @@ enum Place {
     Part,
 }
 
-/// Lays a step over the steps of a template.
+/// Lays a step over the steps of a template. A part of one of these is not laid over it yet: it is returned with the place of
+/// that step.
 pub(super) fn lay<'a>(
     lay: &mut Lay<'_>,
     own: &mut DeArray<'a>,
     step: Value<'a>,
-    path: &mut Vec<String>,
-) {
+) -> Option<(Vec<usize>, DeTable<'a>)> {
     let range = step.span();
     let DeValue::Table(mut step) = step.into_inner() else {
-        return lay.wrong(Code::Declaration, "a step is a table", &[(range, "here")], "");
+        lay.wrong(Code::Declaration, "a step is a table", &[(range, "here")], "");
+        return None;
     };
     let mut said = Vec::new();
     for (key, place) in [
@@ -48,14 +49,12 @@ pub(super) fn lay<'a>(
         let keys: Vec<String> = said.iter().map(|(key, ..)| format!("`{key}`")).collect();
         let places: Vec<_> = said.iter().map(|(.., value)| (value.span(), "here")).collect();
         let message = format!("a step has one place, not {}", keys.join(" and "));
-        return lay.wrong(Code::Declaration, message, &places, "");
+        lay.wrong(Code::Declaration, message, &places, "");
+        return None;
     }
     let (place, targets) = match said.pop() {
         None => (Place::End, Vec::new()),
-        Some((key, place, value)) => match found(lay, own, key, &value) {
-            Some(targets) => (place, targets),
-            None => return,
-        },
+        Some((key, place, value)) => (place, found(lay, own, key, &value)?),
     };
     if !matches!(place, Place::Part)
         && !step.contains_key("part")
@@ -74,11 +73,7 @@ pub(super) fn lay<'a>(
             lay.behind.push((range.clone(), target.clone()));
             insert_behind(lay, own, &last, &target, whole(step));
         }
-        (Place::Part, Some(first), _) => {
-            if let Some(DeValue::Table(before)) = at(own, &first).map(Value::get_mut) {
-                lay.tables(before, step, path, false);
-            }
-        }
+        (Place::Part, Some(first), _) => return Some((first, step)),
         (Place::Instead, Some(first), _) => {
             let when = step.get("when").map(|when| (condition(when), when.span()));
             // From the end on, so that the paths of those before stay what they are.
@@ -94,6 +89,7 @@ pub(super) fn lay<'a>(
         }
         _ => own.push(whole(step)),
     }
+    None
 }
 
 /// The paths of the steps of these names, in their order; nothing if there are none, which is an error in `lay`.
@@ -181,7 +177,7 @@ fn search(
     }
 }
 
-fn at<'s, 'a>(steps: &'s mut DeArray<'a>, path: &[usize]) -> Option<&'s mut Value<'a>> {
+pub(super) fn at<'s, 'a>(steps: &'s mut DeArray<'a>, path: &[usize]) -> Option<&'s mut Value<'a>> {
     let (index, rest) = path.split_first()?;
     let step = steps.get_mut(*index)?;
     if rest.is_empty() {

@@ -176,7 +176,8 @@ mod tests {
     use sglow_seal::sums;
 
     use super::*;
-    use crate::package::folder::{Change, Difference, verify_hashes, write_by};
+    use crate::package::folder::{verify_hashes, write_by};
+    use crate::package::{Change, Difference};
 
     /// Which moment a process ends at, the folder that it writes, and whether by two renames.
     const SETTINGS: [&str; 3] = ["SGLOW_TEST_MOMENT", "SGLOW_TEST_FOLDER", "SGLOW_TEST_RENAMES"];

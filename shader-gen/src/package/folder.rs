@@ -1,7 +1,6 @@
 //! The folder of a package: how files come into it, and whether they are what they should be.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,57 +8,11 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use sglow_seal::{Fault, MANIFEST, SUMS, at, is_inside, listed, read_if_there, read_sums};
 
+use super::difference::{Change, Difference, Outcome};
+use super::error::Error;
 use super::exchange::{Means, Place};
-use super::{Error, Options};
+use super::options::Options;
 use crate::hash;
-
-/// What has become of the files of a package, each relative to its folder.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Outcome {
-    /// Written, because they were missing or different.
-    pub written: Vec<String>,
-    /// Left alone, because they were the same.
-    pub unchanged: Vec<String>,
-    /// Removed, because nothing generates them any more.
-    pub removed: Vec<String>,
-}
-
-/// How a file differs from what it should be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Change {
-    /// It is not there.
-    Missing,
-    /// Its hash is not the one in `SHA256SUMS`: it was changed after it was generated.
-    ByHand,
-    /// The sources have changed since it was generated.
-    Outdated,
-    /// It was generated once, but nothing generates it any more.
-    Stale,
-    /// It was never generated.
-    Extra,
-}
-
-/// A file that is not what it should be.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Difference {
-    /// Relative to the folder of the package.
-    pub path: String,
-    /// How it differs.
-    pub change: Change,
-}
-
-impl fmt::Display for Difference {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = match self.change {
-            Change::Missing => "is missing",
-            Change::ByHand => "was changed by hand",
-            Change::Outdated => "is out of date",
-            Change::Stale => "is no longer generated",
-            Change::Extra => "is not part of the package",
-        };
-        write!(f, "{}: {what}", self.path)
-    }
-}
 
 /// Writes `files` into `out` and removes what an earlier run has written there and nothing writes now.
 ///

@@ -1,6 +1,7 @@
 //! The texts of a package for people: what it has, what changed, its licences.
 
-use super::{Error, Parts};
+use super::error::Error;
+use super::options::Parts;
 use crate::library::Library;
 use crate::manifest::{self, Manifest};
 

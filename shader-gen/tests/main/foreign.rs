@@ -94,7 +94,7 @@ fn an_implied_axis_is_named_where_it_is_not_the_default() {
         let axes = [("counter".to_owned(), counter.to_owned())].into();
         let configuration = sglow_graph::Configuration { axes, ..Default::default() };
         let frame = description.evaluate(&configuration).unwrap();
-        frame.variants().into_iter().map(ToString::to_string).collect::<BTreeSet<_>>()
+        frame.variants().into_iter().map(|variant| variant.id.clone()).collect::<BTreeSet<_>>()
     };
     assert!(run("workgroup").contains("count-mean") && run("direct").contains("count-mean-direct"));
     assert!(run("workgroup").iter().all(|id| ids(&variants).contains(id)));

@@ -221,7 +221,7 @@ fn a_frame_says_what_runs_on_what() {
     assert_eq!(labels, ["", "motion", "motion", "motion", "", "draw"]);
     let Action::Dispatch(dispatch) = &frame.steps[1].action else { panic!("no dispatch") };
     assert_eq!(
-        (&dispatch.size, dispatch.variant.to_string()),
+        (&dispatch.size, dispatch.variant.id.clone()),
         (&Size::Groups([2, 1, 1]), "move-none".into())
     );
     let Some(Binding::Uniform(uniform)) = frame.groups[dispatch.group].get("step") else {
@@ -248,7 +248,7 @@ fn facts_and_uses_set_axes_and_the_host_takes_parts_over() {
     let description = authored.description(library()).unwrap();
     let names = |configuration: &Configuration| -> BTreeSet<String> {
         let frame = description.evaluate(configuration).unwrap();
-        frame.variants().iter().map(ToString::to_string).collect()
+        frame.variants().iter().map(|variant| variant.id.clone()).collect()
     };
     let set =
         |names: &[&str]| -> BTreeSet<String> { names.iter().map(|&name| name.into()).collect() };

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Output, Precision,
+    Cut, Density, Diffuse, Draw, Emitter, Filter, Kernel, Light, Lobes, Ndf, Output, Precision,
     Sharpness, Solver, Space, Specular, SpecularPower, Start, Variance, Visibility,
 };
 
@@ -61,6 +61,8 @@ pub(super) fn base() -> Settings {
         ndf: Ndf::Ggx,
         visibility: Visibility::None,
         output: Output::Rgba32float,
+        cut: Cut::None,
+        tolerance: 0.003,
         shadow_points: 512,
         tile: 16,
         near_scale: 1.5,
@@ -299,7 +301,36 @@ fn cuts(list: &mut List) {
     list.one("space=tree visibility=shadow_map", Settings { visibility, ..base.clone() });
     // Neither a density nor its draw has anything to do.
     let (density, draw) = (Density::Bidirectional, Draw::Metropolis);
-    list.one("space=tree density=bidirectional", Settings { density, draw, ..base });
+    list.one("space=tree density=bidirectional", Settings { density, draw, ..base.clone() });
+    // A cut for each tile of pixels refines the lights.
+    let base = Settings { cut: Cut::Tile, lights: 16, ..base };
+    for precision in Precision::ALL {
+        for lobes in Lobes::ALL {
+            let name = format!("cut=tile precision={precision} lobes={lobes}");
+            list.three(name, Settings { precision, lobes, ..base.clone() });
+        }
+    }
+    for lights in [1, 448] {
+        list.one(format!("cut=tile lights={lights}"), Settings { lights, ..base.clone() });
+    }
+    for tolerance in [0.0, 0.1] {
+        let name = format!("cut=tile tolerance={tolerance}");
+        list.one(name, Settings { tolerance, ..base.clone() });
+    }
+    for emitter in Emitter::ALL {
+        list.one(format!("cut=tile emitter={emitter}"), Settings { emitter, ..base.clone() });
+    }
+    for specular in Specular::ALL {
+        let ndf = if specular == Specular::None { Ndf::None } else { Ndf::Ggx };
+        let name = format!("cut=tile specular={specular}");
+        list.one(name, Settings { specular, ndf, ..base.clone() });
+    }
+    let output = Output::Rgba16float;
+    list.one("cut=tile output=rgba16float", Settings { output, ..base.clone() });
+    for visibility in [Visibility::ShadowMap, Visibility::Imperfect] {
+        let name = format!("cut=tile visibility={visibility}");
+        list.one(name, Settings { visibility, lights: 64, ..base.clone() });
+    }
 }
 
 /// Maps of the lights, which are cleared in each frame.

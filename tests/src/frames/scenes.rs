@@ -25,10 +25,12 @@ pub(super) enum Place {
     Atrium,
     /// The atrium with emission of a material of each kind: constant, textured, with holes.
     Lamps,
+    /// The glossy Cornell box with normal maps, colours of vertices, second texture coordinates; some surfaces emit.
+    Details,
 }
 
 impl Place {
-    pub(super) const ALL: [Self; 8] = [
+    pub(super) const ALL: [Self; 9] = [
         Self::Cornell,
         Self::Glossy,
         Self::Walls,
@@ -37,6 +39,7 @@ impl Place {
         Self::Columns,
         Self::Atrium,
         Self::Lamps,
+        Self::Details,
     ];
 
     pub(super) fn name(self) -> &'static str {
@@ -49,6 +52,7 @@ impl Place {
             Self::Columns => "columns",
             Self::Atrium => "atrium",
             Self::Lamps => "lamps",
+            Self::Details => "details",
         }
     }
 
@@ -69,6 +73,7 @@ impl Place {
             Self::Columns => builtin("columns"),
             Self::Atrium => builtin("atrium"),
             Self::Lamps => lamps(builtin("atrium")),
+            Self::Details => details(),
         }
     }
 }
@@ -93,6 +98,15 @@ fn lamps(mut scene: Scene) -> Scene {
         let material = drawn.iter().copied().find(of_kind).expect("a material of each kind");
         let emission = [3.0, 1.5, 0.25];
         scene.materials[material] = Material { emission, ..scene.materials[material].clone() };
+    }
+    scene
+}
+
+/// A scene with everything that few surfaces have, of which one with holes and one without emit.
+fn details() -> Scene {
+    let mut scene = crate::detail::scene();
+    for material in [0, 1] {
+        scene.materials[material].emission = [3.0, 1.5, 0.25];
     }
     scene
 }

@@ -4,7 +4,6 @@ use serde_json::json;
 use sglow_graph::description::Number;
 use sglow_graph::{Configuration, Errors};
 use sglow_runtime::execute::{Faults, Inputs};
-use sglow_runtime::host;
 use sglow_runtime::indirect::SurfaceViews;
 use sglow_runtime::light::LightView;
 use sglow_runtime::package::Package;
@@ -91,7 +90,7 @@ impl Cut {
 
     pub(crate) fn run(&mut self, map: SurfaceViews<'_>, light: &LightView) -> Result<(), Faults> {
         let mut given = Inputs::new();
-        host::light(&mut given, light);
+        light.give(&mut given);
         given
             .set("diffuse_mean_length", self.settings.diffuse_mean_length)
             .view("given_position", map.position)

@@ -122,6 +122,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             preset: arguments.numbers.preset.clone(),
             all: false,
             light: arguments.numbers.light,
+            reading: arguments.numbers.reading,
         },
         out: Some(arguments.out.clone()),
         target: arguments.target.clone(),

@@ -11,7 +11,7 @@ use sglow_report::page::graph::content::{Access, Bindings, Content};
 use sglow_report::page::graph::{drawing, text};
 use sglow_report::{parse, write};
 
-use crate::options::{self, Over};
+use crate::options::{self, Over, Reading};
 use crate::say;
 
 /// What `--help` shows below the options.
@@ -46,6 +46,8 @@ pub(crate) struct Arguments {
     /// The scene's light that is used, counted from 0 [default: the one with the most power]
     #[arg(long, value_name = "NUMBER", requires = "scene")]
     light: Option<usize>,
+    #[command(flatten)]
+    reading: Reading,
     /// The frame that a package describes [default: that of the library]
     #[arg(long, value_name = "DIR")]
     package: Option<PathBuf>,
@@ -60,7 +62,8 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let kind = arguments.out.as_deref().map(Kind::of).transpose()?;
     let library = arguments.over.library()?;
-    let scene = arguments.scene.as_deref().map(|name| options::load(name, arguments.light));
+    let scene =
+        arguments.scene.as_deref().map(|name| arguments.reading.load(name, arguments.light));
     let scene = scene.transpose()?;
     let package = arguments.package.as_deref();
     let package = package.map(|folder| arguments.over.package(Some(folder))).transpose()?;

@@ -30,6 +30,9 @@ pub(crate) struct Arguments {
     /// of which luminance is taken
     #[arg(long, value_name = "FILE|NAME")]
     density: String,
+    /// The layer of an .exr that is the density [default: its channels without a layer, or its only layer]
+    #[arg(long, value_name = "NAME")]
+    layer: Option<String>,
     /// Width and height of a built-in density
     #[arg(long, value_name = "TEXELS", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=8192))]
     texels: u32,
@@ -60,7 +63,8 @@ pub(crate) struct Arguments {
 
 /// Draws kernels.
 pub(crate) fn run(arguments: &Arguments) -> Result {
-    let density = Density::load(&arguments.density, arguments.texels as usize)?;
+    let density =
+        Density::load(&arguments.density, arguments.texels as usize, arguments.layer.as_deref())?;
     limits::density(density.size)?;
     write::probe(&arguments.out)?;
     let (side, _) = padded(density.size, &density.texels);

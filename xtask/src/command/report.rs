@@ -110,7 +110,7 @@ const DOES_NOT_SHOW: &[&str] = &[
 
 /// Loads a scene and derives what it needs.
 pub(crate) fn case(name: &str, size: [u32; 2], numbers: &Numbers) -> Result<Case> {
-    let scene = options::load(name, numbers.light)?;
+    let scene = numbers.reading.load(name, numbers.light)?;
     Ok(Case::new(scene, numbers.over.library()?, &numbers.request(size))?)
 }
 

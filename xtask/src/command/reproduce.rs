@@ -76,6 +76,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         camera_lights: arguments.camera_lights,
         map: numbers.rsm.unwrap_or(512),
         light: numbers.light,
+        reading: numbers.reading.options(),
         request: Request { preset, ..numbers.request(arguments.size) },
     };
     let bars = Bars::default();

@@ -286,7 +286,7 @@ fn resource(of: &frame::Resource) -> Resource {
         Kind::Texture { format, size, layers, levels } => {
             Kept::Texture { format: format.clone(), size: *size, layers: *layers, levels: *levels }
         }
-        Kind::Sampler { filter } => Kept::Sampler { filter: *filter },
+        Kind::Sampler(filter) => Kept::Sampler { filter: *filter },
     };
     let frame::Resource { name, part, bytes, external, kept, .. } = of.clone();
     Resource { name, part, kind, bytes, external, kept }
@@ -319,7 +319,7 @@ impl Uses<'_> {
     /// What is bound, without what the variant lacks.
     fn group(&mut self, variant: &Variant, group: usize) {
         let (Some(given), Some(known)) =
-            (self.frame.groups.get(group), self.bindings.get(&variant.to_string()))
+            (self.frame.groups.get(group), self.bindings.get(&variant.id))
         else {
             return;
         };
@@ -383,7 +383,7 @@ fn step(frame: &Frame, of: &frame::Step, bindings: &Bindings) -> Step {
         }
         Action::Dispatch(dispatch) => {
             step.pass = Some(dispatch.variant.pass.clone());
-            step.variants = vec![dispatch.variant.to_string()];
+            step.variants = vec![dispatch.variant.id.clone()];
             step.entry.clone_from(&dispatch.entry);
             step.constants.clone_from(&dispatch.constants);
             step.work = match dispatch.size {
@@ -398,7 +398,7 @@ fn step(frame: &Frame, of: &frame::Step, bindings: &Bindings) -> Step {
         Action::Draw(draw) => {
             let passes = draw.variants.first().map(|(variant, _)| variant.pass.clone());
             step.pass = passes.or_else(|| draw.description.list.clone());
-            step.variants = draw.variants.iter().map(|(variant, _)| variant.to_string()).collect();
+            step.variants = draw.variants.iter().map(|(variant, _)| variant.id.clone()).collect();
             step.work = work(draw, &name);
             uses.draw(draw);
         }

@@ -26,7 +26,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
 }
 
 fn saved(pruned: &Pruned) -> Markup {
-    let Pruned { full, needed, size: [width, height], differing } = pruned;
+    let Pruned { full, needed, size: [width, height], differing, .. } = pruned;
     let share = 1.0 - needed.texture_bytes as f64 / full.texture_bytes as f64;
     let shading = full.shade_time.median / needed.shade_time.median;
     let row = |what: &str, of: &dyn Fn(&Side) -> f64, amount: &dyn Fn(f64) -> String| {

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rspirv::dr::{Instruction, Module, Operand};
 use rspirv::spirv::{Decoration, Op, StorageClass, Word};
 
-use super::Error;
+use super::error::Error;
 
 /// Takes the explicit layout from every type in workgroup memory.
 pub(super) fn without_workgroup_layout(module: &mut Module) -> Result<(), Error> {

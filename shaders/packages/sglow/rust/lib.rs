@@ -232,11 +232,25 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cut_lights::NAMES_0,
     },
     Variant {
-        id: "cut_lights-trace-exact-diffuse-f32",
+        id: "cut_lights-trace-exact-both-f32-tile",
         pass: cut_lights::PASS,
         entry_points: cut_lights::ENTRY_POINTS_0,
         bind_groups: cut_lights::LAYOUT_1,
         binding_names: cut_lights::NAMES_1,
+    },
+    Variant {
+        id: "cut_lights-trace-exact-diffuse-f32",
+        pass: cut_lights::PASS,
+        entry_points: cut_lights::ENTRY_POINTS_0,
+        bind_groups: cut_lights::LAYOUT_2,
+        binding_names: cut_lights::NAMES_2,
+    },
+    Variant {
+        id: "cut_lights-trace-exact-diffuse-f32-tile",
+        pass: cut_lights::PASS,
+        entry_points: cut_lights::ENTRY_POINTS_0,
+        bind_groups: cut_lights::LAYOUT_3,
+        binding_names: cut_lights::NAMES_3,
     },
     Variant {
         id: "cut_lit-directional-both-f0",
@@ -279,6 +293,20 @@ pub static VARIANTS: &[Variant] = &[
         entry_points: cut_lit::ENTRY_POINTS_0,
         bind_groups: cut_lit::LAYOUT_0,
         binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
+        id: "cut_nodes-trace-exact-both-f32",
+        pass: cut_nodes::PASS,
+        entry_points: cut_nodes::ENTRY_POINTS_0,
+        bind_groups: cut_nodes::LAYOUT_0,
+        binding_names: cut_nodes::NAMES_0,
+    },
+    Variant {
+        id: "cut_nodes-trace-exact-diffuse-f32",
+        pass: cut_nodes::PASS,
+        entry_points: cut_nodes::ENTRY_POINTS_0,
+        bind_groups: cut_nodes::LAYOUT_1,
+        binding_names: cut_nodes::NAMES_1,
     },
     Variant {
         id: "cut_ranks",
@@ -442,18 +470,32 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: emission::NAMES_0,
     },
     Variant {
-        id: "emission-textured-cutout",
+        id: "emission-detailed-cutout",
         pass: emission::PASS,
         entry_points: emission::ENTRY_POINTS_0,
         bind_groups: emission::LAYOUT_1,
         binding_names: emission::NAMES_1,
     },
     Variant {
-        id: "emission-textured-opaque",
+        id: "emission-detailed-opaque",
         pass: emission::PASS,
         entry_points: emission::ENTRY_POINTS_0,
         bind_groups: emission::LAYOUT_2,
         binding_names: emission::NAMES_2,
+    },
+    Variant {
+        id: "emission-textured-cutout",
+        pass: emission::PASS,
+        entry_points: emission::ENTRY_POINTS_0,
+        bind_groups: emission::LAYOUT_3,
+        binding_names: emission::NAMES_3,
+    },
+    Variant {
+        id: "emission-textured-opaque",
+        pass: emission::PASS,
+        entry_points: emission::ENTRY_POINTS_0,
+        bind_groups: emission::LAYOUT_4,
+        binding_names: emission::NAMES_4,
     },
     Variant {
         id: "light_fill",
@@ -1268,6 +1310,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_3,
     },
     Variant {
+        id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_26,
+        binding_names: shade::NAMES_26,
+    },
+    Variant {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
@@ -1278,8 +1327,15 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_26,
-        binding_names: shade::NAMES_26,
+        bind_groups: shade::LAYOUT_27,
+        binding_names: shade::NAMES_27,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_28,
+        binding_names: shade::NAMES_28,
     },
     Variant {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -1296,6 +1352,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_9,
     },
     Variant {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_29,
+        binding_names: shade::NAMES_29,
+    },
+    Variant {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
@@ -1306,8 +1369,15 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_27,
-        binding_names: shade::NAMES_27,
+        bind_groups: shade::LAYOUT_30,
+        binding_names: shade::NAMES_30,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_31,
+        binding_names: shade::NAMES_31,
     },
     Variant {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -1317,11 +1387,25 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_2,
     },
     Variant {
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_26,
+        binding_names: shade::NAMES_26,
+    },
+    Variant {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_5,
         binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_28,
+        binding_names: shade::NAMES_28,
     },
     Variant {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -1331,11 +1415,25 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_8,
     },
     Variant {
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_29,
+        binding_names: shade::NAMES_29,
+    },
+    Variant {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_11,
         binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_31,
+        binding_names: shade::NAMES_31,
     },
     Variant {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -1352,6 +1450,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_15,
     },
     Variant {
+        id: "shade-disc-fitted-none-none-both-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_32,
+        binding_names: shade::NAMES_32,
+    },
+    Variant {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
@@ -1362,8 +1467,15 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_28,
-        binding_names: shade::NAMES_28,
+        bind_groups: shade::LAYOUT_33,
+        binding_names: shade::NAMES_33,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_34,
+        binding_names: shade::NAMES_34,
     },
     Variant {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -1380,6 +1492,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_21,
     },
     Variant {
+        id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_35,
+        binding_names: shade::NAMES_35,
+    },
+    Variant {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
@@ -1390,8 +1509,15 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_29,
-        binding_names: shade::NAMES_29,
+        bind_groups: shade::LAYOUT_36,
+        binding_names: shade::NAMES_36,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_37,
+        binding_names: shade::NAMES_37,
     },
     Variant {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -1611,11 +1737,25 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shadow::NAMES_0,
     },
     Variant {
-        id: "shadow-textured-cutout",
+        id: "shadow-detailed-cutout",
         pass: shadow::PASS,
         entry_points: shadow::ENTRY_POINTS_0,
         bind_groups: shadow::LAYOUT_1,
         binding_names: shadow::NAMES_1,
+    },
+    Variant {
+        id: "shadow-detailed-opaque",
+        pass: shadow::PASS,
+        entry_points: shadow::ENTRY_POINTS_0,
+        bind_groups: shadow::LAYOUT_2,
+        binding_names: shadow::NAMES_2,
+    },
+    Variant {
+        id: "shadow-textured-cutout",
+        pass: shadow::PASS,
+        entry_points: shadow::ENTRY_POINTS_0,
+        bind_groups: shadow::LAYOUT_3,
+        binding_names: shadow::NAMES_3,
     },
     Variant {
         id: "shadow-textured-opaque",
@@ -1653,18 +1793,32 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: surface::NAMES_0,
     },
     Variant {
-        id: "surface-textured-cutout",
+        id: "surface-detailed-cutout",
         pass: surface::PASS,
         entry_points: surface::ENTRY_POINTS_0,
         bind_groups: surface::LAYOUT_1,
         binding_names: surface::NAMES_1,
     },
     Variant {
-        id: "surface-textured-opaque",
+        id: "surface-detailed-opaque",
         pass: surface::PASS,
         entry_points: surface::ENTRY_POINTS_0,
         bind_groups: surface::LAYOUT_1,
         binding_names: surface::NAMES_1,
+    },
+    Variant {
+        id: "surface-textured-cutout",
+        pass: surface::PASS,
+        entry_points: surface::ENTRY_POINTS_0,
+        bind_groups: surface::LAYOUT_2,
+        binding_names: surface::NAMES_2,
+    },
+    Variant {
+        id: "surface-textured-opaque",
+        pass: surface::PASS,
+        entry_points: surface::ENTRY_POINTS_0,
+        bind_groups: surface::LAYOUT_2,
+        binding_names: surface::NAMES_2,
     },
 ];
 /// The WGSL of the variants, in the order of [`VARIANTS`].
@@ -1859,13 +2013,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_lights-trace-exact-both-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights.wgsl"),
-        sha256: "938b94d5de5938025a5c68a8e125ddaf1e689d4dd17bc4647fd2c6de1502a2a1",
+        sha256: "39ba0d4c447bd15ba68fdfbe5459b66989b8ea9c20cb43b7f03d6ac1b1b837da",
+    },
+    Embedded {
+        id: "cut_lights-trace-exact-both-f32-tile",
+        pass: cut_lights::PASS,
+        text: include_str!("../wgsl/cut_lights-cut_tile.wgsl"),
+        sha256: "4dd2b1fb774c8129584863f1a8d9f20a5bede5b01c4ec2e2a7322e264384ef29",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse.wgsl"),
-        sha256: "d5eea9be7d8ad743e6cc5e2e670fdcb82a24912510e61a47c8077a3d30ce1c43",
+        sha256: "5b5b4c9b5f203c0e48fc2afc8bf692e617b58ab05c808deb3460dbe1ca561f4e",
+    },
+    Embedded {
+        id: "cut_lights-trace-exact-diffuse-f32-tile",
+        pass: cut_lights::PASS,
+        text: include_str!("../wgsl/cut_lights-lobes_diffuse-cut_tile.wgsl"),
+        sha256: "a2eaf4d125020ff314611dbf2838b9487e58b6dcc46896bb9b5037ab3e65555c",
     },
     Embedded {
         id: "cut_lit-directional-both-f0",
@@ -1902,6 +2068,18 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-lobes_diffuse.wgsl"),
         sha256: "6032f91adce527c4724c086f138a5f275ce44e1f4a19a4fb17c6e94c5256913b",
+    },
+    Embedded {
+        id: "cut_nodes-trace-exact-both-f32",
+        pass: cut_nodes::PASS,
+        text: include_str!("../wgsl/cut_nodes.wgsl"),
+        sha256: "e82dd9b8fbb611bde1ff4fcef32db194a995986fe9981980317ceb3e09811c58",
+    },
+    Embedded {
+        id: "cut_nodes-trace-exact-diffuse-f32",
+        pass: cut_nodes::PASS,
+        text: include_str!("../wgsl/cut_nodes-lobes_diffuse.wgsl"),
+        sha256: "7120bdf6018dd9a11e1c9de94c79ddbf48f6564e55d49c71b178fa8048539a40",
     },
     Embedded {
         id: "cut_ranks",
@@ -2045,19 +2223,31 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "emission-constant-opaque",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission.wgsl"),
-        sha256: "46bbab7e48ce5fa3ce388513dc184676e7c369f9b662bf1258cdd8083173c203",
+        sha256: "b47539056b2cf45a84dbfef3809616356832082256ff224479884dd1b84f7e46",
+    },
+    Embedded {
+        id: "emission-detailed-cutout",
+        pass: emission::PASS,
+        text: include_str!("../wgsl/emission-material_detailed-opacity_cutout.wgsl"),
+        sha256: "d89a7d02dfc4bce64384f3a78a8ab89af02d219907ab489b33c23b93390055dd",
+    },
+    Embedded {
+        id: "emission-detailed-opaque",
+        pass: emission::PASS,
+        text: include_str!("../wgsl/emission-material_detailed.wgsl"),
+        sha256: "42810870f0769e5f4026d9868acf94b57736363af82f2a4d59e573f9832e961c",
     },
     Embedded {
         id: "emission-textured-cutout",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-material_textured-opacity_cutout.wgsl"),
-        sha256: "57585b2287b5aa16fe6d45a7ea07b8a9705c19a6e49fc1e0b90c3462868055af",
+        sha256: "3a3c3f2f195b0bfdef8d3a7262316619895084550cfe84908627562ed4b59d60",
     },
     Embedded {
         id: "emission-textured-opaque",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-material_textured.wgsl"),
-        sha256: "6cbdeefe1b9273e301f323819247d9f170860298c949f82eecfdf2977514fcc4",
+        sha256: "f9452cfb0e6c16cb0834a99a7c0dffb0c3de3df95dfe2fece8f764a70cbf5efc",
     },
     Embedded {
         id: "light_fill",
@@ -2511,43 +2701,43 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "366d9b2ae723b6a39f51a78e64eff284226fd08fd3a3371a13796a421fe68781",
+        sha256: "46be598365daa8dc6ab7cbb2a0bdfd0faf6f39c998808fb9d231612b7553a2ed",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "b3f21effa899869758027652b4a14647c499dfbf95d3a1d118349e966e452570",
+        sha256: "84fa27d87cc4982f63aadbab0040018606a5f981652268f9d798cbb3e9ce5c42",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "09889305aa97f822a0169660b8b9151d0579968c530ddd7ad05aac2f0f3869ad",
+        sha256: "9107bdd587a10be92c1942693c1c6c95b8999daf3e810de8d7ce3a795860851c",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "53f4c539be5567b2741004765297d38fbfa2c0d89235bb6e5370e07a19b3338e",
+        sha256: "9bc6e58c7ddf9e87f2b22361db7903b782af4ad8cd2570528188f36af5829e57",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "0923050de857eaa9b98e38b5c0b601bb4c87a3de9ce474f6190b959f76ed89dc",
+        sha256: "8f297c9e3e27d5a6fc596e942d5c18da3bfbb4572b10f7d0fbe6d6247b104d6f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "2215483f9696b68267882751aa94a166e16f55e38c95c790aa00893dcfc80993",
+        sha256: "20bef11976e0bcf3c14f0fa3ea7aab7d41228e0786fe5de0a8906c69a09c06b0",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "b4cf8540f48ab9b95db05a6dd662cdf28ae1203d24ec89d38d1b4ef8975566e2",
+        sha256: "248b3dc48c15e48a16d268d3049af4b680a21e31f0694db1f8b7b034446da094",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -2555,31 +2745,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "708a1f064e1805bc8e3bb925827af7fe086fdf5c69ce90fdb1e6f9bfd72466fe",
+        sha256: "e4c5c81b9464de8a2650ffd94ec030134cef118570e73c5cdf5dc4d754741422",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "da9f00e08cb40536e07f81f21b2229a6b14e13b481a377b2ed6184521fa3172c",
+        sha256: "5363d80296997d022e3c18c45f81706e6102d72e04b7720e94a9d7c71fc00056",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "e363cbe6a989e445301cacefe4dfca94e6f7ef0ffe55b303db20f72c691c89bf",
+        sha256: "ac0e1d00eb3131ce44b4333153a42ebfbb002ed40ce93c818303f43bb6551343",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "894dca1956e8ea7ebc0127aed7145ad92cc58cd02b5fa248d1f23b09692f2844",
+        sha256: "7801d86cbfd05a3b8766b793a2f11017d144267d9db025c2488717497b0a6bc7",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "15c8ae15313729138dbf37ce23d3586d660e90c9ac5585ff4749ee82bd0e8d4e",
+        sha256: "ae500c780b21a9dc22148692a868eda0711fc7ed5197fe059a825bd0739d1041",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2587,13 +2777,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "1cbdf5c70f0fcfc945f171168a14ddc44cad091460c4f7d8413c42f23ef8a3ad",
+        sha256: "96466710668decb61e2653b767f97d5f663ef641269d59720c4c4f5c241fb455",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "d148251469d02af73e1a7218e5fc50a473a8a205ca1fbfbab1c455d6eec49806",
+        sha256: "4ce8afbbb10d4ee3c90d421df81b2ff592c445d04646fcdc6e423cee8b438b77",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2601,7 +2791,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "96dff49ee321824a8ad877ff67cf4bd77362c0a27e947d3c5767c1218e263933",
+        sha256: "f754e7c444dcd241d90d493dc7cbf33ebbf5796d768c6a195fb4f5a19c09dd73",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2609,13 +2799,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "d8f2eea75a985d24670d4dc456cb295f10b1a1d25c5e7607789459f0f764fe91",
+        sha256: "0138d495e9e3f053495a6a99ebe546edad8943f9a00c9e9405808bd558211160",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "b6baa66393627dcc26bdc35fb78ce974df6d9793d006b94c7a08547a6bfe37c9",
+        sha256: "795cdbc350031b434df1cefa5ab8d2d8566b4e2b360e3266cb55a68e9e1f9a78",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2623,13 +2813,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "23fa2dda3722c94aaa9204fbc4adbe15fe99a691268fef6f8d082df721a3e2bf",
+        sha256: "acb85f67d6a4a5b7315a249640cf6ae670627067e3db4f0226860bddc7f7b6ec",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "33a3fb4d0e3023f8027e0b05e10440f56ed1dfe9649a17c1d334cd2c589b6dbe",
+        sha256: "b65c6cffe2d3fc5c527a9217be6f75af1d39c8e9e1d6e3c23aec60bc33ff5b3a",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -2637,7 +2827,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "e4428030073517bb9748773a51e6199bde89e67c9f26173fb689d2d2bf498242",
+        sha256: "8043c0369a732a533de11c6aeba467b22b9928a9e4d144ac55089ae1894cb8de",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -2645,13 +2835,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "fa559821148b5be5e7d9c8dbc352df9ce31e670d708ca71f984dcb7efc7c2dfe",
+        sha256: "75d3f985a4afecdd5aede6fe939beb3f30fbbda59bb43d40da0f024aa1fefb53",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "82fc792ca8e3709a585898eef96dc1472dafd7f5fad0f4711dbd2a34a7f7c768",
+        sha256: "e5f171e7e9c16ee796738a0a505b7155022470ace8c49854dd95580661766c96",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -2659,7 +2849,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "c993eb19d369d1fb4e8936cdc479f645b1e26bbdc83019793b98c420c0c1f16c",
+        sha256: "b5d1d8ffaad46f9458c9833c7af6152892df4928cb5ef5621148e6fd76a694a0",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -2667,7 +2857,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "fa64d61699f687d253847c3c32e885e09d3fb554d9a5a54d79e1265f09dcb293",
+        sha256: "30527333300a20c42f0960213d7bcb24015aa74eb861b73ed807a2af350d9646",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -2675,7 +2865,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "3f10c73c7e0f8c909221ea102562cbb9d8a0cce95c4e4521382fa831053a40b6",
+        sha256: "59e50b937c439387483cea637243a7746d6e62972703a323153ea8eb3dc15f69",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -2683,7 +2873,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "087730b1a896bb1955fd7dd8c2dda4e510ef106ee6b523b601e3e1a86ff79885",
+        sha256: "70efe9d81089eaaf4ea826dd066d6659a9bfa459f51965eb9613ac746937f3c7",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -2691,13 +2881,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "59659ac3eec98ca5438b6aa243edadab58872cf2c2543d330fec7a8ade5ae064",
+        sha256: "fca57e7df3c0adfbbc69163e170409fe9c0482ae1e75579d8bc132d0964cf978",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "b821f223ebc6542debdc2ebf6130b74cc8da64b7e01a872eac7c74d4e1ac25cc",
+        sha256: "15c794633712f87e812ddea267d2422745488882767050f8e74ed6ca9fc50f08",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -2705,7 +2895,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "933056451a6d0c92258eee2d7ba5830ba888c71fd395f084faa330891782d608",
+        sha256: "b9ec23dd251b1d029b287f10b60dc2ee4d34be4185e31349f7c592bf3a03aa6e",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -2713,37 +2903,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "e8d4a746edf031bc054e23b0a610434aac7a757edaba5a7b6ab89e95ddcaf1fe",
+        sha256: "682a1c87faadb42095328f93a82a964dd6e65a033b171af04c5b3c4c31c7d634",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "fc9f5f3eb128ab88d4cf4b3d7a3d093692688b6f11bb18d18b2150dafce1b8a7",
+        sha256: "a9c19281e164c8489b16955723986bb32999c8b9b40bdba87b8ec4310f083951",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "4867db71c8fe27525fcef24bec5e7e6bfd1e17095f969a506ed700720abefd18",
+        sha256: "76a1fddf4813f4ebdfab8548915c202467396b90bad72982123ee56ed9f52d4a",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "47643b02ecc0df0ef9c032bdfb721c09c975a4191f6ee5d8191f10b583d8df94",
+        sha256: "f97bd50c11cf1ef4fa92bab819dd523d536e301fa6592e04dc79b4aa2052a4b2",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "94d9b6ee46191ae59387e37ea82865cd7e6502de1c22f3935d88bc87cc375060",
+        sha256: "597469c6fbee7642a825cc3216f6a6b35ffb86cf014486ccd1a8d4909f562f17",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "d0878bb4c6f85010f8e7a9090148e053c9abdd771047a20f52e6d7665f92971f",
+        sha256: "c199f3fb5d727b75554c083ae4f83533f85028d1e956a469250cfbe0ea048856",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -2751,31 +2941,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "5cbb7fb632af3ab641b187485d5a706baadd017f198803155cfb94074ec8b244",
+        sha256: "954239bf328f3d19a8b0cf65df913ccd4fac32251f090fb66b7903463247ba35",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "bf8565effa42ded874556b56e5a8e36b950a75325f88e2af75a6f74ad3ba385b",
+        sha256: "1f50d4ac0924575feecb923935317e5f4cfb92ba01b15652fccf43629847707f",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "f85d1010a8e648a4af3183d640220467de01ba5dbda9c9da612b16ec35fe5778",
+        sha256: "96d59e7f2457084bbedf8876ee580dd8f4f3a1982a78ab13b445faf52dd07ecb",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "40dfab0594c96c3dfe46c3dfb5b3eb7e58e13f810603dea729f7bcb50182d3b0",
+        sha256: "4d2644647d85feb45d134ad3edbe66a18a5fed0bdd2f2bdd23afc412d35d74d9",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "4fa26a82d833403d0ef6ae59a15f221d9c9f97a6790ab5281e8de9d7131c8ad6",
+        sha256: "5213a0504c280bf209d821f26b008e3c1da735320bf7c7f5016cabcd0b0531ce",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -2783,7 +2973,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "aa1206391b2cf4963200918d59b8c920056143a9f3a70102f33a327bc8c7def8",
+        sha256: "97c4a0c41f37268963b60623fc720eb4181061e95b3b87ac3b5c229f5d2a697d",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -2791,19 +2981,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "da42539a69b654e34d03cdf558b32b890a0ef98d5db30dc1d0f09de49ad84d99",
+        sha256: "77964c3e14d6825762cc3d5821d58ae74db78327130ea31c0c01a312ac19dd2d",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "ce481ae9ca35b04c428fa4da04f81a75120fdd380e94636c9b6e3738cf2b36e3",
+        sha256: "20b06930786b8a6e3e876369fff3606051cf4f4d6963d4fb5e5fdd048b861953",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic-lobes_diffuse.wgsl"),
-        sha256: "dbbba10450b3eccbeaacb2fe5794caa30901ce681622fa07c6ef979f95f5087f",
+        sha256: "9178bc330da9c52ee49381458fe84e8565010287fab7767e42948fa9ee69512d",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
@@ -2811,7 +3001,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "a500b6c885688fdf9ead38aa30baddcb3ffd3b2548322a3f029b6e1ab1a23a5f",
+        sha256: "ab167020046ba1403d61c80526c1a36ba3c295801b7023560aee03f8b3fac55d",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -2819,25 +3009,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "d6e0f9642dd59f89bbbd46cf09781101a57c134e4a25e308a71ad89010306332",
+        sha256: "1a58ce6c53ca02e02677050abac157d7d275bb22cd1ca949f027bb7e5b35b8c4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "6d6775d5bce94809531d71a0f367f495c68525ff98d258adcec9b92bbc0ae6d6",
+        sha256: "6a2d889265e5e52559a0b62d27256546fef1c20401ece9cb65ab5a0dda1d3aee",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "d9e10ca98acfa226a71cb925e4621ac6e28f70aa4f6bad0c9d9f135fc84aa7e8",
+        sha256: "825c9c5342ca56140396f13a0d8bba6d573abc2bec16fd7cd12c8d824576a94d",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
+        sha256: "b86c558970fb8fe10f59a3def14c59c5a5013f5f317122b07d3f32119abd80cd",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "691d7aff4471603408e24ebfc07bd763348944752c6beef2d85f22428536d6f7",
+        sha256: "5007a30f9d6adb63aa6ff8d259cd8f6762fd5effcdd693b3fa3e986584f9ddd4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -2845,7 +3041,15 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "006c4bf5a9586cdc73924d0e2333926053b7cc4a328af60420bb1dd8a488a484",
+        sha256: "e6bd0891a74ff7aa757dad7b4647270af51e6ee9a28ac6fb45e44238c8c8e712",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "dbeb32b26009161924345927d2a054676a97cfaea9c770f1f89b75c8679a6ece",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -2853,13 +3057,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "01b504abd37a99b392be51c8e8a40be293b90f67345d7137d555b03a48e84fb3",
+        sha256: "f3a365424aa37856a1a68d13ea5cb0ee370037daafa29d156221a5dbfa13c5e9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "9f71b3d0772df2ecdc224ecf61202354bb56e55dd25bec5c010261484f8a4fb7",
+        sha256: "4105faaa50e8a259a4dbd77a386ea471968e9cd6a6c18b90d18c6e47a017da5c",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
+        sha256: "cb4b5cf0abce633baa8fa6e1f89e0143750ee0f365bff5a888eb46c29654da7e",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -2867,7 +3077,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "2ca6e666ac8e8e8063cdc167a7f87d682daf96ff2a7c8ea4ebb92de01e631983",
+        sha256: "29449395cfb0ab4953d59e65eff2d8cdfd42597519304f460a532cae56969ba7",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -2875,7 +3085,15 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "4388915af02dfe42ea4c6edc05f81068d6e0d6591e65b21a14afe0c579371b1b",
+        sha256: "e1ab234998ac08f9a6e41fa0bb2adbab664574e555db96bba45d7728117ebee1",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "141580d788035e1193ea0c05866c958e67ce2d3c41e6cb617712312b76e7f485",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2883,7 +3101,15 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "1526c91a8f4517e24d8d4038ab5f3b090551d7c7aaa53929eb8963f61383222e",
+        sha256: "3b34985609f140f85c2c509df8988dce70c74a333c1a553299db6a60809ead8e",
+    },
+    Embedded {
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
+        ),
+        sha256: "02ed21cafb078b77cc390d1cf01c6edf98c1f5532d2d9de16af2812f003af0a0",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2891,7 +3117,15 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "b26b3617085cc60290655b921fa0002b3b99aade8f54ee1ecc148be338462b9d",
+        sha256: "dcf31828bda010447651368e108f3c3e8c9162e3fafb86ba53631719de61b552",
+    },
+    Embedded {
+        id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "2c0dfa6c1266e9d1fa1fa5c8f65162051ab27c80da2c5bd7ba6550a0776d4177",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2899,7 +3133,15 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "e649805920ae0e37120cf73ec372a1d3cafda61b3edea6b803ef03c4c14fe62c",
+        sha256: "4df8d05756070f3b914f1e8a998cca13d8ac6fb6bc8f17914ca398bc1b2d18cc",
+    },
+    Embedded {
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
+        ),
+        sha256: "89efe29435baf41cde2160b5eefbb5f587415a0f9b7ede8f90f06346de7100cb",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2907,7 +3149,15 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "db21154daec0607ed12b7eb294ba0b032405a0bf17d95238b12f1dad3d744827",
+        sha256: "757e49fd1dba0a6f1d50340078881890fbad7ec5711d0b4947ce592ead451bea",
+    },
+    Embedded {
+        id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "a065c53e301c24bd17a0b77f3eee70598b22977099e1306511042cc066ddd704",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -2915,13 +3165,21 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "e38a43fcf2d691b799fcc3ad05e6c100f0a781fc46a98b5a10f0968033e36ac4",
+        sha256: "f3b793cd45e91484830c87fc6a5ab1c336d28db35eeb29c915249317db7e8634",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "b8e869da645a0984d5bc167a2f7aa40eb4afb1f7a6f0360e1331a999aa580aa2",
+        sha256: "567b530a0c3e74e19a33a79f0aa84bf66956d70610e8df3303d11f0725296ada",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-both-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
+        ),
+        sha256: "701e143c787ae8ee512374ac0da528a3c9cb08a8e4150e1aa8319e82cf8437c1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -2929,7 +3187,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "fb82c88ac088bf3ac8465ba42de7707207fc02424387602b4b20ff845ecf2b8a",
+        sha256: "edfab0a655faadb8d754af848ef0fd1e85b6f3da1ec05632de7db3e98c63f3f8",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -2937,7 +3195,15 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "c5cca3b0ed3fbb154f09bd07cac4f402b232d8a21be439fc770a0e4a3cf57f6a",
+        sha256: "f9796c5178e70de4c8c1b82a0f2825b50fab6e189814df4739ea93a3cf6b9606",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "11c8338a0d6811ffdd0362b2954deaaf108de09d996b298c9a21b272782bd19e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -2945,7 +3211,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "9cfcd9f6d80aef65c130eaba0c8719dbb09d58dfdbcb5af775c546c4fd795348",
+        sha256: "9aefc7ff1ace82e434ed1649fe62d00ee9c4103334c93f1d8c228c70f929f349",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -2953,7 +3219,15 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "04949ef8d3b51d64600a5698118d3e6ede2aeef02b66af62901fff94217a1be7",
+        sha256: "b2d3340c1bea855fb51dd21866c0a8e9f53d58485be81a01f3b4ef53ad7196f0",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
+        ),
+        sha256: "25d1c941c3251f91fe4046f3c86917f9c9eafdb23bb5b7416321e2cacabdf1a9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -2961,7 +3235,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "ac9dc94f0d870082a2229656e6bf5329a76bf09a51c8136c9c858ad9a87d771a",
+        sha256: "14f241deef507398410d11f7f3a0c3ebb70f7bbb29d11aafbc42a78d8a69fe3b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -2969,13 +3243,21 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "8aba7ae0dc233a5cfe340bd8b2904fecc9967ebf8dd9d8ed9abafd336ecfbfa4",
+        sha256: "e8916dae58fee6739a6d63715a06944905eb2b57d2d4a77052fc34fccc224449",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "d5302f5584705991667330475cf55ee2fce4ef3bdbd7f4a39632f3c003ed5b96",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_constant.wgsl"),
-        sha256: "9a599bfacb4c3f0733e7bbf5361cd7f529c8c0498027262d634a80d3b9594ed7",
+        sha256: "f9db296ed51317ad1fd31786b0d96dfc7e417d868388fa12efb0a047f3755f80",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
@@ -2983,7 +3265,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-lobes_diffuse.wgsl"
         ),
-        sha256: "37a95ae178b1aebf3e8f47c1caf3ae1310edf0a1f03eb08ed26dbcc6d016c134",
+        sha256: "62eb56afe4810bd470864d6af5781ffa549dd62588cf49f7912674b1654209eb",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
@@ -2991,7 +3273,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none.wgsl"
         ),
-        sha256: "99bac5be53fba807d5c6075bf746cce7e907b82da5013bb593d303b2542fa59a",
+        sha256: "c5edd5fb66a1b69d6c1bf7115ef23a9509111bd241c3da96eff52e4753919ba5",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-diffuse-f32-none",
@@ -2999,7 +3281,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "462de970c5fab2c3112ac712dab84f5f1309d9b149a85c38ce6a6d6127307ad7",
+        sha256: "b012cb181c1e77831b3f30d0657be1cf49ad8e07db0a9c405a85ef5410d86c1d",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
@@ -3007,7 +3289,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg.wgsl"
         ),
-        sha256: "60c85e3b25d276a9174dd812481955425ba792a082c171fc329ce958400ea7e4",
+        sha256: "d0af413942c7f8b6d6f2896bd5928d4b25736fec70e0bc78d97cc14c870b88d2",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
@@ -3015,25 +3297,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "cd2c0e0a3e65d9ee887a74d3dd9f430b49ff98715a45a3b853d00fd958746710",
+        sha256: "3fba1c1d010f8c1836aa338e05416998f66cfd68c5972f33556a6927603d657e",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "31749be5232e2b79e5c24ecc8fef0eb7a8c644c9de9d4f9bffbc65fed8bd7b97",
+        sha256: "b2ac102d40a6e7b0448e31161604cf7b8981c6975955e2a602938054b0689eb6",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "b7d2260859094043b5d4d1753ae3003d211f8ceba47b8e824f57393bc2ee8a32",
+        sha256: "c66ad70471029df74f9a06c366c6970af14a5979913cbab13c1772354235a5f7",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "8b074d8303279376c677520ff00a4daf24033ae36596cc73fec54c272638365a",
+        sha256: "8f5efcb18ea784dd8666bf07bb9fffb1e717e8345a69de1a3562760cf36c5679",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3041,13 +3323,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "676a5466db243468ea48853d960457235327b3cfd14fbb44449cec965ed7afb1",
+        sha256: "2a2b81366244a2a3495f1c65a9d01385551eccd5041307718c04c66f2165ee99",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "45737686131e92cf91b97c18ad56ff05e9bc4812f3a63c99e9d46309b690f9dd",
+        sha256: "3ba815ad93bca01296a2178d855ba6c3efd4d70c25840a3129358c5971cd5ed4",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3055,7 +3337,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "05418ca8d9d9cabf34972a1dbfa40ca3a085ea30694848d32622db4fb2e5cd12",
+        sha256: "4db8659a3836d40eab1d4c68882a274ea4b8952c5a87670b5a03864ee4c96b89",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3063,7 +3345,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "abbea17acd1c3f667c234838280de859e4f649feb2a8a6501b112bfb4aa6ec24",
+        sha256: "591add1c60d510d1334534e53d0e2ab250001d4045cf0e13ec1bc8c8b1d6c396",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3071,7 +3353,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "297cb6f7e76e785f4fd9cac14901506a0190b6eb820c785adacbcb50a1cda029",
+        sha256: "2412827b512e29bbebb06fac5833212eead2329f41bc846378589d55d9c5d0a7",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3079,7 +3361,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "203040657fd8ef83bb55e136a528534589f98b0ffcfb369d7f35eb1e31bbbb89",
+        sha256: "ecc55ee51b0d53132543d8ffa36ce881434c73612756f56d1dce22117207c9c6",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3087,7 +3369,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "122dbbae7cdb20ae7221bc9403b0831ace5726f23dde3b44c76c43c9e6212c5b",
+        sha256: "9c80b32a1b2b0a93c292cdbf1ca4cce4b33641a1871134b072114ab42ba1ae76",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3095,13 +3377,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "94bfe0edf99adf439442a2e6ba356fb6cecbd5b4a7a1170446ea1d63fec9da5f",
+        sha256: "fa25683fb93e71b791df44f748b6f43f8549049071d44e9f14b6c23624697226",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "da222c2c6fe82378d08b0110f34f801b86ac1a52015b7f893b405a0c924b9a99",
+        sha256: "1010fd42dc18c32ebd9de2f764608fdbf0354aa73bc00308199c3a61557a2fd6",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -3109,7 +3391,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "8d8a557be4a1fdd23efdbd880ebde750be22c01ffa70a8aa76778f4f7985363f",
+        sha256: "8d0265c4a59e864321176c51047bc161b4b5336047f9852fb48ba3b40079caa1",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3117,7 +3399,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "8be543ba68e289c562f22c9b036a3fb6cbeeaa0b2cf948b0f26cc23e961d72fa",
+        sha256: "6a17e0c6c52800df58b4978f85c85f24eb90548f2a43f71e29feb0d4cd901880",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3125,7 +3407,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "1d7b615d900acc64d13058f43ecee97c35b0d8084705c6e89cb5b408877de199",
+        sha256: "73b4fb83dbdf4b16d98f6fbe8814500e4c910504027cd73c83447b000275a5e9",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -3133,25 +3415,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "e0998beda9726630ac4165e74904a3d83dcf0d30ed44f6b58978ec30560625f6",
+        sha256: "69c5a2705e76bc48cce1fa80be8b041d2b497b605b681d839a753a828cbf5cd0",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "bd10042ef25379059ebe82679a663cc09fd299a8762b17104390138f8c40c639",
+        sha256: "d179405b0daa76557e21cf9041c816d8f356cf533f61692940efc59a4e8c1447",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "9cfb8fcf32aa22a0b8a1313e1dabd97420b146fec25f9f23be9fa493ce610a00",
+        sha256: "03649dc154c680120f6388d05de8e2f61c7ad4f9b137e3ccc25de07ec29f5433",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_gaussian.wgsl"),
-        sha256: "e74cb87f41069ec5b2d4484a84e7b85ee50588b745e859a6e85bd99edebccec5",
+        sha256: "3b30e24992edef216973cc8ddbbe1a369c85c21588d26857ab8989b5a8d86efc",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
@@ -3159,7 +3441,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-lobes_diffuse.wgsl"
         ),
-        sha256: "18ab9c1a36a96000277b6704cf9baa1468535e5968a26a6fe4461e62513a3a32",
+        sha256: "ddea7e300eb2570dd583d87f12e9530c6f9982e434982e91adec3f140ec52320",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
@@ -3167,7 +3449,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none.wgsl"
         ),
-        sha256: "4b8d42de6aecd49ae4696a0a699c2e811353d36c364bf09562e2846710a142ea",
+        sha256: "771472a77bcb60cbc4ecfa080ec2255960b7f96181e6943e3536244bdcc11c39",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
@@ -3175,7 +3457,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "51f92f503f92b01372ca3ff09e49415e5817c43f8c772ea661d98fbac73c1f34",
+        sha256: "c99af3eea5de3848e22f5f383044134dfe7f7ac81db59cac047cdaf24bf0fd29",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
@@ -3183,7 +3465,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg.wgsl"
         ),
-        sha256: "67dda911277354a103fe207da9b2dfef5975edabb64331c02de094b0fb088153",
+        sha256: "ed3ba021aa0a1a254900cfc6e82ca1ef6b739c3bcc1ae1454dd03d0b94e19292",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
@@ -3191,25 +3473,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "f84cd22c5dac7699f29c5e2c80658c339f2f7178d6cb065af952179407aca1c9",
+        sha256: "ed24029ffeea54c930c89e9b59164368825af407b3fe691359da2df8fd351d44",
     },
     Embedded {
         id: "shadow-constant-opaque",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow.wgsl"),
-        sha256: "b29e5d2d3204cb74675077658f86d29eeb0aadad45cef8fe6b2d2d3cb435347c",
+        sha256: "4d213b36ce2acbe422f0ee5ccfadf22a97a25f2fa30ab7a378e217c7279a965d",
+    },
+    Embedded {
+        id: "shadow-detailed-cutout",
+        pass: shadow::PASS,
+        text: include_str!("../wgsl/shadow-material_detailed-opacity_cutout.wgsl"),
+        sha256: "9370a775c4a4894badc691be86a6a02aa3fcb500dbdf7334bcdf8c6d965becb3",
+    },
+    Embedded {
+        id: "shadow-detailed-opaque",
+        pass: shadow::PASS,
+        text: include_str!("../wgsl/shadow-material_detailed.wgsl"),
+        sha256: "19ef327a627aa23cb946935f36445d2a6a04ae5e7e319cd06d1c3d84f5c296d6",
     },
     Embedded {
         id: "shadow-textured-cutout",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-material_textured-opacity_cutout.wgsl"),
-        sha256: "a6f28e07ec2aa137fbfa8590a20152fd048a30f08d996476a3d19f6e6c822790",
+        sha256: "03e68d0df59db4ae148a417dbb04c2e404d72e9d2eac0446d392fa93f6c6d9f5",
     },
     Embedded {
         id: "shadow-textured-opaque",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-material_textured.wgsl"),
-        sha256: "1b14de45f261a7fe389870a5ee434149f9139fead2e682f3b35589f42dda7104",
+        sha256: "e18f7d5250e12da2fbf9b729047bd36469b104aa3c3cd71f1de2913b09472d11",
     },
     Embedded {
         id: "sort_count",
@@ -3233,19 +3527,31 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "surface-constant-opaque",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface.wgsl"),
-        sha256: "e3debf77e6af0ded330add2c6b9c087f039cd592e24bb53b5fbe11c5b728ca34",
+        sha256: "d4be8e4d736770c106486bd9b0a826851aba39172fa29a03b69e9c9dc261b818",
+    },
+    Embedded {
+        id: "surface-detailed-cutout",
+        pass: surface::PASS,
+        text: include_str!("../wgsl/surface-material_detailed-opacity_cutout.wgsl"),
+        sha256: "e37e1f524b9f118ad1fd37a532252d93d4c6a1ccd028259e73c58d8c7b5797c4",
+    },
+    Embedded {
+        id: "surface-detailed-opaque",
+        pass: surface::PASS,
+        text: include_str!("../wgsl/surface-material_detailed.wgsl"),
+        sha256: "61a449f38db3f934454ab2de698590c759df11d23b79d422c6f2bccc98f9c6f6",
     },
     Embedded {
         id: "surface-textured-cutout",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-material_textured-opacity_cutout.wgsl"),
-        sha256: "b50552210dad6b5213a688f45077a9f13911ceb25959f22ded981554c645862a",
+        sha256: "c136ab2c475535ad56367dbfaf347d88d50f768c5fa403d105847e9671967504",
     },
     Embedded {
         id: "surface-textured-opaque",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-material_textured.wgsl"),
-        sha256: "613c4c825eeabf9e3f924049003f2e839da406f3e13617c56de37cb7fd8d036c",
+        sha256: "bb798c01b03679b1aeb77c46b9b5a23c9753e5269e0365dfe16f8ece09ce6ee6",
     },
 ];
 /// What a host has to know of a variant to make a pipeline of it.
@@ -3368,6 +3674,7 @@ macro_rules! settings {
         $ty:ty = $value:expr,)* }
     ) => {
         $(#[$meta])* pub struct $name { $($(#[$about])* pub $own : $ty,)* #[doc =
+        " Which lights a pixel takes."] pub cut : $crate::Cut, #[doc =
         " The density by which kernels are drawn."] pub density : $crate::Density, #[doc
         = " Diffuse reflection at the shading point."] pub diffuse : $crate::Diffuse,
         #[doc = " How the centres of kernels and clusters are drawn by the density."] pub
@@ -3425,57 +3732,88 @@ macro_rules! settings {
         " How many texels a point's disc may reach from the texel of its centre, with visibility imperfect: a whole number, at least 0, at most 8."]
         pub splat_reach : u32, #[doc =
         " Width and height of a virtual light's map in texels: a power of two: a whole number, at least 8, at most 256."]
-        pub tile : u32, } impl Default for $name { fn default() -> Self { Self { $($own :
-        $value,)* density : $crate::Density::default(), diffuse :
-        $crate::Diffuse::default(), draw : $crate::Draw::default(), emitter :
-        $crate::Emitter::default(), filter : $crate::Filter::default(), kernel :
-        $crate::Kernel::default(), light : $crate::Light::default(), lobes :
-        $crate::Lobes::default(), ndf : $crate::Ndf::default(), output :
-        $crate::Output::default(), precision : $crate::Precision::default(), sharpness :
-        $crate::Sharpness::default(), solver : $crate::Solver::default(), space :
-        $crate::Space::default(), specular : $crate::Specular::default(), specular_power
-        : $crate::SpecularPower::default(), variance : $crate::Variance::default(),
-        visibility : $crate::Visibility::default(), bias_scale : 1.0, camera_lights :
-        2048, emission_sharpness : 2.0, fill_levels : 0, iterations : 12, large_steps :
-        0.02, lights : 1024, map : 256, mutations : 1, near_scale : 1.5, seed : 1,
+        pub tile : u32, #[doc =
+        " Cut tile: by how much a node of the tree may be wrong as one light, in parts of a pixel's indirect light: a number, at least 0."]
+        pub tolerance : f32, } impl Default for $name { fn default() -> Self { Self {
+        $($own : $value,)* cut : $crate::Cut::default(), density :
+        $crate::Density::default(), diffuse : $crate::Diffuse::default(), draw :
+        $crate::Draw::default(), emitter : $crate::Emitter::default(), filter :
+        $crate::Filter::default(), kernel : $crate::Kernel::default(), light :
+        $crate::Light::default(), lobes : $crate::Lobes::default(), ndf :
+        $crate::Ndf::default(), output : $crate::Output::default(), precision :
+        $crate::Precision::default(), sharpness : $crate::Sharpness::default(), solver :
+        $crate::Solver::default(), space : $crate::Space::default(), specular :
+        $crate::Specular::default(), specular_power : $crate::SpecularPower::default(),
+        variance : $crate::Variance::default(), visibility :
+        $crate::Visibility::default(), bias_scale : 1.0, camera_lights : 2048,
+        emission_sharpness : 2.0, fill_levels : 0, iterations : 12, large_steps : 0.02,
+        lights : 1024, map : 256, mutations : 1, near_scale : 1.5, seed : 1,
         shadow_points : 8192, size_factor : 1.0, small_step : 0.01, splat_reach : 2, tile
-        : 64, } } } impl $name { #[doc = r" The names of the axes."] pub const AXES : &
-        'static [& 'static str] = & ["density", "diffuse", "draw", "emitter", "filter",
-        "kernel", "light", "lobes", "ndf", "output", "precision", "sharpness", "solver",
-        "space", "specular", "specular_power", "variance", "visibility"]; #[doc =
+        : 64, tolerance : 0.003, } } } impl $name { #[doc = r" The names of the axes."]
+        pub const AXES : & 'static [& 'static str] = & ["cut", "density", "diffuse",
+        "draw", "emitter", "filter", "kernel", "light", "lobes", "ndf", "output",
+        "precision", "sharpness", "solver", "space", "specular", "specular_power",
+        "variance", "visibility"]; #[doc =
+        r" The axes by which methods are compared; the others are what the scene or the host has."]
+        pub const COMPARED : & 'static [& 'static str] = & ["cut", "density", "diffuse",
+        "draw", "emitter", "filter", "kernel", "lobes", "ndf", "precision", "sharpness",
+        "solver", "space", "specular", "specular_power", "variance", "visibility"]; #[doc
+        =
+        r" The names of the values on an axis, in the library's order; none if there is no such axis."]
+        pub fn values(axis : & str) -> & 'static [& 'static str] { match axis { "cut" =>
+        & ["none", "tile"], "density" => & ["power", "reflectance", "bidirectional"],
+        "diffuse" => & ["none", "constant", "gaussian", "logistic", "erf", "fitted",
+        "fitted_fine"], "draw" => & ["warped", "metropolis"], "emitter" => & ["lobe",
+        "cosine", "cosine_convolved", "cosine_quadratic", "disc"], "filter" => &
+        ["exact", "hardware"], "kernel" => & ["previous", "modified"], "light" => &
+        ["spot", "directional", "point", "camera"], "lobes" => & ["diffuse", "both"],
+        "ndf" => & ["none", "ggx", "beckmann"], "output" => & ["rgba32float",
+        "rgba16float"], "precision" => & ["f32", "f16"], "sharpness" => & ["toksvig",
+        "banerjee", "exact"], "solver" => & ["none", "bisection", "bracketed"], "space"
+        => & ["none", "image", "world", "tree"], "specular" => & ["none", "sg", "asg",
+        "asg_flat", "asg_product", "ndf_filtered", "ndf_filtered_2024"], "specular_power"
+        => & ["f0", "albedo"], "variance" => & ["trace", "planar"], "visibility" => &
+        ["none", "shadow_map", "imperfect"], _ => & [], } } #[doc =
+        r" The same with the values that follow from others in every frame."] #[must_use]
+        pub fn followed(mut self) -> Self { self.solver = if matches!(self.kernel,
+        $crate::Kernel::Previous) { $crate::Solver::None } else { self.solver }; self
+        .specular_power = if matches!(self.lobes, $crate::Lobes::Diffuse) {
+        $crate::SpecularPower::F0 } else { self.specular_power }; self } #[doc =
         r" The names of the parameters."] pub const PARAMETERS : & 'static [& 'static
         str] = & ["bias_scale", "camera_lights", "emission_sharpness", "fill_levels",
         "iterations", "large_steps", "lights", "map", "mutations", "near_scale", "seed",
-        "shadow_points", "size_factor", "small_step", "splat_reach", "tile"]; #[doc =
+        "shadow_points", "size_factor", "small_step", "splat_reach", "tile",
+        "tolerance"]; #[doc =
         r" The name of the value on an axis; nothing if there is no such axis."] pub fn
-        axis(& self, name : & str) -> Option < & 'static str > { Some(match name {
-        "density" => self.density.name(), "diffuse" => self.diffuse.name(), "draw" =>
-        self.draw.name(), "emitter" => self.emitter.name(), "filter" => self.filter
-        .name(), "kernel" => self.kernel.name(), "light" => self.light.name(), "lobes" =>
-        self.lobes.name(), "ndf" => self.ndf.name(), "output" => self.output.name(),
-        "precision" => self.precision.name(), "sharpness" => self.sharpness.name(),
-        "solver" => self.solver.name(), "space" => self.space.name(), "specular" => self
-        .specular.name(), "specular_power" => self.specular_power.name(), "variance" =>
-        self.variance.name(), "visibility" => self.visibility.name(), _ => return None,
-        }) } #[doc =
+        axis(& self, name : & str) -> Option < & 'static str > { Some(match name { "cut"
+        => self.cut.name(), "density" => self.density.name(), "diffuse" => self.diffuse
+        .name(), "draw" => self.draw.name(), "emitter" => self.emitter.name(), "filter"
+        => self.filter.name(), "kernel" => self.kernel.name(), "light" => self.light
+        .name(), "lobes" => self.lobes.name(), "ndf" => self.ndf.name(), "output" => self
+        .output.name(), "precision" => self.precision.name(), "sharpness" => self
+        .sharpness.name(), "solver" => self.solver.name(), "space" => self.space.name(),
+        "specular" => self.specular.name(), "specular_power" => self.specular_power
+        .name(), "variance" => self.variance.name(), "visibility" => self.visibility
+        .name(), _ => return None, }) } #[doc =
         r" Sets an axis by the name of a value; nothing if there is no such axis."] pub
         fn set_axis(& mut self, name : & str, value : & str,) -> Option < Result < (),
-        $crate::UnknownValue >> { Some(match name { "density" => value.parse().map(|
-        value | self.density = value), "diffuse" => value.parse().map(| value | self
-        .diffuse = value), "draw" => value.parse().map(| value | self.draw = value),
-        "emitter" => value.parse().map(| value | self.emitter = value), "filter" => value
-        .parse().map(| value | self.filter = value), "kernel" => value.parse().map(|
-        value | self.kernel = value), "light" => value.parse().map(| value | self.light =
-        value), "lobes" => value.parse().map(| value | self.lobes = value), "ndf" =>
-        value.parse().map(| value | self.ndf = value), "output" => value.parse().map(|
-        value | self.output = value), "precision" => value.parse().map(| value | self
-        .precision = value), "sharpness" => value.parse().map(| value | self.sharpness =
-        value), "solver" => value.parse().map(| value | self.solver = value), "space" =>
-        value.parse().map(| value | self.space = value), "specular" => value.parse()
-        .map(| value | self.specular = value), "specular_power" => value.parse().map(|
-        value | self.specular_power = value), "variance" => value.parse().map(| value |
-        self.variance = value), "visibility" => value.parse().map(| value | self
-        .visibility = value), _ => return None, }) } #[doc =
+        $crate::UnknownValue >> { Some(match name { "cut" => value.parse().map(| value |
+        self.cut = value), "density" => value.parse().map(| value | self.density =
+        value), "diffuse" => value.parse().map(| value | self.diffuse = value), "draw" =>
+        value.parse().map(| value | self.draw = value), "emitter" => value.parse().map(|
+        value | self.emitter = value), "filter" => value.parse().map(| value | self
+        .filter = value), "kernel" => value.parse().map(| value | self.kernel = value),
+        "light" => value.parse().map(| value | self.light = value), "lobes" => value
+        .parse().map(| value | self.lobes = value), "ndf" => value.parse().map(| value |
+        self.ndf = value), "output" => value.parse().map(| value | self.output = value),
+        "precision" => value.parse().map(| value | self.precision = value), "sharpness"
+        => value.parse().map(| value | self.sharpness = value), "solver" => value.parse()
+        .map(| value | self.solver = value), "space" => value.parse().map(| value | self
+        .space = value), "specular" => value.parse().map(| value | self.specular =
+        value), "specular_power" => value.parse().map(| value | self.specular_power =
+        value), "variance" => value.parse().map(| value | self.variance = value),
+        "visibility" => value.parse().map(| value | self.visibility = value), _ => return
+        None, }) } #[doc =
         r" The value of a parameter; nothing if there is no such parameter."] pub fn
         number(& self, name : & str) -> Option < $crate::Number > { Some(match name {
         "bias_scale" => $crate::Number::Real(self.bias_scale), "camera_lights" =>
@@ -3490,7 +3828,8 @@ macro_rules! settings {
         $crate::Number::Whole(self.shadow_points), "size_factor" =>
         $crate::Number::Real(self.size_factor), "small_step" => $crate::Number::Real(self
         .small_step), "splat_reach" => $crate::Number::Whole(self.splat_reach), "tile" =>
-        $crate::Number::Whole(self.tile), _ => return None, }) } #[doc =
+        $crate::Number::Whole(self.tile), "tolerance" => $crate::Number::Real(self
+        .tolerance), _ => return None, }) } #[doc =
         r" Sets a parameter by its text; nothing if there is no such parameter, false if the text is no number of its"]
         #[doc = r" kind. Whether it is in its range is not looked at."] pub fn
         set_number(& mut self, name : & str, text : & str) -> Option < bool > {
@@ -3510,7 +3849,66 @@ macro_rules! settings {
         self.size_factor = number).is_ok(), "small_step" => text.parse().map(| number |
         self.small_step = number).is_ok(), "splat_reach" => text.parse().map(| number |
         self.splat_reach = number).is_ok(), "tile" => text.parse().map(| number | self
-        .tile = number).is_ok(), _ => return None, }) } }
+        .tile = number).is_ok(), "tolerance" => text.parse().map(| number | self
+        .tolerance = number).is_ok(), _ => return None, }) } } impl From < & $name > for
+        $crate::moments::Moments { fn from(settings : & $name) -> Self { Self { light :
+        settings.light, lobes : settings.lobes, specular_power : if matches!(settings
+        .lobes, $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power }, sharpness : settings.sharpness, precision : settings.precision
+        } } } impl From < & $name > for $crate::density::Density { fn from(settings : &
+        $name) -> Self { Self { density : settings.density, importance : if !
+        (matches!(settings.density, $crate::Density::Bidirectional)) {
+        $crate::Importance::None } else { if matches!(settings.emitter,
+        $crate::Emitter::Lobe) { $crate::Importance::Lobe } else {
+        $crate::Importance::Cosine } }, lobes : settings.lobes, specular_power : if
+        matches!(settings.lobes, $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 }
+        else { settings.specular_power } } } } impl From < & $name > for
+        $crate::sample::Sample { fn from(settings : & $name) -> Self { Self { draw :
+        settings.draw, kernel : settings.kernel, solver : if matches!(settings.kernel,
+        $crate::Kernel::Previous) { $crate::Solver::None } else { settings.solver },
+        filter : settings.filter, variance : settings.variance, sharpness : settings
+        .sharpness, lobes : settings.lobes, precision : settings.precision } } } impl
+        From < & $name > for $crate::centres::Centres { fn from(settings : & $name) ->
+        Self { Self { draw : settings.draw, space : settings.space } } } impl From < &
+        $name > for $crate::cluster_codes::ClusterCodes { fn from(settings : & $name) ->
+        Self { Self { space : settings.space } } } impl From < & $name > for
+        $crate::cluster_assign::ClusterAssign { fn from(settings : & $name) -> Self {
+        Self { space : settings.space } } } impl From < & $name > for
+        $crate::cluster_sum::ClusterSum { fn from(settings : & $name) -> Self { Self {
+        light : settings.light, variance : settings.variance, sharpness : settings
+        .sharpness, lobes : settings.lobes, specular_power : if matches!(settings.lobes,
+        $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power } } } } impl From < & $name > for $crate::cut_lit::CutLit { fn
+        from(settings : & $name) -> Self { Self { light : settings.light, lobes :
+        settings.lobes, specular_power : if matches!(settings.lobes,
+        $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power } } } } impl From < & $name > for $crate::cut_leaves::CutLeaves {
+        fn from(settings : & $name) -> Self { Self { light : settings.light, lobes :
+        settings.lobes, specular_power : if matches!(settings.lobes,
+        $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 } else { settings
+        .specular_power }, sharpness : settings.sharpness } } } impl From < & $name > for
+        $crate::cut_sums::CutSums { fn from(settings : & $name) -> Self { Self { lobes :
+        settings.lobes } } } impl From < & $name > for $crate::cut_tree::CutTree { fn
+        from(settings : & $name) -> Self { Self { lobes : settings.lobes } } } impl From
+        < & $name > for $crate::cut_lights::CutLights { fn from(settings : & $name) ->
+        Self { Self { variance : settings.variance, sharpness : settings.sharpness, lobes
+        : settings.lobes, precision : settings.precision, cut : settings.cut } } } impl
+        From < & $name > for $crate::cut_nodes::CutNodes { fn from(settings : & $name) ->
+        Self { Self { variance : settings.variance, sharpness : settings.sharpness, lobes
+        : settings.lobes, precision : settings.precision } } } impl From < & $name > for
+        $crate::check::Check { fn from(settings : & $name) -> Self { Self { lobes :
+        settings.lobes, precision : settings.precision } } } impl From < & $name > for
+        $crate::light_shadow::LightShadow { fn from(settings : & $name) -> Self { Self {
+        lobes : settings.lobes, precision : settings.precision } } } impl From < & $name
+        > for $crate::light_points::LightPoints { fn from(settings : & $name) -> Self {
+        Self { lobes : settings.lobes, precision : settings.precision } } } impl From < &
+        $name > for $crate::shade::Shade { fn from(settings : & $name) -> Self { Self {
+        emitter : settings.emitter, diffuse : settings.diffuse, specular : settings
+        .specular, ndf : settings.ndf, lobes : settings.lobes, precision : settings
+        .precision, visibility : settings.visibility, output : settings.output, cut :
+        settings.cut } } } impl From < & $name > for $crate::direct::Direct { fn
+        from(settings : & $name) -> Self { Self { light : settings.light, ndf : settings
+        .ndf, output : settings.output } } }
     };
 }
 /// The names of what the frame declares.
@@ -3760,6 +4158,8 @@ pub mod frame {
         pub const SPLAT_REACH: &str = "splat_reach";
         /// Width and height of a virtual light's map in texels: a power of two.
         pub const TILE: &str = "tile";
+        /// Cut tile: by how much a node of the tree may be wrong as one light, in parts of a pixel's indirect light.
+        pub const TOLERANCE: &str = "tolerance";
         /// Width of the picture in pixels.
         pub const WIDTH: &str = "width";
     }
@@ -3769,6 +4169,46 @@ pub mod frame {
         pub const EMITTERS: &str = "emitters";
         /// All surfaces; the host binds each material at group 1 and culls back faces of those that are single-sided.
         pub const SURFACES: &str = "surfaces";
+    }
+}
+/// Which lights a pixel takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Cut {
+    /// All.
+    #[default]
+    None,
+    /// Nodes of the tree of the map's texels, as few in each tile of 8 by 8 pixels as the tolerance allows \[Walter 2005\].
+    Tile,
+}
+impl Cut {
+    /// The name of the axis.
+    pub const AXIS: &str = "cut";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 2] = [Self::None, Self::Tile];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Tile => "tile",
+        }
+    }
+}
+impl core::fmt::Display for Cut {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Cut {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
     }
 }
 /// The density by which kernels are drawn.
@@ -4559,17 +4999,20 @@ pub enum Material {
     Constant,
     /// From the material times its textures.
     Textured,
+    /// From the material times its textures, each at one of two sets of texture coordinates, times the colours of vertices; normals by a normal map.
+    Detailed,
 }
 impl Material {
     /// The name of the axis.
     pub const AXIS: &str = "material";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 2] = [Self::Constant, Self::Textured];
+    pub const ALL: [Self; 3] = [Self::Constant, Self::Textured, Self::Detailed];
     /// The name of the value.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Constant => "constant",
             Self::Textured => "textured",
+            Self::Detailed => "detailed",
         }
     }
 }
@@ -5181,7 +5624,7 @@ pub mod surface {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.material, self.opacity)
         }
@@ -5230,8 +5673,65 @@ pub mod surface {
         &[super::uniform(0, wgpu::ShaderStages::FRAGMENT, 48)],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_view"], &["sglow_material"]];
-    /// `surface-textured-cutout`, `surface-textured-opaque`.
+    /// `surface-detailed-cutout`, `surface-detailed-opaque`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(
+                0,
+                wgpu::ShaderStages::VERTEX.union(wgpu::ShaderStages::FRAGMENT),
+                96,
+            ),
+        ],
+        &[
+            super::uniform(0, wgpu::ShaderStages::FRAGMENT, 192),
+            super::sampler(
+                1,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(5, wgpu::ShaderStages::VERTEX, true, 24),
+            super::texture(
+                6,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &["sglow_view"],
+        &[
+            "sglow_material",
+            "sglow_material_sampler",
+            "sglow_base_color_texture",
+            "sglow_metallic_roughness_texture",
+            "sglow_vertex_details",
+            "sglow_normal_texture",
+        ],
+    ];
+    /// `surface-textured-cutout`, `surface-textured-opaque`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(
                 0,
@@ -5266,7 +5766,7 @@ pub mod surface {
             ),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[
+    pub(super) const NAMES_2: &[&[&str]] = &[
         &["sglow_view"],
         &[
             "sglow_material",
@@ -5302,7 +5802,7 @@ pub mod shadow {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.material, self.opacity)
         }
@@ -5344,8 +5844,45 @@ pub mod shadow {
         &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_view"]];
-    /// `shadow-textured-cutout`.
+    /// `shadow-detailed-cutout`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
+        &[
+            super::uniform(0, wgpu::ShaderStages::FRAGMENT, 192),
+            super::sampler(
+                1,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(5, wgpu::ShaderStages::VERTEX, true, 24),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &["sglow_view"],
+        &[
+            "sglow_material",
+            "sglow_material_sampler",
+            "sglow_base_color_texture",
+            "sglow_vertex_details",
+        ],
+    ];
+    /// `shadow-detailed-opaque`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
+        &[super::storage(5, wgpu::ShaderStages::VERTEX, true, 24)],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[&["sglow_view"], &["sglow_vertex_details"]];
+    /// `shadow-textured-cutout`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[
             super::uniform(0, wgpu::ShaderStages::FRAGMENT, 144),
@@ -5365,7 +5902,7 @@ pub mod shadow {
             ),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[
+    pub(super) const NAMES_3: &[&[&str]] = &[
         &["sglow_view"],
         &["sglow_material", "sglow_material_sampler", "sglow_base_color_texture"],
     ];
@@ -5396,7 +5933,7 @@ pub mod emission {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.material, self.opacity)
         }
@@ -5439,8 +5976,80 @@ pub mod emission {
         &[super::uniform(0, wgpu::ShaderStages::FRAGMENT, 48)],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[&["sglow_view"], &["sglow_material"]];
-    /// `emission-textured-cutout`.
+    /// `emission-detailed-cutout`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
+        &[
+            super::uniform(0, wgpu::ShaderStages::FRAGMENT, 192),
+            super::sampler(
+                1,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(5, wgpu::ShaderStages::VERTEX, true, 24),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &["sglow_view"],
+        &[
+            "sglow_material",
+            "sglow_material_sampler",
+            "sglow_base_color_texture",
+            "sglow_emission_texture",
+            "sglow_vertex_details",
+        ],
+    ];
+    /// `emission-detailed-opaque`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
+        &[
+            super::uniform(0, wgpu::ShaderStages::FRAGMENT, 192),
+            super::sampler(
+                1,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::SamplerBindingType::Filtering,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::FRAGMENT,
+                wgpu::TextureSampleType::Float {
+                    filterable: true,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(5, wgpu::ShaderStages::VERTEX, true, 24),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &["sglow_view"],
+        &[
+            "sglow_material",
+            "sglow_material_sampler",
+            "sglow_emission_texture",
+            "sglow_vertex_details",
+        ],
+    ];
+    /// `emission-textured-cutout`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[
             super::uniform(0, wgpu::ShaderStages::FRAGMENT, 144),
@@ -5469,7 +6078,7 @@ pub mod emission {
             ),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[
+    pub(super) const NAMES_3: &[&[&str]] = &[
         &["sglow_view"],
         &[
             "sglow_material",
@@ -5479,7 +6088,7 @@ pub mod emission {
         ],
     ];
     /// `emission-textured-opaque`.
-    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[super::uniform(0, wgpu::ShaderStages::VERTEX, 96)],
         &[
             super::uniform(0, wgpu::ShaderStages::FRAGMENT, 144),
@@ -5499,7 +6108,7 @@ pub mod emission {
             ),
         ],
     ];
-    pub(super) const NAMES_2: &[&[&str]] = &[
+    pub(super) const NAMES_4: &[&[&str]] = &[
         &["sglow_view"],
         &["sglow_material", "sglow_material_sampler", "sglow_emission_texture"],
     ];
@@ -5548,7 +6157,7 @@ pub mod moments {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!(
                 "{PASS}-{}-{}-{}-{}-{}", self.light, self.lobes, self.specular_power,
@@ -5737,7 +6346,7 @@ pub mod density {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!(
                 "{PASS}-{}-{}-{}-{}", self.density, self.importance, self.lobes, self
@@ -6007,7 +6616,7 @@ pub mod mip {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.texel, self.levels)
         }
@@ -6327,7 +6936,7 @@ pub mod metropolis_start {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.start)
         }
@@ -6359,7 +6968,7 @@ pub mod metropolis {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -6445,7 +7054,7 @@ pub mod sample {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!(
                 "{PASS}-{}-{}-{}-{}-{}-{}-{}-{}", self.draw, self.kernel, self.solver,
@@ -6861,7 +7470,7 @@ pub mod centres {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.draw, self.space)
         }
@@ -6949,7 +7558,7 @@ pub mod cluster_codes {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.space)
         }
@@ -7013,7 +7622,7 @@ pub mod sort_count {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -7063,7 +7672,7 @@ pub mod sort_scan {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -7112,7 +7721,7 @@ pub mod sort_scatter {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -7172,7 +7781,7 @@ pub mod cluster_tree {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -7223,7 +7832,7 @@ pub mod cluster_boxes {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -7291,7 +7900,7 @@ pub mod cluster_assign {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.space)
         }
@@ -7367,7 +7976,7 @@ pub mod cluster_starts {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -7447,7 +8056,7 @@ pub mod cluster_sum {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!(
                 "{PASS}-{}-{}-{}-{}-{}", self.light, self.variance, self.sharpness, self
@@ -7611,7 +8220,7 @@ pub mod cut_lit {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}-{}", self.light, self.lobes, self.specular_power)
         }
@@ -7709,7 +8318,7 @@ pub mod cut_keys {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -7810,7 +8419,7 @@ pub mod cut_leaves {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!(
                 "{PASS}-{}-{}-{}-{}", self.light, self.lobes, self.specular_power, self
@@ -7972,7 +8581,7 @@ pub mod cut_sums {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.lobes)
         }
@@ -8039,7 +8648,7 @@ pub mod cut_tree {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.lobes)
         }
@@ -8120,7 +8729,7 @@ pub mod cut_ranks {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -8183,6 +8792,8 @@ pub mod cut_lights {
         pub lobes: super::Lobes,
         /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
         pub precision: super::Precision,
+        /// Which lights a pixel takes.
+        pub cut: super::Cut,
     }
     impl CutLights {
         /// Every legal variant.
@@ -8192,12 +8803,15 @@ pub mod cut_lights {
                 for sharpness in super::Sharpness::ALL {
                     for lobes in super::Lobes::ALL {
                         for precision in super::Precision::ALL {
-                            all.push(Self {
-                                variance,
-                                sharpness,
-                                lobes,
-                                precision,
-                            });
+                            for cut in super::Cut::ALL {
+                                all.push(Self {
+                                    variance,
+                                    sharpness,
+                                    lobes,
+                                    precision,
+                                    cut,
+                                });
+                            }
                         }
                     }
                 }
@@ -8205,12 +8819,17 @@ pub mod cut_lights {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
-            format!(
+            let mut id = format!(
                 "{PASS}-{}-{}-{}-{}", self.variance, self.sharpness, self.lobes, self
                 .precision
-            )
+            );
+            if self.cut != super::Cut::default() {
+                id.push('-');
+                id.push_str(&self.cut.to_string());
+            }
+            id
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -8255,16 +8874,17 @@ pub mod cut_lights {
             "sglow_vsgls",
         ],
     ];
-    /// `cut_lights-trace-exact-diffuse-f32`.
+    /// `cut_lights-trace-exact-both-f32-tile`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
-            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
         ],
     ];
     pub(super) const NAMES_1: &[&[&str]] = &[
@@ -8276,6 +8896,164 @@ pub mod cut_lights {
             "sglow_cut_ranks",
             "sglow_order",
             "sglow_vsgls",
+            "sglow_cut_roots",
+        ],
+    ];
+    /// `cut_lights-trace-exact-diffuse-f32`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &[
+            "sglow_cut_lights_parameters",
+            "sglow_cut_blocks",
+            "sglow_cut_nodes",
+            "sglow_cut_leaf_count",
+            "sglow_cut_ranks",
+            "sglow_order",
+            "sglow_vsgls",
+        ],
+    ];
+    /// `cut_lights-trace-exact-diffuse-f32-tile`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
+        &[
+            "sglow_cut_lights_parameters",
+            "sglow_cut_blocks",
+            "sglow_cut_nodes",
+            "sglow_cut_leaf_count",
+            "sglow_cut_ranks",
+            "sglow_order",
+            "sglow_vsgls",
+            "sglow_cut_roots",
+        ],
+    ];
+}
+/// Makes one virtual spherical Gaussian light of each node and leaf of the tree, and links them from the root down.
+pub mod cut_nodes {
+    /// The name of the pass.
+    pub const PASS: &str = "cut_nodes";
+    /// The numbers that may be set when a pipeline of this pass is made.
+    pub const OVERRIDES: &[super::Override] = &[];
+    /// A variant of the pass `cut_nodes`, legal or not.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub struct CutNodes {
+        /// The variance of a virtual light's positions.
+        pub variance: super::Variance,
+        /// How the sharpness of a virtual light's directions follows from their mean.
+        pub sharpness: super::Sharpness,
+        /// The lobes that a virtual light emits.
+        pub lobes: super::Lobes,
+        /// The precision of moments and virtual lights in memory; all arithmetic is in 32 bits.
+        pub precision: super::Precision,
+    }
+    impl CutNodes {
+        /// Every legal variant.
+        pub fn all() -> Vec<Self> {
+            let mut all = Vec::new();
+            for variance in super::Variance::ALL {
+                for sharpness in super::Sharpness::ALL {
+                    for lobes in super::Lobes::ALL {
+                        for precision in super::Precision::ALL {
+                            all.push(Self {
+                                variance,
+                                sharpness,
+                                lobes,
+                                precision,
+                            });
+                        }
+                    }
+                }
+            }
+            all.retain(|variant| variant.is_legal());
+            all
+        }
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
+        pub fn id(self) -> String {
+            format!(
+                "{PASS}-{}-{}-{}-{}", self.variance, self.sharpness, self.lobes, self
+                .precision
+            )
+        }
+        /// The rule that excludes it, if it is illegal.
+        pub const fn excluded(self) -> Option<super::Exclusion> {
+            None
+        }
+        /// Whether no rule excludes it.
+        pub const fn is_legal(self) -> bool {
+            self.excluded().is_none()
+        }
+        /// What a host has to know of it, if the package has it.
+        pub fn variant(self) -> Option<&'static super::Variant> {
+            super::variant(&self.id())
+        }
+    }
+    pub(super) const ENTRY_POINTS_0: &[super::EntryPoint] = &[
+        super::EntryPoint {
+            name: "sglow_cut_make_nodes",
+            stage: wgpu::ShaderStages::COMPUTE,
+            workgroup_size: Some([64, 1, 1]),
+        },
+    ];
+    /// `cut_nodes-trace-exact-both-f32`.
+    pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 16),
+        ],
+    ];
+    pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_cut_nodes_parameters",
+            "sglow_cut_blocks",
+            "sglow_cut_nodes",
+            "sglow_cut_leaf_count",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+        ],
+    ];
+    /// `cut_nodes-trace-exact-diffuse-f32`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 16),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_cut_nodes_parameters",
+            "sglow_cut_blocks",
+            "sglow_cut_nodes",
+            "sglow_cut_leaf_count",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
         ],
     ];
 }
@@ -8305,7 +9083,7 @@ pub mod check {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.lobes, self.precision)
         }
@@ -8536,7 +9314,7 @@ pub mod light_shadow {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.lobes, self.precision)
         }
@@ -8640,7 +9418,7 @@ pub mod light_points {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}-{}", self.lobes, self.precision)
         }
@@ -8727,7 +9505,7 @@ pub mod light_fill {
         pub fn all() -> Vec<Self> {
             vec![Self]
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             String::from(PASS)
         }
@@ -8794,6 +9572,8 @@ pub mod shade {
         pub visibility: super::Visibility,
         /// The format of the textures that radiance is written to.
         pub output: super::Output,
+        /// Which lights a pixel takes.
+        pub cut: super::Cut,
     }
     impl Shade {
         /// Every legal variant.
@@ -8807,16 +9587,19 @@ pub mod shade {
                                 for precision in super::Precision::ALL {
                                     for visibility in super::Visibility::ALL {
                                         for output in super::Output::ALL {
-                                            all.push(Self {
-                                                emitter,
-                                                diffuse,
-                                                specular,
-                                                ndf,
-                                                lobes,
-                                                precision,
-                                                visibility,
-                                                output,
-                                            });
+                                            for cut in super::Cut::ALL {
+                                                all.push(Self {
+                                                    emitter,
+                                                    diffuse,
+                                                    specular,
+                                                    ndf,
+                                                    lobes,
+                                                    precision,
+                                                    visibility,
+                                                    output,
+                                                    cut,
+                                                });
+                                            }
                                         }
                                     }
                                 }
@@ -8828,20 +9611,21 @@ pub mod shade {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
-            if self.output == super::Output::default() {
-                format!(
-                    "{PASS}-{}-{}-{}-{}-{}-{}-{}", self.emitter, self.diffuse, self
-                    .specular, self.ndf, self.lobes, self.precision, self.visibility
-                )
-            } else {
-                format!(
-                    "{PASS}-{}-{}-{}-{}-{}-{}-{}-{}", self.emitter, self.diffuse, self
-                    .specular, self.ndf, self.lobes, self.precision, self.visibility,
-                    self.output
-                )
+            let mut id = format!(
+                "{PASS}-{}-{}-{}-{}-{}-{}-{}", self.emitter, self.diffuse, self.specular,
+                self.ndf, self.lobes, self.precision, self.visibility
+            );
+            if self.output != super::Output::default() {
+                id.push('-');
+                id.push_str(&self.output.to_string());
             }
+            if self.cut != super::Cut::default() {
+                id.push('-');
+                id.push_str(&self.cut.to_string());
+            }
+            id
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -10412,10 +11196,10 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float`.
+    /// `shade-disc-fitted-asg-ggx-both-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile`.
     pub(super) const LAYOUT_26: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
             super::texture(
                 1,
                 wgpu::ShaderStages::COMPUTE,
@@ -10448,24 +11232,19 @@ pub mod shade {
                 5,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage_texture(
                 6,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
-            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
-            super::texture(
-                8,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Depth,
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_26: &[&[&str]] = &[
@@ -10477,11 +11256,12 @@ pub mod shade {
             "sglow_vsgls",
             "sglow_diffuse_output",
             "sglow_specular_output",
-            "sglow_light_maps",
-            "sglow_light_atlas",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float`.
+    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float`.
     pub(super) const LAYOUT_27: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -10512,7 +11292,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
@@ -10550,8 +11330,349 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float`.
+    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile`.
     pub(super) const LAYOUT_28: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_28: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile`.
+    pub(super) const LAYOUT_29: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_29: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float`.
+    pub(super) const LAYOUT_30: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_30: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile`.
+    pub(super) const LAYOUT_31: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_31: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
+    /// `shade-disc-fitted-none-none-both-f32-none-tile`.
+    pub(super) const LAYOUT_32: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_32: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
+    /// `shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float`.
+    pub(super) const LAYOUT_33: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -10599,7 +11720,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_28: &[&[&str]] = &[
+    pub(super) const NAMES_33: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -10611,8 +11732,132 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
+    /// `shade-disc-fitted-none-none-both-f32-shadow_map-tile`.
+    pub(super) const LAYOUT_34: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_34: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
+    /// `shade-disc-fitted-none-none-diffuse-f32-none-tile`.
+    pub(super) const LAYOUT_35: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_35: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
     /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float`.
-    pub(super) const LAYOUT_29: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_36: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -10660,7 +11905,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_29: &[&[&str]] = &[
+    pub(super) const NAMES_36: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -10670,6 +11915,73 @@ pub mod shade {
             "sglow_diffuse_output",
             "sglow_light_maps",
             "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile`.
+    pub(super) const LAYOUT_37: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_37: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
         ],
     ];
 }
@@ -10703,13 +12015,14 @@ pub mod direct {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
-            if self.output == super::Output::default() {
-                format!("{PASS}-{}-{}", self.light, self.ndf)
-            } else {
-                format!("{PASS}-{}-{}-{}", self.light, self.ndf, self.output)
+            let mut id = format!("{PASS}-{}-{}", self.light, self.ndf);
+            if self.output != super::Output::default() {
+                id.push('-');
+                id.push_str(&self.output.to_string());
             }
+            id
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -10882,13 +12195,14 @@ pub mod compose {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
-            if self.output == super::Output::default() {
-                format!("{PASS}-{}-{}", self.indirect, self.emission)
-            } else {
-                format!("{PASS}-{}-{}-{}", self.indirect, self.emission, self.output)
+            let mut id = format!("{PASS}-{}-{}", self.indirect, self.emission);
+            if self.output != super::Output::default() {
+                id.push('-');
+                id.push_str(&self.output.to_string());
             }
+            id
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -11205,7 +12519,7 @@ pub mod function {
             all.retain(|variant| variant.is_legal());
             all
         }
-        /// Pass and values joined by `-`, without the default of an axis that is implied.
+        /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
             format!("{PASS}-{}", self.function)
         }
@@ -11316,6 +12630,32 @@ impl Default for SglowCodesParameters {
 const _: () = {
     equal(size_of::<SglowCodesParameters>(), 4);
     equal(core::mem::offset_of!(SglowCodesParameters, count), 0);
+};
+/// What a cut knows of a node besides its light: an inner node by its number, a leaf by its number behind all places.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutBranch {
+    /// Its children; of a leaf the leaf itself. (`u32` at byte 0)
+    pub left: u32,
+    /// `u32` at byte 4.
+    pub right: u32,
+    /// Luminance of the power that it reflects diffusely, W. (`f32` at byte 8)
+    pub power: f32,
+    /// Variance of its children's mean normals about its own mean normal, 0 to 1. (`f32` at byte 12)
+    pub spread: f32,
+}
+impl Default for SglowCutBranch {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutBranch>(), 16);
+    equal(core::mem::offset_of!(SglowCutBranch, left), 0);
+    equal(core::mem::offset_of!(SglowCutBranch, right), 4);
+    equal(core::mem::offset_of!(SglowCutBranch, power), 8);
+    equal(core::mem::offset_of!(SglowCutBranch, spread), 12);
 };
 /// `SglowCutKeysParameters` of the shaders.
 #[repr(C)]
@@ -11492,6 +12832,31 @@ const _: () = {
     equal(core::mem::offset_of!(SglowCutNode, last), 4);
     equal(core::mem::offset_of!(SglowCutNode, parent), 8);
     equal(core::mem::offset_of!(SglowCutNode, prefix), 12);
+};
+/// `SglowCutNodesParameters` of the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutNodesParameters {
+    /// What the moments' positions are relative to. (`vec3<f32>` at byte 0)
+    pub origin: [f32; 3],
+    /// Number of places, a power of two. (`u32` at byte 12)
+    pub places: u32,
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1, as the moments pass takes it. (`f32` at byte 16)
+    pub diffuse_mean_length: f32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 12],
+}
+impl Default for SglowCutNodesParameters {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutNodesParameters>(), 32);
+    equal(core::mem::offset_of!(SglowCutNodesParameters, origin), 0);
+    equal(core::mem::offset_of!(SglowCutNodesParameters, places), 12);
+    equal(core::mem::offset_of!(SglowCutNodesParameters, diffuse_mean_length), 16);
 };
 /// `SglowCutSumsParameters` of the shaders.
 #[repr(C)]
@@ -11785,6 +13150,65 @@ const _: () = {
 };
 /// A metallic-roughness material.
 ///
+/// `SglowMaterial` of the variants with material = detailed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowMaterialDetailed {
+    /// `vec4<f32>` at byte 0.
+    pub base_color: [f32; 4],
+    /// `vec3<f32>` at byte 16.
+    pub emission: [f32; 3],
+    /// Perceptual roughness, 0 to 1; roughness alpha is its square. (`f32` at byte 28)
+    pub roughness: f32,
+    /// 0 to 1. (`f32` at byte 32)
+    pub metallic: f32,
+    /// Specular reflectance of the dielectric at normal incidence, 0 to 1. (`f32` at byte 36)
+    pub dielectric: f32,
+    /// A texel whose opacity is less is cut out. (`f32` at byte 40)
+    pub alpha_cutoff: f32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are the second ones, which a detailed material has. (`array<vec4<f32>, 2>` at byte 48)
+    pub base_color_coordinates: [[f32; 4]; 2],
+    /// `array<vec4<f32>, 2>` at byte 80.
+    pub metallic_roughness_coordinates: [[f32; 4]; 2],
+    /// `array<vec4<f32>, 2>` at byte 112.
+    pub emission_coordinates: [[f32; 4]; 2],
+    /// `array<vec4<f32>, 2>` at byte 144.
+    pub normal_coordinates: [[f32; 4]; 2],
+    /// What x and y of the normal map are multiplied with; 0 without one. (`f32` at byte 176)
+    pub normal_scale: f32,
+    /// 1 where vertices have colours, else 0. (`u32` at byte 180)
+    pub colored: u32,
+    /// Not read by the shaders.
+    pub _padding_1: [u8; 8],
+}
+impl Default for SglowMaterialDetailed {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowMaterialDetailed>(), 192);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, base_color), 0);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, emission), 16);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, roughness), 28);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, metallic), 32);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, dielectric), 36);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, alpha_cutoff), 40);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, base_color_coordinates), 48);
+    equal(
+        core::mem::offset_of!(SglowMaterialDetailed, metallic_roughness_coordinates),
+        80,
+    );
+    equal(core::mem::offset_of!(SglowMaterialDetailed, emission_coordinates), 112);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, normal_coordinates), 144);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, normal_scale), 176);
+    equal(core::mem::offset_of!(SglowMaterialDetailed, colored), 180);
+};
+/// A metallic-roughness material.
+///
 /// `SglowMaterial` of the variants with material = textured.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -11803,7 +13227,7 @@ pub struct SglowMaterialTextured {
     pub alpha_cutoff: f32,
     /// Not read by the shaders.
     pub _padding_0: [u8; 4],
-    /// Rows (a, b, c, unused) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform). (`array<vec4<f32>, 2>` at byte 48)
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are the second ones, which a detailed material has. (`array<vec4<f32>, 2>` at byte 48)
     pub base_color_coordinates: [[f32; 4]; 2],
     /// `array<vec4<f32>, 2>` at byte 80.
     pub metallic_roughness_coordinates: [[f32; 4]; 2],
@@ -12020,25 +13444,50 @@ const _: () = {
     equal(core::mem::offset_of!(SglowSampleParametersF32, size_factor), 16);
     equal(core::mem::offset_of!(SglowSampleParametersF32, minimum_variance), 20);
 };
-/// `SglowShadeParameters` of the shaders.
+/// `SglowShadeParameters` of the variants with cut = none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SglowShadeParameters {
+pub struct SglowShadeParametersNone {
     /// The camera's position. (`vec3<f32>` at byte 0)
     pub eye: [f32; 3],
     /// Number of lights. (`u32` at byte 12)
     pub count: u32,
 }
-impl Default for SglowShadeParameters {
+impl Default for SglowShadeParametersNone {
     /// All bytes zero.
     fn default() -> Self {
         bytemuck::Zeroable::zeroed()
     }
 }
 const _: () = {
-    equal(size_of::<SglowShadeParameters>(), 16);
-    equal(core::mem::offset_of!(SglowShadeParameters, eye), 0);
-    equal(core::mem::offset_of!(SglowShadeParameters, count), 12);
+    equal(size_of::<SglowShadeParametersNone>(), 16);
+    equal(core::mem::offset_of!(SglowShadeParametersNone, eye), 0);
+    equal(core::mem::offset_of!(SglowShadeParametersNone, count), 12);
+};
+/// `SglowShadeParameters` of the variants with cut = tile.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowShadeParametersTile {
+    /// The camera's position. (`vec3<f32>` at byte 0)
+    pub eye: [f32; 3],
+    /// Number of lights. (`u32` at byte 12)
+    pub count: u32,
+    /// By how much a node of the tree may be wrong as one light, in parts of a pixel's radiance. (`f32` at byte 16)
+    pub tolerance: f32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 12],
+}
+impl Default for SglowShadeParametersTile {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowShadeParametersTile>(), 32);
+    equal(core::mem::offset_of!(SglowShadeParametersTile, eye), 0);
+    equal(core::mem::offset_of!(SglowShadeParametersTile, count), 12);
+    equal(core::mem::offset_of!(SglowShadeParametersTile, tolerance), 16);
 };
 /// A point of the scene's surfaces, as a disc.
 #[repr(C)]
@@ -12155,6 +13604,29 @@ impl Default for SglowTreeParameters {
 const _: () = {
     equal(size_of::<SglowTreeParameters>(), 4);
     equal(core::mem::offset_of!(SglowTreeParameters, count), 0);
+};
+/// What few vertices have.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowVertexDetail {
+    /// A second set of texture coordinates. (`vec2<f32>` at byte 0)
+    pub uv: [f32; 2],
+    /// Red and green, blue and opacity, as pairs of halves. (`vec2<u32>` at byte 8)
+    pub color: [u32; 2],
+    /// x and y, z and w of the tangent, as pairs of 16-bit signed normalised integers. (`vec2<u32>` at byte 16)
+    pub tangent: [u32; 2],
+}
+impl Default for SglowVertexDetail {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowVertexDetail>(), 24);
+    equal(core::mem::offset_of!(SglowVertexDetail, uv), 0);
+    equal(core::mem::offset_of!(SglowVertexDetail, color), 8);
+    equal(core::mem::offset_of!(SglowVertexDetail, tangent), 16);
 };
 /// A camera, or the view of a light.
 #[repr(C)]

@@ -141,22 +141,10 @@ fn sglow_cut_make_lights(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     let sum = sglow_cut_sum(sglow_cut_lights_parameters.places, first, end);
-    var moments: SglowClusterMoments;
-    // About the mean, which is the origin then.
-    moments.position = vec4<f32>(0.0, 0.0, 0.0, sum.weight * sum.variance);
-    moments.weight = sum.weight;
-    moments.diffuse_power = sum.diffuse_power;
-    moments.diffuse_direction =
-        vec4<f32>(sglow_cut_lights_parameters.diffuse_mean_length * sum.diffuse_direction, sum.diffuse_weight);
-    moments.specular_power = sum.specular_power;
-    moments.specular_direction = sum.specular_direction;
-    let mean = sglow_cut_lights_parameters.origin + sum.mean;
-    let vsgl = sglow_vsgl_of_moments(moments, 1.0, mean, SGLOW_CUT_LEAST_VARIANCE);
+    let vsgl =
+        sglow_cut_light(sum, sglow_cut_lights_parameters.origin, sglow_cut_lights_parameters.diffuse_mean_length);
     sglow_vsgls[id.x] = vsgl;
 }
-
-/// The least variance of a light: a texel's own extent is in its moments, so that nothing else bounds it below.
-const SGLOW_CUT_LEAST_VARIANCE: f32 = 1e-12;
 
 /// The sum of the leaves from first up to, but not with, end: at most two blocks of each size.
 ///
@@ -179,6 +167,26 @@ fn sglow_cut_sum(places: u32, first: u32, end: u32) -> SglowCutMoments {
         high /= 2u;
     }
     return sglow_cut_merged(left, right);
+}
+
+/// The least variance of a light: a texel's own extent is in its moments, so that nothing else bounds it below.
+const SGLOW_CUT_LEAST_VARIANCE: f32 = 1e-12;
+
+/// The virtual light of some leaves.
+/// [Tokuyoshi 2016, Appendix B]
+///
+/// sum: their moments; origin: what these positions are relative to; mean_length: of the directions of one texel's
+/// diffuse emission.
+fn sglow_cut_light(sum: SglowCutMoments, origin: vec3<f32>, mean_length: f32) -> SglowVsgl {
+    var moments: SglowClusterMoments;
+    // About the mean, which is the origin then.
+    moments.position = vec4<f32>(0.0, 0.0, 0.0, sum.weight * sum.variance);
+    moments.weight = sum.weight;
+    moments.diffuse_power = sum.diffuse_power;
+    moments.diffuse_direction = vec4<f32>(mean_length * sum.diffuse_direction, sum.diffuse_weight);
+    moments.specular_power = sum.specular_power;
+    moments.specular_direction = sum.specular_direction;
+    return sglow_vsgl_of_moments(moments, 1.0, origin + sum.mean, SGLOW_CUT_LEAST_VARIANCE);
 }
 
 /// The moments of the texels of both. The parallel form of the variance, which does not cancel.

@@ -32,7 +32,8 @@ struct SglowMaterial {
     dielectric: f32,
     /// A texel whose opacity is less is cut out.
     alpha_cutoff: f32,
-    /// Rows (a, b, c, unused) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform).
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are
+    /// the second ones, which a detailed material has.
     base_color_coordinates: array<vec4<f32>, 2>,
     metallic_roughness_coordinates: array<vec4<f32>, 2>,
     emission_coordinates: array<vec4<f32>, 2>,
@@ -66,37 +67,35 @@ fn sglow_vertex(vertex: SglowVertex) -> SglowFragment {
     // Relative to the view: far from the world's origin a matrix that also moves by the view's position cancels, and so
     // does the interpolation of positions, which is off by up to hundreds of their ULP.
     let offset = vertex.position - sglow_view.origin;
-    return SglowFragment(
-        sglow_view.clip_from_view * vec4<f32>(offset, 1.0),
-        offset,
-        vertex.normal,
-        vertex.uv,
-    );
+    let clip = sglow_view.clip_from_view * vec4<f32>(offset, 1.0);
+    return SglowFragment(clip, offset, vertex.normal, vertex.uv);
 }
 
 /// Emitted radiance of what the camera sees; drawn over the G-buffer's depth, emitters alone.
 @fragment
 fn sglow_emission_fragment(fragment: SglowFragment) -> @location(0) vec4<f32> {
-    let emission = sglow_material_emission(fragment.uv);
-    if sglow_material_base_color(fragment.uv).a < sglow_material.alpha_cutoff {
+    let emission = sglow_material_emission(fragment);
+    if sglow_material_base_color(fragment).a < sglow_material.alpha_cutoff {
         discard;
     }
     return vec4<f32>(emission, 1.0);
 }
 
 /// Texture coordinates under an affine transformation given by its rows.
-fn sglow_coordinates(uv: vec2<f32>, rows: array<vec4<f32>, 2>) -> vec2<f32> {
+fn sglow_coordinates(fragment: SglowFragment, rows: array<vec4<f32>, 2>) -> vec2<f32> {
+    let uv = fragment.uv;
     return vec2<f32>(dot(rows[0].xy, uv) + rows[0].z, dot(rows[1].xy, uv) + rows[1].z);
 }
 
 /// Base colour and opacity.
-fn sglow_material_base_color(uv: vec2<f32>) -> vec4<f32> {
-    let at = sglow_coordinates(uv, sglow_material.base_color_coordinates);
-    return sglow_material.base_color * textureSample(sglow_base_color_texture, sglow_material_sampler, at);
+fn sglow_material_base_color(fragment: SglowFragment) -> vec4<f32> {
+    let at = sglow_coordinates(fragment, sglow_material.base_color_coordinates);
+    let color = sglow_material.base_color * textureSample(sglow_base_color_texture, sglow_material_sampler, at);
+    return color;
 }
 
 /// Emitted radiance.
-fn sglow_material_emission(uv: vec2<f32>) -> vec3<f32> {
-    let at = sglow_coordinates(uv, sglow_material.emission_coordinates);
+fn sglow_material_emission(fragment: SglowFragment) -> vec3<f32> {
+    let at = sglow_coordinates(fragment, sglow_material.emission_coordinates);
     return sglow_material.emission * textureSample(sglow_emission_texture, sglow_material_sampler, at).rgb;
 }

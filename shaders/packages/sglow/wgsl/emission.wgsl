@@ -59,22 +59,18 @@ fn sglow_vertex(vertex: SglowVertex) -> SglowFragment {
     // Relative to the view: far from the world's origin a matrix that also moves by the view's position cancels, and so
     // does the interpolation of positions, which is off by up to hundreds of their ULP.
     let offset = vertex.position - sglow_view.origin;
-    return SglowFragment(
-        sglow_view.clip_from_view * vec4<f32>(offset, 1.0),
-        offset,
-        vertex.normal,
-        vertex.uv,
-    );
+    let clip = sglow_view.clip_from_view * vec4<f32>(offset, 1.0);
+    return SglowFragment(clip, offset, vertex.normal, vertex.uv);
 }
 
 /// Emitted radiance of what the camera sees; drawn over the G-buffer's depth, emitters alone.
 @fragment
 fn sglow_emission_fragment(fragment: SglowFragment) -> @location(0) vec4<f32> {
-    let emission = sglow_material_emission(fragment.uv);
+    let emission = sglow_material_emission(fragment);
     return vec4<f32>(emission, 1.0);
 }
 
 /// Emitted radiance.
-fn sglow_material_emission(uv: vec2<f32>) -> vec3<f32> {
+fn sglow_material_emission(fragment: SglowFragment) -> vec3<f32> {
     return sglow_material.emission;
 }

@@ -66,31 +66,167 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_position_texture)) {
         return;
     }
-    let surface = sglow_surface(
-        textureLoad(sglow_position_texture, id.xy, 0),
-        textureLoad(sglow_normal_texture, id.xy, 0),
-        textureLoad(sglow_base_color_texture, id.xy, 0),
-    );
-    var diffuse = vec3<f32>(0.0);
-    var specular = vec3<f32>(0.0);
+    let surface = sglow_seen(id.xy);
+    var reflected: SglowReflected;
     if surface.present {
-        let receiver = SglowReceiver(
-            surface.normal,
-            normalize(sglow_shade_parameters.eye - surface.position),
-            surface.f0,
-            surface.alpha,
-        );
+        let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgls[i];
-            let offset = vsgl.position - surface.position;
-            let from_diffuse = sglow_emitted(offset, vsgl);
-            diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, surface.normal);
-            specular += sglow_specular(from_diffuse, receiver);
+            let vsgl = sglow_vsgl(i);
+            sglow_reflect(&reflected, vsgl, point);
         }
-        diffuse *= surface.diffuse;
+        reflected.diffuse *= surface.diffuse;
     }
-    textureStore(sglow_diffuse_output, id.xy, vec4<f32>(diffuse, 1.0));
-    textureStore(sglow_specular_output, id.xy, vec4<f32>(specular, 1.0));
+    sglow_write(id.xy, reflected);
+}
+
+/// What the camera sees at a pixel.
+fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
+    return sglow_surface(
+        textureLoad(sglow_position_texture, pixel, 0),
+        textureLoad(sglow_normal_texture, pixel, 0),
+        textureLoad(sglow_base_color_texture, pixel, 0),
+    );
+}
+
+/// Writes what a pixel reflects.
+fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
+    textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
+    textureStore(sglow_specular_output, pixel, vec4<f32>(reflected.specular, 1.0));
+}
+
+/// What a surface reflects of all lights.
+struct SglowReflected {
+    /// Radiance per unit of diffuse reflectance.
+    diffuse: vec3<f32>,
+    specular: vec3<f32>,
+}
+
+/// Adds what a surface reflects of both lobes of a virtual light.
+/// [Tokuyoshi 2016, Appendix C]
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+    let offset = vsgl.position - point.position;
+    let from_diffuse = sglow_emitted(offset, vsgl);
+    (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
+    (*reflected).specular += sglow_specular(from_diffuse, point.receiver);
+}
+
+/// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
+/// radiant intensity towards that point, which is the mean of the clamped cosine over the normals of its texels.
+///
+/// The normals have a von Mises-Fisher distribution about their mean. The mean cosine over it is an integral of a lobe
+/// times a clamped cosine, over the integral of the lobe, which the coefficient contains. Texels of one normal give the
+/// clamped cosine itself, so that a plane does not light itself; a lobe of sharpness 2 leaves 11.9 % of the power
+/// behind its surface.
+///
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0.
+fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
+    let extent = sglow_extent(offset, vsgl.variance);
+    let cosine = -dot(extent.towards, vsgl.diffuse_axis);
+    let integral = sglow_cosine_quadratic(cosine, vsgl.diffuse_sharpness, vsgl.diffuse_mean_length);
+    // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
+    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
+    return SglowIncoming(extent.towards, extent.sharpness, radiance);
+}
+
+/// Diffuse reflection of a light's diffuse emission per unit reflectance: the cosine at the shading point is the
+/// clamped one of the light's mean position, (P/pi^2) C (1 - exp(-2 d^2/v))/d^2 max(0, w . n) with C the mean cosine at
+/// the light.
+///
+/// Convolved with the light's extent it would let a light reach behind its own plane: of a body that is convex each
+/// light lies behind the planes of all surfaces, and only with the clamped cosine the body does not light itself.
+fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowVsgl, normal: vec3<f32>) -> vec3<f32> {
+    return sglow_diffuse_clamped(emitted, normal);
+}
+
+/// The positive part of a number that is known but for an extent: 0 up to -extent, the number itself from extent on,
+/// and between them a parabola that meets both with their slopes.
+///
+/// extent: at least 0.
+fn sglow_positive_part(value: f32, extent: f32) -> f32 {
+    let sum = max(value + extent, 0.0);
+    // Beyond the extent the parabola would be above the line. Its quotient is at most 2; the square of a small sum
+    // would underflow.
+    return select(0.25 * sum * (sum / max(extent, 1e-30)), value, value >= extent);
+}
+
+/// The extent of directions of a mean length across their mean, sqrt(1 - r^2).
+///
+/// mean_length: r, 0 to 1. Result: 2^-9.5 to 1.
+fn sglow_extent_across(mean_length: f32) -> f32 {
+    // From its factors, which keeps the digits that r has; at least that of the greatest mean length of lights, 2^-19.
+    return sqrt(max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6));
+}
+
+/// The integral of a lobe times a clamped cosine without a transcendental function, our own form: the mean cosine is
+/// the positive part of r z with the extent sqrt(1 - r^2), r the mean length of the lobe's directions. Exact for lobes
+/// that are the same everywhere and for those of one direction; largest error over that of a facing lobe 0.024
+/// (tests of oracle/src/shade/quadratic.rs).
+///
+/// cosine: z, -1 to 1; sharpness: of the lobe, 0 to 2e37; mean_length: r, that of the sharpness.
+fn sglow_cosine_quadratic(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    let mean = mean_length * cosine;
+    let extent = sglow_extent_across(mean_length);
+    // The integral of the lobe, 2 pi (1 - exp(-2 l))/l, from r = coth l - 1/l without an exponential.
+    let integral = SGLOW_FOUR_PI / (1.0 + min(sharpness, 2e37) * (1.0 + mean_length));
+    return integral * sglow_positive_part(mean, extent);
+}
+
+/// Diffuse reflection of incoming light per unit reflectance: the cosine is pulled out of the integral.
+/// [Tokuyoshi 2016, Appendix C.2]
+fn sglow_diffuse_clamped(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
+    let cosine = max(dot(incoming.axis, normal), 0.0);
+    return incoming.radiance * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine);
+}
+
+/// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.
+/// [Tokuyoshi 2016, Appendix A]
+///
+/// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN gives any number or NaN.
+fn sglow_sg_integral(sharpness: f32) -> f32 {
+    // Twice a larger sharpness would be infinite.
+    return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
+}
+
+/// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
+fn sglow_expm1_over_x_near_zero(x: f32) -> f32 {
+    // Least relative error over |x| < 1, by oracle/examples/fit_erf.rs: 5.4e-8.
+    return 1.0 + x * (0.50000006 + x * (0.16666733 + x * (0.041666258 + x * (0.008329955 + x * (0.0013895074
+        + x * (0.00020391113 + x * 0.000024800787))))));
+}
+
+/// (exp(x) - 1)/x, continued to 1 at x = 0.
+///
+/// x: -f32::MAX to 88. Result: above 0, or 0 where a GPU flushes it.
+/// Contract: -infinity is taken as -8.5e37; NaN and what overflows gives any number, infinity or NaN.
+fn sglow_expm1_over_x(x: f32) -> f32 {
+    if abs(x) < 1.0 {
+        return sglow_expm1_over_x_near_zero(x);
+    }
+    // No language promises a quotient whose divisor is beyond 2^126.
+    return (exp(x) - 1.0) / max(x, -8.5e37);
+}
+
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+    receiver: SglowReceiver,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    point.receiver = SglowReceiver(
+        surface.normal,
+        normalize(sglow_shade_parameters.eye - surface.position),
+        surface.f0,
+        surface.alpha,
+    );
+    return point;
 }
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
@@ -193,6 +329,34 @@ fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
     return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
 }
 
+/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
+struct SglowIncoming {
+    axis: vec3<f32>,
+    sharpness: f32,
+    radiance: vec3<f32>,
+}
+
+/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
+/// its mean position.
+/// [Tokuyoshi 2016, Eq. (11)]
+struct SglowExtent {
+    /// Unit; zero for a light at the shading point itself, which has no direction.
+    towards: vec3<f32>,
+    /// The squared distance over the variance.
+    sharpness: f32,
+}
+
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
+/// to 1e30.
+fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
+    let squared_distance = dot(offset, offset);
+    let present = squared_distance > 1e-30;
+    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
+    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
+    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
+    return SglowExtent(towards, sharpness);
+}
+
 /// The reflection lobe of a rough surface about the mirror direction, stretched as highlights are at grazing angles:
 /// the distribution exp(-(1 / alpha^2) sin^2) of half vectors, warped by the reflection.
 /// [Xu 2013, Section 4.1; Tokuyoshi 2016, Appendix C.2]
@@ -262,127 +426,7 @@ struct SglowAsg {
     bandwidth_y: f32,
 }
 
-/// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
-/// radiant intensity towards that point, which is the mean of the clamped cosine over the normals of its texels.
-///
-/// The normals have a von Mises-Fisher distribution about their mean. The mean cosine over it is an integral of a lobe
-/// times a clamped cosine, over the integral of the lobe, which the coefficient contains. Texels of one normal give the
-/// clamped cosine itself, so that a plane does not light itself; a lobe of sharpness 2 leaves 11.9 % of the power
-/// behind its surface.
-///
-/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0.
-fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
-    let extent = sglow_extent(offset, vsgl.variance);
-    let cosine = -dot(extent.towards, vsgl.diffuse_axis);
-    let integral = sglow_cosine_quadratic(cosine, vsgl.diffuse_sharpness, vsgl.diffuse_mean_length);
-    // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
-    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
-    return SglowIncoming(extent.towards, extent.sharpness, radiance);
-}
-
-/// Diffuse reflection of a light's diffuse emission per unit reflectance: the cosine at the shading point is the
-/// clamped one of the light's mean position, (P/pi^2) C (1 - exp(-2 d^2/v))/d^2 max(0, w . n) with C the mean cosine at
-/// the light.
-///
-/// Convolved with the light's extent it would let a light reach behind its own plane: of a body that is convex each
-/// light lies behind the planes of all surfaces, and only with the clamped cosine the body does not light itself.
-fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowVsgl, normal: vec3<f32>) -> vec3<f32> {
-    return sglow_diffuse_clamped(emitted, normal);
-}
-
-/// The positive part of a number that is known but for an extent: 0 up to -extent, the number itself from extent on,
-/// and between them a parabola that meets both with their slopes.
-///
-/// extent: at least 0.
-fn sglow_positive_part(value: f32, extent: f32) -> f32 {
-    let sum = max(value + extent, 0.0);
-    // Beyond the extent the parabola would be above the line. Its quotient is at most 2; the square of a small sum
-    // would underflow.
-    return select(0.25 * sum * (sum / max(extent, 1e-30)), value, value >= extent);
-}
-
-/// The extent of directions of a mean length across their mean, sqrt(1 - r^2).
-///
-/// mean_length: r, 0 to 1. Result: 2^-9.5 to 1.
-fn sglow_extent_across(mean_length: f32) -> f32 {
-    // From its factors, which keeps the digits that r has; at least that of the greatest mean length of lights, 2^-19.
-    return sqrt(max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6));
-}
-
-/// The integral of a lobe times a clamped cosine without a transcendental function, our own form: the mean cosine is
-/// the positive part of r z with the extent sqrt(1 - r^2), r the mean length of the lobe's directions. Exact for lobes
-/// that are the same everywhere and for those of one direction; largest error over that of a facing lobe 0.024
-/// (tests of oracle/src/shade/quadratic.rs).
-///
-/// cosine: z, -1 to 1; sharpness: of the lobe, 0 to 2e37; mean_length: r, that of the sharpness.
-fn sglow_cosine_quadratic(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
-    let mean = mean_length * cosine;
-    let extent = sglow_extent_across(mean_length);
-    // The integral of the lobe, 2 pi (1 - exp(-2 l))/l, from r = coth l - 1/l without an exponential.
-    let integral = SGLOW_FOUR_PI / (1.0 + min(sharpness, 2e37) * (1.0 + mean_length));
-    return integral * sglow_positive_part(mean, extent);
-}
-
-/// Diffuse reflection of incoming light per unit reflectance: the cosine is pulled out of the integral.
-/// [Tokuyoshi 2016, Appendix C.2]
-fn sglow_diffuse_clamped(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
-    let cosine = max(dot(incoming.axis, normal), 0.0);
-    return incoming.radiance * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine);
-}
-
-/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
-struct SglowIncoming {
-    axis: vec3<f32>,
-    sharpness: f32,
-    radiance: vec3<f32>,
-}
-
-/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
-/// its mean position.
-/// [Tokuyoshi 2016, Eq. (11)]
-struct SglowExtent {
-    /// Unit; zero for a light at the shading point itself, which has no direction.
-    towards: vec3<f32>,
-    /// The squared distance over the variance.
-    sharpness: f32,
-}
-
-/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
-/// to 1e30.
-fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
-    let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
-    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
-}
-
-/// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.
-/// [Tokuyoshi 2016, Appendix A]
-///
-/// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; NaN gives any number or NaN.
-fn sglow_sg_integral(sharpness: f32) -> f32 {
-    // Twice a larger sharpness would be infinite.
-    return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
-}
-
-/// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
-fn sglow_expm1_over_x_near_zero(x: f32) -> f32 {
-    // Least relative error over |x| < 1, by oracle/examples/fit_erf.rs: 5.4e-8.
-    return 1.0 + x * (0.50000006 + x * (0.16666733 + x * (0.041666258 + x * (0.008329955 + x * (0.0013895074
-        + x * (0.00020391113 + x * 0.000024800787))))));
-}
-
-/// (exp(x) - 1)/x, continued to 1 at x = 0.
-///
-/// x: -f32::MAX to 88. Result: above 0, or 0 where a GPU flushes it.
-/// Contract: -infinity is taken as -8.5e37; NaN and what overflows gives any number, infinity or NaN.
-fn sglow_expm1_over_x(x: f32) -> f32 {
-    if abs(x) < 1.0 {
-        return sglow_expm1_over_x_near_zero(x);
-    }
-    // No language promises a quotient whose divisor is beyond 2^126.
-    return (exp(x) - 1.0) / max(x, -8.5e37);
+/// A virtual light.
+fn sglow_vsgl(light: u32) -> SglowVsgl {
+    return sglow_vsgls[light];
 }

@@ -63,51 +63,45 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_position_texture)) {
         return;
     }
-    let surface = sglow_surface(
-        textureLoad(sglow_position_texture, id.xy, 0),
-        textureLoad(sglow_normal_texture, id.xy, 0),
-        textureLoad(sglow_base_color_texture, id.xy, 0),
-    );
-    var diffuse = vec3<f32>(0.0);
+    let surface = sglow_seen(id.xy);
+    var reflected: SglowReflected;
     if surface.present {
+        let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgls[i];
-            let offset = vsgl.position - surface.position;
-            let from_diffuse = sglow_emitted(offset, vsgl);
-            diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, surface.normal);
+            let vsgl = sglow_vsgl(i);
+            sglow_reflect(&reflected, vsgl, point);
         }
-        diffuse *= surface.diffuse;
+        reflected.diffuse *= surface.diffuse;
     }
-    textureStore(sglow_diffuse_output, id.xy, vec4<f32>(diffuse, 1.0));
+    sglow_write(id.xy, reflected);
 }
 
-/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
-struct SglowSurface {
-    present: bool,
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    /// Diffuse reflectance, 0 to 1.
+/// What the camera sees at a pixel.
+fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
+    return sglow_surface(
+        textureLoad(sglow_position_texture, pixel, 0),
+        textureLoad(sglow_normal_texture, pixel, 0),
+        textureLoad(sglow_base_color_texture, pixel, 0),
+    );
+}
+
+/// Writes what a pixel reflects.
+fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
+    textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
+}
+
+/// What a surface reflects of all lights.
+struct SglowReflected {
+    /// Radiance per unit of diffuse reflectance.
     diffuse: vec3<f32>,
-    /// Reflectance at normal incidence, 0 to 1.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
 }
 
-/// Unpacks the three surface textures.
-///
-/// position.w: specular reflectance of the dielectric, negative without a surface;
-/// normal.w: roughness alpha; base_color.w: metallic.
-fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
-    var surface: SglowSurface;
-    surface.present = position.w >= 0.0;
-    surface.position = position.xyz;
-    // Half floats keep a normal to one part in a thousand, so its length is mended here.
-    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
-    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
-    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
-    surface.alpha = clamp(normal.w, 0.01, 1.0);
-    return surface;
+/// Adds what a surface reflects of both lobes of a virtual light.
+/// [Tokuyoshi 2016, Appendix C]
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+    let offset = vsgl.position - point.position;
+    let from_diffuse = sglow_emitted(offset, vsgl);
+    (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
 }
 
 /// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
@@ -233,4 +227,53 @@ fn sglow_expm1_over_x(x: f32) -> f32 {
     }
     // No language promises a quotient whose divisor is beyond 2^126.
     return (exp(x) - 1.0) / max(x, -8.5e37);
+}
+
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    return point;
+}
+
+/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
+struct SglowSurface {
+    present: bool,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    /// Diffuse reflectance, 0 to 1.
+    diffuse: vec3<f32>,
+    /// Reflectance at normal incidence, 0 to 1.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// Unpacks the three surface textures.
+///
+/// position.w: specular reflectance of the dielectric, negative without a surface;
+/// normal.w: roughness alpha; base_color.w: metallic.
+fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
+    var surface: SglowSurface;
+    surface.present = position.w >= 0.0;
+    surface.position = position.xyz;
+    // Half floats keep a normal to one part in a thousand, so its length is mended here.
+    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
+    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
+    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
+    surface.alpha = clamp(normal.w, 0.01, 1.0);
+    return surface;
+}
+
+/// A virtual light.
+fn sglow_vsgl(light: u32) -> SglowVsgl {
+    return sglow_vsgls[light];
 }

@@ -110,38 +110,263 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_position_texture)) {
         return;
     }
-    let surface = sglow_surface(
-        textureLoad(sglow_position_texture, id.xy, 0),
-        textureLoad(sglow_normal_texture, id.xy, 0),
-        textureLoad(sglow_base_color_texture, id.xy, 0),
-    );
-    var diffuse = vec3<f32>(0.0);
-    var specular = vec3<f32>(0.0);
+    let surface = sglow_seen(id.xy);
+    var reflected: SglowReflected;
     if surface.present {
-        let receiver = SglowReceiver(
-            surface.normal,
-            normalize(sglow_shade_parameters.eye - surface.position),
-            surface.f0,
-            surface.alpha,
-        );
+        let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgls[i];
-            if !sglow_visible(sglow_light_maps, sglow_light_atlas, i, vsgl, surface.position, surface.normal) {
+            let vsgl = sglow_vsgl(i);
+            if !sglow_reaches(i, vsgl, point.position, point.normal) {
                 continue;
             }
-            let offset = vsgl.position - surface.position;
-            let from_diffuse = sglow_emitted(offset, vsgl);
-            diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, surface.normal);
-            specular += sglow_specular(from_diffuse, receiver);
-            let from_specular = sglow_incoming(
-                offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
-            diffuse += sglow_diffuse(from_specular, surface.normal);
-            specular += sglow_specular(from_specular, receiver);
+            sglow_reflect(&reflected, vsgl, point);
         }
-        diffuse *= surface.diffuse;
+        reflected.diffuse *= surface.diffuse;
     }
-    textureStore(sglow_diffuse_output, id.xy, vec4<f32>(diffuse, 1.0));
-    textureStore(sglow_specular_output, id.xy, vec4<f32>(specular, 1.0));
+    sglow_write(id.xy, reflected);
+}
+
+/// What the camera sees at a pixel.
+fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
+    return sglow_surface(
+        textureLoad(sglow_position_texture, pixel, 0),
+        textureLoad(sglow_normal_texture, pixel, 0),
+        textureLoad(sglow_base_color_texture, pixel, 0),
+    );
+}
+
+/// Writes what a pixel reflects.
+fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
+    textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
+    textureStore(sglow_specular_output, pixel, vec4<f32>(reflected.specular, 1.0));
+}
+
+/// What a surface reflects of all lights.
+struct SglowReflected {
+    /// Radiance per unit of diffuse reflectance.
+    diffuse: vec3<f32>,
+    specular: vec3<f32>,
+}
+
+/// Adds what a surface reflects of both lobes of a virtual light.
+/// [Tokuyoshi 2016, Appendix C]
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+    let offset = vsgl.position - point.position;
+    let from_diffuse = sglow_emitted(offset, vsgl);
+    (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
+    (*reflected).specular += sglow_specular(from_diffuse, point.receiver);
+    let from_specular = sglow_incoming(
+        offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
+    (*reflected).diffuse += sglow_diffuse(from_specular, point.normal);
+    (*reflected).specular += sglow_specular(from_specular, point.receiver);
+}
+
+/// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
+/// radiant intensity towards that point, which is the mean of the clamped cosine over the normals of its texels.
+///
+/// The normals have a von Mises-Fisher distribution about their mean. The mean cosine over it is an integral of a lobe
+/// times a clamped cosine, over the integral of the lobe, which the coefficient contains. Texels of one normal give the
+/// clamped cosine itself, so that a plane does not light itself; a lobe of sharpness 2 leaves 11.9 % of the power
+/// behind its surface.
+///
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0.
+fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
+    let extent = sglow_extent(offset, vsgl.variance);
+    let cosine = -dot(extent.towards, vsgl.diffuse_axis);
+    let integral = sglow_cosine_integral(cosine, vsgl.diffuse_sharpness);
+    // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
+    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
+    return SglowIncoming(extent.towards, extent.sharpness, radiance);
+}
+
+/// Diffuse reflection of a light's diffuse emission per unit reflectance: the light is a disc.
+fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowVsgl, normal: vec3<f32>) -> vec3<f32> {
+    let irradiance = sglow_disc_irradiance(
+        offset, vsgl.variance, vsgl.diffuse_axis, vsgl.diffuse_mean_length, normal);
+    // The radiance of the light's positions is the intensity over 2 pi variance; irradiance is per intensity.
+    return emitted.radiance * (2.0 * vsgl.variance * irradiance);
+}
+
+/// Irradiance of a light that is a uniform disc of radius sqrt(2 variance) about its mean position, per radiant
+/// intensity towards the receiver.
+///
+/// The vector irradiance of a uniform disc of Lambertian emission has a closed form: for a disc of radius a in a plane,
+/// a receiver at the height h over that plane and at the place -T of it, with X = T^2 + h^2 + a^2, Y = T^2 + h^2 - a^2
+/// and Q = sqrt(Y^2 + 4 a^2 h^2), it goes with T/(X + Q) - n h (Q - Y)/(4 a^2 h^2), here times 2 d/Q, so that it is the
+/// inverse square of the distance far away. Derived here; oracle/src/shade/disc.rs compares it with quadrature. Where
+/// normals differ the disc is as thick as the variance along its normal, v/2 (1 - r^2), which is added to h^2. What is
+/// cut off at the receiver's horizon is the parabola of sglow_positive_part with the extent that the disc has along the
+/// receiver's normal.
+///
+/// offset: from the shading point to the light's mean position, up to 1e18; variance: 1e-12 to 1e30; axis: the unit
+/// mean normal; mean_length: r, 0 to 1; normal: the receiver's, unit. Result: at least 0.
+fn sglow_disc_irradiance(
+    offset: vec3<f32>,
+    variance: f32,
+    axis: vec3<f32>,
+    mean_length: f32,
+    normal: vec3<f32>,
+) -> f32 {
+    let squared_distance = dot(offset, offset);
+    let radius = 2.0 * variance;
+    // In units of the distance and the radius together, since fourth powers of lengths leave the range of f32.
+    let unit = inverseSqrt(squared_distance + radius);
+    let scaled = offset * unit;
+    // A share, at most 1. The minimum keeps compilers from taking its factors apart: by themselves they overflow in
+    // products with others, and infinity times a width of 0 is no number.
+    let a = min(radius * unit * unit, 1.0);
+    let height = -dot(scaled, axis);
+    let place = scaled + height * axis;
+    let spread = sglow_extent_across(mean_length);
+    // Above 0 even in the disc's plane, where the closed form is 0/0: 1 - r^2 is at least 2^-19.
+    let h = height * height + 0.25 * a * (spread * spread);
+    let t = dot(place, place);
+    let x = t + h + a;
+    let y = t + h - a;
+    let q = sqrt(y * y + 4.0 * a * h);
+    // (Q - Y)/(4 a^2 h^2) in the form that does not cancel. Where Y is negative, a is above one half.
+    var along = 1.0 / (q + abs(y));
+    if y < 0.0 {
+        along = (q - y) / (4.0 * a * h);
+    }
+    // A receiver behind the disc's plane is lit by its rim alone: with a signed height a sphere would light itself.
+    let vector = place / (x + q) - axis * (max(height, 0.0) * along);
+    let distance = sqrt(dot(scaled, scaled));
+    let flow = vector * (2.0 * distance / q);
+    let tilt = mean_length * dot(axis, normal);
+    let wide = a * max((1.0 - tilt) * (1.0 + tilt), 0.0);
+    let extent = length(flow) * sqrt(wide / max(distance * distance + wide, 1e-30));
+    return unit * unit * sglow_positive_part(dot(flow, normal), extent);
+}
+
+/// The positive part of a number that is known but for an extent: 0 up to -extent, the number itself from extent on,
+/// and between them a parabola that meets both with their slopes.
+///
+/// extent: at least 0.
+fn sglow_positive_part(value: f32, extent: f32) -> f32 {
+    let sum = max(value + extent, 0.0);
+    // Beyond the extent the parabola would be above the line. Its quotient is at most 2; the square of a small sum
+    // would underflow.
+    return select(0.25 * sum * (sum / max(extent, 1e-30)), value, value >= extent);
+}
+
+/// The extent of directions of a mean length across their mean, sqrt(1 - r^2).
+///
+/// mean_length: r, 0 to 1. Result: 2^-9.5 to 1.
+fn sglow_extent_across(mean_length: f32) -> f32 {
+    // From its factors, which keeps the digits that r has; at least that of the greatest mean length of lights, 2^-19.
+    return sqrt(max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6));
+}
+
+/// The integral of a lobe times a clamped cosine, in the form that the axis diffuse names; cosine: that of the lobe's
+/// axis with the cosine's. How large its error is stands at the function that it calls.
+fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
+    return sglow_sg_cosine_fitted(cosine, sharpness);
+}
+
+/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine.
+/// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
+fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
+    let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
+    return incoming.radiance * (SGLOW_INV_PI * integral);
+}
+
+// Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
+// I(l, z) = int exp(l (w . axis - 1)) max(w . normal, 0) dw with z = axis . normal, the cheapest first. Errors are over
+// the integral's largest value, A_u(l) = I(l, 1), at their largest over sharpness 1e-3 to 1e6 and all angles
+// (oracle/examples/fit_cosine.rs prints them). In all of them:
+//
+// cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
+// Contract: a cosine is moved into its range, a sharpness above 4e37 is taken as 4e37; NaN gives any number or NaN.
+
+/// The integral of a lobe times a clamped cosine from its exact odd part and a fit to what a lobe gives on a surface
+/// that faces away from it.
+///
+/// The odd part of I is exactly (A_u - A_b) z/2, so that I(z) = (A_u - A_b) max(z, 0) + J with J = I(-|z|). Over the
+/// line instead of the sphere J would be exp(-x^2) h(x)/t with x = t |z| and h(x) = 1/sqrt(pi) - x exp(x^2) erfc(x). On
+/// the sphere t grows with |z|, for the exponent goes with the chord: t^2 = t_0^2 (1 + w (1 - r)/(1 + r)), r = sqrt(1 -
+/// p z^2), where p and w go to 1 for a sharp lobe. J at the horizon, 2 pi exp(-l) I_1(l)/l with the modified Bessel
+/// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
+/// falls with |z|.
+///
+/// z, l: in range; y: 1/(1 + l); horizon_squared: the square of J(0) (1 + l)/pi; flattening: p; weight: w.
+fn sglow_sg_cosine_dark_side(
+    z: f32,
+    l: f32,
+    y: f32,
+    horizon_squared: f32,
+    flattening: f32,
+    weight: f32,
+) -> f32 {
+    let odd = sglow_sg_cosine_odd_part(l, y);
+    let horizon = sqrt(horizon_squared);
+    let bent = flattening * z * z;
+    let root = 1.0 + sqrt(max(1.0 - bent, 0.0));
+    // (1 - r)/(1 + r) = p z^2/(1 + r)^2, without the difference.
+    let stretch = sqrt(1.0 + weight * bent / (root * root));
+    // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
+    let x = min(SGLOW_INV_SQRT_PI * (odd / horizon) * stretch * abs(z), 12.0);
+    let dark = SGLOW_HALF_SQRT_PI * horizon * (exp(-x * x) * sglow_erfc_integral_scaled_over(x, stretch));
+    return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
+}
+
+/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
+fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
+    let z = clamp(cosine, -1.0, 1.0);
+    let l = clamp(sharpness, 0.0, 4e37);
+    let y = 1.0 / (1.0 + l);
+    // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
+    let u = min(l * y, 1.0);
+    // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
+    // oracle/examples/fit_cosine.rs: 5.8e-5. Nine numbers are free: the limits of horizon for small and large sharpness
+    // are kept.
+    let top = 1.0 + y * (-1.6641017 + y * 4.4256024);
+    let bottom = SGLOW_HALF_PI + y * (-6.071711 + y * (15.022563 + y * (-16.302683 + y * (11.848223 - y * 2.3056865))));
+    let flattening = 1.0 + y * (-2.4294474 + y * 8.802209);
+    let inverse = 1.0 / (bottom * flattening);
+    return sglow_sg_cosine_dark_side(
+        z, l, y, y * top * flattening * inverse, u * u * bottom * inverse, 0.9423444);
+}
+
+/// The odd part of the integral of a spherical Gaussian times a clamped cosine z, which is exactly (A_u - A_b) z/2:
+/// here (A_u - A_b) (1 + l)/(2 pi), a number without range.
+///
+/// sharpness: 0 to 4e37; y: 1/(1 + sharpness). Result: 0 at sharpness 0, rises to 1 when sharp.
+fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
+    let near = sharpness < 1.0;
+    let decay = exp(select(-2.0, -1.0, near) * sharpness);
+    if near {
+        // 2 exp(-l) (cosh l - sinh(l)/l)/l, whose Taylor series has positive terms only, 2 k l^(2 k - 1)/(2 k + 1)!;
+        // the closed form cancels here. Relative error below 1e-8.
+        let square = sharpness * sharpness;
+        return 2.0 * decay * sharpness * (1.0 + sharpness) * (0.33333334 + square * (0.033333335
+            + square * (0.0011904762 + square * (0.000022045855 + square * 2.5052108e-7))));
+    }
+    // [(l - 1) + (l + 1) exp(-2 l)] (l + 1)/l^2 in numbers between 0 and 1.
+    let u = 1.0 - y;
+    return ((u - y) + decay) / (u * u);
+}
+
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+    receiver: SglowReceiver,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    point.receiver = SglowReceiver(
+        surface.normal,
+        normalize(sglow_shade_parameters.eye - surface.position),
+        surface.f0,
+        surface.alpha,
+    );
+    return point;
 }
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
@@ -191,6 +416,52 @@ fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32>
     let reflected = sglow_ndf_filtered_reflection(
         receiver.view, receiver.normal, receiver.alpha, incoming.axis, incoming.sharpness);
     return incoming.radiance * sglow_F_Schlick(reflected.VoH, receiver.f0) * reflected.radiance;
+}
+
+/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
+struct SglowIncoming {
+    axis: vec3<f32>,
+    sharpness: f32,
+    radiance: vec3<f32>,
+}
+
+/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
+/// its mean position.
+/// [Tokuyoshi 2016, Eq. (11)]
+struct SglowExtent {
+    /// Unit; zero for a light at the shading point itself, which has no direction.
+    towards: vec3<f32>,
+    /// The squared distance over the variance.
+    sharpness: f32,
+}
+
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
+/// to 1e30.
+fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
+    let squared_distance = dot(offset, offset);
+    let present = squared_distance > 1e-30;
+    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
+    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
+    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
+    return SglowExtent(towards, sharpness);
+}
+
+/// The light's positions seen from the shading point, times its radiant intensity towards that point.
+/// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
+///
+/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe.
+fn sglow_incoming(
+    offset: vec3<f32>,
+    variance: f32,
+    axis: vec3<f32>,
+    sharpness: f32,
+    coefficient: vec3<f32>,
+) -> SglowIncoming {
+    let extent = sglow_extent(offset, variance);
+    // A light at the shading point itself has no direction; its lobe of sharpness 0 needs none.
+    let product = sglow_sg_product(-axis, sharpness, extent.towards, extent.sharpness);
+    let radiance = coefficient * (exp(product.log_amplitude) / (SGLOW_TWO_PI * variance));
+    return SglowIncoming(product.axis, product.sharpness, radiance);
 }
 
 /// What a surface reflects of a spherical Gaussian of amplitude one.
@@ -424,6 +695,40 @@ fn sglow_sg_reflection_dominant(view: vec3<f32>, normal: vec3<f32>, alpha: f32) 
     return SglowReflectionLobe(2.0 * cosine_facet * facet - view, sharpness);
 }
 
+/// A spherical Gaussian with its amplitude as a logarithm, so that far lobes underflow instead of overflowing.
+struct SglowLobe {
+    axis: vec3<f32>,
+    sharpness: f32,
+    log_amplitude: f32,
+}
+
+/// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
+/// [Tokuyoshi 2016, Eq. (12)]
+///
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
+/// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
+/// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
+/// their lengths are; NaN gives any number or NaN.
+fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
+    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
+    // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
+    let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
+    let unit = bitcast<f32>(bits);
+    let per_unit = bitcast<f32>(0x7f000000u - bits);
+    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
+    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
+    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
+    let mean = share_a * axis_a + share_b * axis_b;
+    let norm = length(mean);
+    // Lobes that cancel to the last digit have no direction left.
+    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
+    // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
+    let chord = axis_a - axis_b;
+    // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
+    let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
+    return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
+}
+
 /// The share of a spherical Gaussian's integral that lies in the upper hemisphere of a normal: the exact shares of a
 /// lobe along the normal and against it, blended by an error function.
 /// [Tokuyoshi 2022]
@@ -446,6 +751,54 @@ fn sglow_sg_hemisphere_share(cosine: f32, sharpness: f32) -> f32 {
     let decay = exp(-l);
     // The integral over the sphere is that along the normal and that against it, 1 + exp(-l) over the former.
     return 0.5 * ((1.0 + decay) + (1.0 - decay) * share) / (1.0 + decay);
+}
+
+/// The complementary error function without its decay, exp(x^2) erfc(x): falls from 1 to 1/(sqrt(pi) x).
+///
+/// x: 0 to 1e6. Result: 0 to 1, relative error 1e-7 before rounding.
+/// Contract: arguments outside of the range, infinite ones included, are moved to its ends; NaN gives any number or
+/// NaN.
+fn sglow_erfc_scaled(x: f32) -> f32 {
+    // The fifth power of a larger argument would leave the range of f32.
+    let t = clamp(x, 0.0, 1e6);
+    // Least relative error over x >= 0, by oracle/examples/fit_erf.rs: 1.0e-7. All coefficients are positive, so that
+    // nothing cancels in whatever order it is summed.
+    let top = 1.0 + t * (1.3421365 + t * (0.84514093 + t * (0.28525212 + t * 0.045267593)));
+    let bottom = 1.0 + t * (2.4705193 + t * (2.6327717 + t * (1.5380335 + t * (0.50559735 + t * 0.08023472))));
+    return top / bottom;
+}
+
+/// The integral of erfc from x to infinity without its decay, over a divisor that shares the division:
+/// (1/sqrt(pi) - x exp(x^2) erfc(x))/divisor.
+///
+/// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
+/// error 9e-8 before rounding.
+/// Contract: an x outside of the range, an infinite one included, is moved to its ends; NaN gives any number or NaN.
+fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
+    let t = clamp(x, 0.0, 1e5);
+    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
+    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
+    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
+    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
+        + t * 0.050800994)))));
+    return top / (bottom * divisor);
+}
+
+/// The error function.
+///
+/// Result: -1 to 1, of the sign of x.
+/// Contract: infinite arguments give -1 and 1; NaN gives any number or NaN.
+fn sglow_erf(x: f32) -> f32 {
+    let magnitude = min(abs(x), 12.0);
+    if magnitude < 1.0 {
+        // Here 1 - erfc(x) would cancel. Least relative error of erf(x)/x over |x| < 1, by oracle/examples/fit_erf.rs:
+        // 5.4e-8.
+        let square = x * x;
+        return x * (1.1283791 + square * (-0.37612325 + square * (0.1128018 + square * (-0.026711311
+            + square * (0.004917552 - square * 0.00056314253)))));
+    }
+    let tail = exp(-magnitude * magnitude) * sglow_erfc_scaled(magnitude);
+    return select(1.0 - tail, tail - 1.0, x < 0.0);
 }
 
 /// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.
@@ -496,6 +849,16 @@ fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
     let complement = clamp(1.0 - VoH, 0.0, 1.0);
     let squared = complement * complement;
     return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+}
+
+/// A virtual light.
+fn sglow_vsgl(light: u32) -> SglowVsgl {
+    return sglow_vsgls[light];
+}
+
+/// Whether a light reaches a surface.
+fn sglow_reaches(light: u32, vsgl: SglowVsgl, position: vec3<f32>, normal: vec3<f32>) -> bool {
+    return sglow_visible(sglow_light_maps, sglow_light_atlas, light, vsgl, position, normal);
 }
 
 /// Whether a light reaches a receiver.
@@ -595,318 +958,4 @@ fn sglow_basis(axis: vec3<f32>) -> SglowBasis {
 /// The coordinates of a vector in a basis.
 fn sglow_in_basis(basis: SglowBasis, vector: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(dot(basis.x, vector), dot(basis.y, vector), dot(basis.z, vector));
-}
-
-/// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
-/// radiant intensity towards that point, which is the mean of the clamped cosine over the normals of its texels.
-///
-/// The normals have a von Mises-Fisher distribution about their mean. The mean cosine over it is an integral of a lobe
-/// times a clamped cosine, over the integral of the lobe, which the coefficient contains. Texels of one normal give the
-/// clamped cosine itself, so that a plane does not light itself; a lobe of sharpness 2 leaves 11.9 % of the power
-/// behind its surface.
-///
-/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0.
-fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
-    let extent = sglow_extent(offset, vsgl.variance);
-    let cosine = -dot(extent.towards, vsgl.diffuse_axis);
-    let integral = sglow_cosine_integral(cosine, vsgl.diffuse_sharpness);
-    // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
-    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
-    return SglowIncoming(extent.towards, extent.sharpness, radiance);
-}
-
-/// Diffuse reflection of a light's diffuse emission per unit reflectance: the light is a disc.
-fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowVsgl, normal: vec3<f32>) -> vec3<f32> {
-    let irradiance = sglow_disc_irradiance(
-        offset, vsgl.variance, vsgl.diffuse_axis, vsgl.diffuse_mean_length, normal);
-    // The radiance of the light's positions is the intensity over 2 pi variance; irradiance is per intensity.
-    return emitted.radiance * (2.0 * vsgl.variance * irradiance);
-}
-
-/// Irradiance of a light that is a uniform disc of radius sqrt(2 variance) about its mean position, per radiant
-/// intensity towards the receiver.
-///
-/// The vector irradiance of a uniform disc of Lambertian emission has a closed form: for a disc of radius a in a plane,
-/// a receiver at the height h over that plane and at the place -T of it, with X = T^2 + h^2 + a^2, Y = T^2 + h^2 - a^2
-/// and Q = sqrt(Y^2 + 4 a^2 h^2), it goes with T/(X + Q) - n h (Q - Y)/(4 a^2 h^2), here times 2 d/Q, so that it is the
-/// inverse square of the distance far away. Derived here; oracle/src/shade/disc.rs compares it with quadrature. Where
-/// normals differ the disc is as thick as the variance along its normal, v/2 (1 - r^2), which is added to h^2. What is
-/// cut off at the receiver's horizon is the parabola of sglow_positive_part with the extent that the disc has along the
-/// receiver's normal.
-///
-/// offset: from the shading point to the light's mean position, up to 1e18; variance: 1e-12 to 1e30; axis: the unit
-/// mean normal; mean_length: r, 0 to 1; normal: the receiver's, unit. Result: at least 0.
-fn sglow_disc_irradiance(
-    offset: vec3<f32>,
-    variance: f32,
-    axis: vec3<f32>,
-    mean_length: f32,
-    normal: vec3<f32>,
-) -> f32 {
-    let squared_distance = dot(offset, offset);
-    let radius = 2.0 * variance;
-    // In units of the distance and the radius together, since fourth powers of lengths leave the range of f32.
-    let unit = inverseSqrt(squared_distance + radius);
-    let scaled = offset * unit;
-    // A share, at most 1. The minimum keeps compilers from taking its factors apart: by themselves they overflow in
-    // products with others, and infinity times a width of 0 is no number.
-    let a = min(radius * unit * unit, 1.0);
-    let height = -dot(scaled, axis);
-    let place = scaled + height * axis;
-    let spread = sglow_extent_across(mean_length);
-    // Above 0 even in the disc's plane, where the closed form is 0/0: 1 - r^2 is at least 2^-19.
-    let h = height * height + 0.25 * a * (spread * spread);
-    let t = dot(place, place);
-    let x = t + h + a;
-    let y = t + h - a;
-    let q = sqrt(y * y + 4.0 * a * h);
-    // (Q - Y)/(4 a^2 h^2) in the form that does not cancel. Where Y is negative, a is above one half.
-    var along = 1.0 / (q + abs(y));
-    if y < 0.0 {
-        along = (q - y) / (4.0 * a * h);
-    }
-    // A receiver behind the disc's plane is lit by its rim alone: with a signed height a sphere would light itself.
-    let vector = place / (x + q) - axis * (max(height, 0.0) * along);
-    let distance = sqrt(dot(scaled, scaled));
-    let flow = vector * (2.0 * distance / q);
-    let tilt = mean_length * dot(axis, normal);
-    let wide = a * max((1.0 - tilt) * (1.0 + tilt), 0.0);
-    let extent = length(flow) * sqrt(wide / max(distance * distance + wide, 1e-30));
-    return unit * unit * sglow_positive_part(dot(flow, normal), extent);
-}
-
-/// The positive part of a number that is known but for an extent: 0 up to -extent, the number itself from extent on,
-/// and between them a parabola that meets both with their slopes.
-///
-/// extent: at least 0.
-fn sglow_positive_part(value: f32, extent: f32) -> f32 {
-    let sum = max(value + extent, 0.0);
-    // Beyond the extent the parabola would be above the line. Its quotient is at most 2; the square of a small sum
-    // would underflow.
-    return select(0.25 * sum * (sum / max(extent, 1e-30)), value, value >= extent);
-}
-
-/// The extent of directions of a mean length across their mean, sqrt(1 - r^2).
-///
-/// mean_length: r, 0 to 1. Result: 2^-9.5 to 1.
-fn sglow_extent_across(mean_length: f32) -> f32 {
-    // From its factors, which keeps the digits that r has; at least that of the greatest mean length of lights, 2^-19.
-    return sqrt(max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6));
-}
-
-/// The integral of a lobe times a clamped cosine, in the form that the axis diffuse names; cosine: that of the lobe's
-/// axis with the cosine's. How large its error is stands at the function that it calls.
-fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
-    return sglow_sg_cosine_fitted(cosine, sharpness);
-}
-
-/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine.
-/// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
-fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
-    let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
-    return incoming.radiance * (SGLOW_INV_PI * integral);
-}
-
-// Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
-// I(l, z) = int exp(l (w . axis - 1)) max(w . normal, 0) dw with z = axis . normal, the cheapest first. Errors are over
-// the integral's largest value, A_u(l) = I(l, 1), at their largest over sharpness 1e-3 to 1e6 and all angles
-// (oracle/examples/fit_cosine.rs prints them). In all of them:
-//
-// cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
-// Contract: a cosine is moved into its range, a sharpness above 4e37 is taken as 4e37; NaN gives any number or NaN.
-
-/// The integral of a lobe times a clamped cosine from its exact odd part and a fit to what a lobe gives on a surface
-/// that faces away from it.
-///
-/// The odd part of I is exactly (A_u - A_b) z/2, so that I(z) = (A_u - A_b) max(z, 0) + J with J = I(-|z|). Over the
-/// line instead of the sphere J would be exp(-x^2) h(x)/t with x = t |z| and h(x) = 1/sqrt(pi) - x exp(x^2) erfc(x). On
-/// the sphere t grows with |z|, for the exponent goes with the chord: t^2 = t_0^2 (1 + w (1 - r)/(1 + r)), r = sqrt(1 -
-/// p z^2), where p and w go to 1 for a sharp lobe. J at the horizon, 2 pi exp(-l) I_1(l)/l with the modified Bessel
-/// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
-/// falls with |z|.
-///
-/// z, l: in range; y: 1/(1 + l); horizon_squared: the square of J(0) (1 + l)/pi; flattening: p; weight: w.
-fn sglow_sg_cosine_dark_side(
-    z: f32,
-    l: f32,
-    y: f32,
-    horizon_squared: f32,
-    flattening: f32,
-    weight: f32,
-) -> f32 {
-    let odd = sglow_sg_cosine_odd_part(l, y);
-    let horizon = sqrt(horizon_squared);
-    let bent = flattening * z * z;
-    let root = 1.0 + sqrt(max(1.0 - bent, 0.0));
-    // (1 - r)/(1 + r) = p z^2/(1 + r)^2, without the difference.
-    let stretch = sqrt(1.0 + weight * bent / (root * root));
-    // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
-    let x = min(SGLOW_INV_SQRT_PI * (odd / horizon) * stretch * abs(z), 12.0);
-    let dark = SGLOW_HALF_SQRT_PI * horizon * (exp(-x * x) * sglow_erfc_integral_scaled_over(x, stretch));
-    return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
-}
-
-/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
-fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
-    let z = clamp(cosine, -1.0, 1.0);
-    let l = clamp(sharpness, 0.0, 4e37);
-    let y = 1.0 / (1.0 + l);
-    // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
-    let u = min(l * y, 1.0);
-    // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
-    // oracle/examples/fit_cosine.rs: 5.8e-5. Nine numbers are free: the limits of horizon for small and large sharpness
-    // are kept.
-    let top = 1.0 + y * (-1.6641017 + y * 4.4256024);
-    let bottom = SGLOW_HALF_PI + y * (-6.071711 + y * (15.022563 + y * (-16.302683 + y * (11.848223 - y * 2.3056865))));
-    let flattening = 1.0 + y * (-2.4294474 + y * 8.802209);
-    let inverse = 1.0 / (bottom * flattening);
-    return sglow_sg_cosine_dark_side(
-        z, l, y, y * top * flattening * inverse, u * u * bottom * inverse, 0.9423444);
-}
-
-/// The odd part of the integral of a spherical Gaussian times a clamped cosine z, which is exactly (A_u - A_b) z/2:
-/// here (A_u - A_b) (1 + l)/(2 pi), a number without range.
-///
-/// sharpness: 0 to 4e37; y: 1/(1 + sharpness). Result: 0 at sharpness 0, rises to 1 when sharp.
-fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
-    let near = sharpness < 1.0;
-    let decay = exp(select(-2.0, -1.0, near) * sharpness);
-    if near {
-        // 2 exp(-l) (cosh l - sinh(l)/l)/l, whose Taylor series has positive terms only, 2 k l^(2 k - 1)/(2 k + 1)!;
-        // the closed form cancels here. Relative error below 1e-8.
-        let square = sharpness * sharpness;
-        return 2.0 * decay * sharpness * (1.0 + sharpness) * (0.33333334 + square * (0.033333335
-            + square * (0.0011904762 + square * (0.000022045855 + square * 2.5052108e-7))));
-    }
-    // [(l - 1) + (l + 1) exp(-2 l)] (l + 1)/l^2 in numbers between 0 and 1.
-    let u = 1.0 - y;
-    return ((u - y) + decay) / (u * u);
-}
-
-/// The complementary error function without its decay, exp(x^2) erfc(x): falls from 1 to 1/(sqrt(pi) x).
-///
-/// x: 0 to 1e6. Result: 0 to 1, relative error 1e-7 before rounding.
-/// Contract: arguments outside of the range, infinite ones included, are moved to its ends; NaN gives any number or
-/// NaN.
-fn sglow_erfc_scaled(x: f32) -> f32 {
-    // The fifth power of a larger argument would leave the range of f32.
-    let t = clamp(x, 0.0, 1e6);
-    // Least relative error over x >= 0, by oracle/examples/fit_erf.rs: 1.0e-7. All coefficients are positive, so that
-    // nothing cancels in whatever order it is summed.
-    let top = 1.0 + t * (1.3421365 + t * (0.84514093 + t * (0.28525212 + t * 0.045267593)));
-    let bottom = 1.0 + t * (2.4705193 + t * (2.6327717 + t * (1.5380335 + t * (0.50559735 + t * 0.08023472))));
-    return top / bottom;
-}
-
-/// The integral of erfc from x to infinity without its decay, over a divisor that shares the division:
-/// (1/sqrt(pi) - x exp(x^2) erfc(x))/divisor.
-///
-/// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
-/// error 9e-8 before rounding.
-/// Contract: an x outside of the range, an infinite one included, is moved to its ends; NaN gives any number or NaN.
-fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
-    let t = clamp(x, 0.0, 1e5);
-    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
-    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
-    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
-    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
-        + t * 0.050800994)))));
-    return top / (bottom * divisor);
-}
-
-/// The error function.
-///
-/// Result: -1 to 1, of the sign of x.
-/// Contract: infinite arguments give -1 and 1; NaN gives any number or NaN.
-fn sglow_erf(x: f32) -> f32 {
-    let magnitude = min(abs(x), 12.0);
-    if magnitude < 1.0 {
-        // Here 1 - erfc(x) would cancel. Least relative error of erf(x)/x over |x| < 1, by oracle/examples/fit_erf.rs:
-        // 5.4e-8.
-        let square = x * x;
-        return x * (1.1283791 + square * (-0.37612325 + square * (0.1128018 + square * (-0.026711311
-            + square * (0.004917552 - square * 0.00056314253)))));
-    }
-    let tail = exp(-magnitude * magnitude) * sglow_erfc_scaled(magnitude);
-    return select(1.0 - tail, tail - 1.0, x < 0.0);
-}
-
-/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
-struct SglowIncoming {
-    axis: vec3<f32>,
-    sharpness: f32,
-    radiance: vec3<f32>,
-}
-
-/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
-/// its mean position.
-/// [Tokuyoshi 2016, Eq. (11)]
-struct SglowExtent {
-    /// Unit; zero for a light at the shading point itself, which has no direction.
-    towards: vec3<f32>,
-    /// The squared distance over the variance.
-    sharpness: f32,
-}
-
-/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
-/// to 1e30.
-fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
-    let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
-    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
-}
-
-/// The light's positions seen from the shading point, times its radiant intensity towards that point.
-/// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
-///
-/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe.
-fn sglow_incoming(
-    offset: vec3<f32>,
-    variance: f32,
-    axis: vec3<f32>,
-    sharpness: f32,
-    coefficient: vec3<f32>,
-) -> SglowIncoming {
-    let extent = sglow_extent(offset, variance);
-    // A light at the shading point itself has no direction; its lobe of sharpness 0 needs none.
-    let product = sglow_sg_product(-axis, sharpness, extent.towards, extent.sharpness);
-    let radiance = coefficient * (exp(product.log_amplitude) / (SGLOW_TWO_PI * variance));
-    return SglowIncoming(product.axis, product.sharpness, radiance);
-}
-
-/// A spherical Gaussian with its amplitude as a logarithm, so that far lobes underflow instead of overflowing.
-struct SglowLobe {
-    axis: vec3<f32>,
-    sharpness: f32,
-    log_amplitude: f32,
-}
-
-/// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
-/// [Tokuyoshi 2016, Eq. (12)]
-///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
-/// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
-/// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; NaN gives any number or NaN.
-fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
-    // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
-    let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
-    let unit = bitcast<f32>(bits);
-    let per_unit = bitcast<f32>(0x7f000000u - bits);
-    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
-    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
-    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
-    let mean = share_a * axis_a + share_b * axis_b;
-    let norm = length(mean);
-    // Lobes that cancel to the last digit have no direction left.
-    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
-    // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
-    let chord = axis_a - axis_b;
-    // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
-    let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
-    return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
 }

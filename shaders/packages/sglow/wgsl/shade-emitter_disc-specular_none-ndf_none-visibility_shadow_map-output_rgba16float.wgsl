@@ -108,156 +108,51 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_position_texture)) {
         return;
     }
-    let surface = sglow_surface(
-        textureLoad(sglow_position_texture, id.xy, 0),
-        textureLoad(sglow_normal_texture, id.xy, 0),
-        textureLoad(sglow_base_color_texture, id.xy, 0),
-    );
-    var diffuse = vec3<f32>(0.0);
+    let surface = sglow_seen(id.xy);
+    var reflected: SglowReflected;
     if surface.present {
+        let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgls[i];
-            if !sglow_visible(sglow_light_maps, sglow_light_atlas, i, vsgl, surface.position, surface.normal) {
+            let vsgl = sglow_vsgl(i);
+            if !sglow_reaches(i, vsgl, point.position, point.normal) {
                 continue;
             }
-            let offset = vsgl.position - surface.position;
-            let from_diffuse = sglow_emitted(offset, vsgl);
-            diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, surface.normal);
-            let from_specular = sglow_incoming(
-                offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
-            diffuse += sglow_diffuse(from_specular, surface.normal);
+            sglow_reflect(&reflected, vsgl, point);
         }
-        diffuse *= surface.diffuse;
+        reflected.diffuse *= surface.diffuse;
     }
-    textureStore(sglow_diffuse_output, id.xy, sglow_half(vec4<f32>(diffuse, 1.0)));
+    sglow_write(id.xy, reflected);
 }
 
-/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
-struct SglowSurface {
-    present: bool,
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    /// Diffuse reflectance, 0 to 1.
-    diffuse: vec3<f32>,
-    /// Reflectance at normal incidence, 0 to 1.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
-}
-
-/// Unpacks the three surface textures.
-///
-/// position.w: specular reflectance of the dielectric, negative without a surface;
-/// normal.w: roughness alpha; base_color.w: metallic.
-fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
-    var surface: SglowSurface;
-    surface.present = position.w >= 0.0;
-    surface.position = position.xyz;
-    // Half floats keep a normal to one part in a thousand, so its length is mended here.
-    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
-    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
-    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
-    surface.alpha = clamp(normal.w, 0.01, 1.0);
-    return surface;
-}
-
-/// Whether a light reaches a receiver.
-/// [Ritschel 2008, Section 3.4]
-///
-/// position: of the receiver, in world space; normal: unit, on the side that is lit.
-///
-/// Contract: behind the light's plane nothing is lit. A plane on both of whose sides there is nothing else does not
-/// shadow itself, where its map was rasterised and `bias` is at least sqrt(2) h/(1 - sqrt(6) h), h half a texel over
-/// half a tile: a receiver lifted by b off a plane and a texel's centre, whose rays are s' and s of |x| + |y| + |z| =
-/// 1, are in order if b is at least |s' - s| times the receiver's distance, and |s' - s| is at most sqrt(2) h.
-fn sglow_visible(
-    maps: SglowLightMaps,
-    atlas: SglowLightAtlas,
-    light: u32,
-    vsgl: SglowVsgl,
-    position: vec3<f32>,
-    normal: vec3<f32>,
-) -> bool {
-    let view = sglow_light_view(vsgl, maps.near_scale, maps.least_near);
-    let offset = sglow_in_basis(view.basis, position - view.position);
-    let lift = maps.bias * sglow_map_distance(offset);
-    let lifted = offset + lift * sglow_in_basis(view.basis, normal);
-    if !(lifted.z > 0.0) {
-        return false;
-    }
-    let distance = sglow_map_distance(lifted);
-    let tile = maps.tile;
-    let place = sglow_map_place(lifted, distance, tile);
-    let texel = min(vec2<u32>(max(place, vec2<f32>(0.0))), vec2<u32>(tile - 1u));
-    let corner = sglow_map_corner(light, maps.columns, tile);
-    let nearest = textureLoad(atlas, corner + texel, 0);
-    return nearest * distance <= view.near;
-}
-
-/// Where a light's map is seen from.
-struct SglowLightView {
-    position: vec3<f32>,
-    /// What is nearer than this, along |x| + |y| + |z|, casts no shadow.
-    near: f32,
-    /// Its z is the axis of the map.
-    basis: SglowBasis,
-}
-
-/// The view of a light's map: about the axis of its diffuse emission. A light without any, of metal alone, has no such
-/// axis; its map is about the axis of its specular lobe.
-fn sglow_light_view(vsgl: SglowVsgl, near_scale: f32, least_near: f32) -> SglowLightView {
-    let near = max(near_scale * sqrt(vsgl.variance), least_near);
-    let metal = all(vsgl.diffuse_coefficient <= vec3<f32>(0.0));
-    let axis = select(vsgl.diffuse_axis, vsgl.specular_axis, metal);
-    return SglowLightView(vsgl.position, near, sglow_basis(axis));
-}
-
-/// The distance along |x| + |y| + |z|: linear within each octant, so that each octant is a perspective image.
-fn sglow_map_distance(offset: vec3<f32>) -> f32 {
-    let magnitude = abs(offset);
-    return magnitude.x + magnitude.y + magnitude.z;
-}
-
-/// Where a direction of the upper hemisphere lies in a tile, in texels.
-/// [Cigolle 2014, Section 3.2, hemi-oct]
-///
-/// offset: in the light's basis, z above 0, of any length; distance: its |x| + |y| + |z|.
-fn sglow_map_place(offset: vec3<f32>, distance: f32, tile: u32) -> vec2<f32> {
-    let point = offset.xy / distance;
-    return (0.5 * vec2<f32>(point.x + point.y, point.x - point.y) + 0.5) * f32(tile);
-}
-
-/// The first texel of a light's tile in the atlas.
-fn sglow_map_corner(light: u32, columns: u32, tile: u32) -> vec2<u32> {
-    return tile * vec2<u32>(light % columns, light / columns);
-}
-
-/// Three unit vectors at right angles, right-handed.
-struct SglowBasis {
-    x: vec3<f32>,
-    y: vec3<f32>,
-    z: vec3<f32>,
-}
-
-/// A basis about a unit vector, without branches.
-/// [Duff 2017, Listing 3]
-///
-/// The sign changes at z = -0.5 and not at 0, where the axes of upright walls lie: rounding may decide there, and every
-/// pass must decide alike.
-fn sglow_basis(axis: vec3<f32>) -> SglowBasis {
-    let side = select(-1.0, 1.0, axis.z > -0.5);
-    let a = -1.0 / (side + axis.z);
-    let b = axis.x * axis.y * a;
-    return SglowBasis(
-        vec3<f32>(1.0 + side * axis.x * axis.x * a, side * b, -side * axis.x),
-        vec3<f32>(b, side + axis.y * axis.y * a, -axis.y),
-        axis,
+/// What the camera sees at a pixel.
+fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
+    return sglow_surface(
+        textureLoad(sglow_position_texture, pixel, 0),
+        textureLoad(sglow_normal_texture, pixel, 0),
+        textureLoad(sglow_base_color_texture, pixel, 0),
     );
 }
 
-/// The coordinates of a vector in a basis.
-fn sglow_in_basis(basis: SglowBasis, vector: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(dot(basis.x, vector), dot(basis.y, vector), dot(basis.z, vector));
+/// Writes what a pixel reflects.
+fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
+    textureStore(sglow_diffuse_output, pixel, sglow_half(vec4<f32>(reflected.diffuse, 1.0)));
+}
+
+/// What a surface reflects of all lights.
+struct SglowReflected {
+    /// Radiance per unit of diffuse reflectance.
+    diffuse: vec3<f32>,
+}
+
+/// Adds what a surface reflects of both lobes of a virtual light.
+/// [Tokuyoshi 2016, Appendix C]
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+    let offset = vsgl.position - point.position;
+    let from_diffuse = sglow_emitted(offset, vsgl);
+    (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
+    let from_specular = sglow_incoming(
+        offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
+    (*reflected).diffuse += sglow_diffuse(from_specular, point.normal);
 }
 
 /// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
@@ -540,6 +435,159 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
     // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
     let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
     return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
+}
+
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    return point;
+}
+
+/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
+struct SglowSurface {
+    present: bool,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    /// Diffuse reflectance, 0 to 1.
+    diffuse: vec3<f32>,
+    /// Reflectance at normal incidence, 0 to 1.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// Unpacks the three surface textures.
+///
+/// position.w: specular reflectance of the dielectric, negative without a surface;
+/// normal.w: roughness alpha; base_color.w: metallic.
+fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
+    var surface: SglowSurface;
+    surface.present = position.w >= 0.0;
+    surface.position = position.xyz;
+    // Half floats keep a normal to one part in a thousand, so its length is mended here.
+    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
+    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
+    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
+    surface.alpha = clamp(normal.w, 0.01, 1.0);
+    return surface;
+}
+
+/// A virtual light.
+fn sglow_vsgl(light: u32) -> SglowVsgl {
+    return sglow_vsgls[light];
+}
+
+/// Whether a light reaches a surface.
+fn sglow_reaches(light: u32, vsgl: SglowVsgl, position: vec3<f32>, normal: vec3<f32>) -> bool {
+    return sglow_visible(sglow_light_maps, sglow_light_atlas, light, vsgl, position, normal);
+}
+
+/// Whether a light reaches a receiver.
+/// [Ritschel 2008, Section 3.4]
+///
+/// position: of the receiver, in world space; normal: unit, on the side that is lit.
+///
+/// Contract: behind the light's plane nothing is lit. A plane on both of whose sides there is nothing else does not
+/// shadow itself, where its map was rasterised and `bias` is at least sqrt(2) h/(1 - sqrt(6) h), h half a texel over
+/// half a tile: a receiver lifted by b off a plane and a texel's centre, whose rays are s' and s of |x| + |y| + |z| =
+/// 1, are in order if b is at least |s' - s| times the receiver's distance, and |s' - s| is at most sqrt(2) h.
+fn sglow_visible(
+    maps: SglowLightMaps,
+    atlas: SglowLightAtlas,
+    light: u32,
+    vsgl: SglowVsgl,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+) -> bool {
+    let view = sglow_light_view(vsgl, maps.near_scale, maps.least_near);
+    let offset = sglow_in_basis(view.basis, position - view.position);
+    let lift = maps.bias * sglow_map_distance(offset);
+    let lifted = offset + lift * sglow_in_basis(view.basis, normal);
+    if !(lifted.z > 0.0) {
+        return false;
+    }
+    let distance = sglow_map_distance(lifted);
+    let tile = maps.tile;
+    let place = sglow_map_place(lifted, distance, tile);
+    let texel = min(vec2<u32>(max(place, vec2<f32>(0.0))), vec2<u32>(tile - 1u));
+    let corner = sglow_map_corner(light, maps.columns, tile);
+    let nearest = textureLoad(atlas, corner + texel, 0);
+    return nearest * distance <= view.near;
+}
+
+/// Where a light's map is seen from.
+struct SglowLightView {
+    position: vec3<f32>,
+    /// What is nearer than this, along |x| + |y| + |z|, casts no shadow.
+    near: f32,
+    /// Its z is the axis of the map.
+    basis: SglowBasis,
+}
+
+/// The view of a light's map: about the axis of its diffuse emission. A light without any, of metal alone, has no such
+/// axis; its map is about the axis of its specular lobe.
+fn sglow_light_view(vsgl: SglowVsgl, near_scale: f32, least_near: f32) -> SglowLightView {
+    let near = max(near_scale * sqrt(vsgl.variance), least_near);
+    let metal = all(vsgl.diffuse_coefficient <= vec3<f32>(0.0));
+    let axis = select(vsgl.diffuse_axis, vsgl.specular_axis, metal);
+    return SglowLightView(vsgl.position, near, sglow_basis(axis));
+}
+
+/// The distance along |x| + |y| + |z|: linear within each octant, so that each octant is a perspective image.
+fn sglow_map_distance(offset: vec3<f32>) -> f32 {
+    let magnitude = abs(offset);
+    return magnitude.x + magnitude.y + magnitude.z;
+}
+
+/// Where a direction of the upper hemisphere lies in a tile, in texels.
+/// [Cigolle 2014, Section 3.2, hemi-oct]
+///
+/// offset: in the light's basis, z above 0, of any length; distance: its |x| + |y| + |z|.
+fn sglow_map_place(offset: vec3<f32>, distance: f32, tile: u32) -> vec2<f32> {
+    let point = offset.xy / distance;
+    return (0.5 * vec2<f32>(point.x + point.y, point.x - point.y) + 0.5) * f32(tile);
+}
+
+/// The first texel of a light's tile in the atlas.
+fn sglow_map_corner(light: u32, columns: u32, tile: u32) -> vec2<u32> {
+    return tile * vec2<u32>(light % columns, light / columns);
+}
+
+/// Three unit vectors at right angles, right-handed.
+struct SglowBasis {
+    x: vec3<f32>,
+    y: vec3<f32>,
+    z: vec3<f32>,
+}
+
+/// A basis about a unit vector, without branches.
+/// [Duff 2017, Listing 3]
+///
+/// The sign changes at z = -0.5 and not at 0, where the axes of upright walls lie: rounding may decide there, and every
+/// pass must decide alike.
+fn sglow_basis(axis: vec3<f32>) -> SglowBasis {
+    let side = select(-1.0, 1.0, axis.z > -0.5);
+    let a = -1.0 / (side + axis.z);
+    let b = axis.x * axis.y * a;
+    return SglowBasis(
+        vec3<f32>(1.0 + side * axis.x * axis.x * a, side * b, -side * axis.x),
+        vec3<f32>(b, side + axis.y * axis.y * a, -axis.y),
+        axis,
+    );
+}
+
+/// The coordinates of a vector in a basis.
+fn sglow_in_basis(basis: SglowBasis, vector: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(dot(basis.x, vector), dot(basis.y, vector), dot(basis.z, vector));
 }
 
 /// The nearest numbers that halves hold, ties to even, and the largest half beyond it.

@@ -66,35 +66,99 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_position_texture)) {
         return;
     }
-    let surface = sglow_surface(
-        textureLoad(sglow_position_texture, id.xy, 0),
-        textureLoad(sglow_normal_texture, id.xy, 0),
-        textureLoad(sglow_base_color_texture, id.xy, 0),
-    );
-    var diffuse = vec3<f32>(0.0);
-    var specular = vec3<f32>(0.0);
+    let surface = sglow_seen(id.xy);
+    var reflected: SglowReflected;
     if surface.present {
-        let receiver = SglowReceiver(
-            surface.normal,
-            normalize(sglow_shade_parameters.eye - surface.position),
-            surface.f0,
-            surface.alpha,
-        );
+        let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgls[i];
-            let offset = vsgl.position - surface.position;
-            let from_diffuse = sglow_emitted(offset, vsgl);
-            diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, surface.normal);
-            specular += sglow_specular(from_diffuse, receiver);
-            let from_specular = sglow_incoming(
-                offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
-            diffuse += sglow_diffuse(from_specular, surface.normal);
-            specular += sglow_specular(from_specular, receiver);
+            let vsgl = sglow_vsgl(i);
+            sglow_reflect(&reflected, vsgl, point);
         }
-        diffuse *= surface.diffuse;
+        reflected.diffuse *= surface.diffuse;
     }
-    textureStore(sglow_diffuse_output, id.xy, vec4<f32>(diffuse, 1.0));
-    textureStore(sglow_specular_output, id.xy, vec4<f32>(specular, 1.0));
+    sglow_write(id.xy, reflected);
+}
+
+/// What the camera sees at a pixel.
+fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
+    return sglow_surface(
+        textureLoad(sglow_position_texture, pixel, 0),
+        textureLoad(sglow_normal_texture, pixel, 0),
+        textureLoad(sglow_base_color_texture, pixel, 0),
+    );
+}
+
+/// Writes what a pixel reflects.
+fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
+    textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
+    textureStore(sglow_specular_output, pixel, vec4<f32>(reflected.specular, 1.0));
+}
+
+/// What a surface reflects of all lights.
+struct SglowReflected {
+    /// Radiance per unit of diffuse reflectance.
+    diffuse: vec3<f32>,
+    specular: vec3<f32>,
+}
+
+/// Adds what a surface reflects of both lobes of a virtual light.
+/// [Tokuyoshi 2016, Appendix C]
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+    let offset = vsgl.position - point.position;
+    let from_diffuse = sglow_emitted(offset, vsgl);
+    (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
+    (*reflected).specular += sglow_specular(from_diffuse, point.receiver);
+    let from_specular = sglow_incoming(
+        offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
+    (*reflected).diffuse += sglow_diffuse(from_specular, point.normal);
+    (*reflected).specular += sglow_specular(from_specular, point.receiver);
+}
+
+/// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
+/// radiant intensity towards that point, which is a spherical Gaussian.
+/// [Tokuyoshi 2016, Eq. (6), Eq. (12)]
+///
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0.
+fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
+    return sglow_incoming(
+        offset, vsgl.variance, vsgl.diffuse_axis, vsgl.diffuse_sharpness, vsgl.diffuse_coefficient);
+}
+
+/// Diffuse reflection of a light's diffuse emission per unit reflectance: the cosine at the shading point is convolved
+/// with what arrives.
+fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowVsgl, normal: vec3<f32>) -> vec3<f32> {
+    return sglow_diffuse(emitted, normal);
+}
+
+/// Diffuse reflection of incoming light per unit reflectance: the cosine is a spherical Gaussian of sharpness 2,
+/// and the product is integrated exactly.
+/// [Tokuyoshi 2016, Eq. (6); Tokuyoshi 2015 supplement, Section 3.2]
+fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
+    let product = sglow_sg_product(incoming.axis, incoming.sharpness, normal, 2.0);
+    // The integral of the cosine's lobe, A(2) = pi (1 - exp(-4)).
+    return incoming.radiance * (exp(product.log_amplitude) * sglow_sg_integral(product.sharpness) / 3.0840523);
+}
+
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+    receiver: SglowReceiver,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    point.receiver = SglowReceiver(
+        surface.normal,
+        normalize(sglow_shade_parameters.eye - surface.position),
+        surface.f0,
+        surface.alpha,
+    );
+    return point;
 }
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
@@ -196,52 +260,6 @@ fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
     return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
 }
 
-/// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
-struct SglowReflectionLobe {
-    /// Unit axis.
-    axis: vec3<f32>,
-    sharpness: f32,
-}
-
-/// The reflection lobe about the mirror direction: a lobe of sharpness 2 / alpha^2 over half vectors, warped to light
-/// directions at the mirror direction.
-/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
-///
-/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that.
-/// Result: sharpness 0.5 to 5e14.
-/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
-fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowReflectionLobe {
-    let cosine = dot(view, normal);
-    // The mirror direction has the cosine of the view. At grazing angles the warp's Jacobian has no bound.
-    let sharpness = 0.5 / max(alpha * alpha, 1e-12) / max(abs(cosine), 1e-3);
-    return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
-}
-
-/// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
-/// radiant intensity towards that point, which is a spherical Gaussian.
-/// [Tokuyoshi 2016, Eq. (6), Eq. (12)]
-///
-/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0.
-fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
-    return sglow_incoming(
-        offset, vsgl.variance, vsgl.diffuse_axis, vsgl.diffuse_sharpness, vsgl.diffuse_coefficient);
-}
-
-/// Diffuse reflection of a light's diffuse emission per unit reflectance: the cosine at the shading point is convolved
-/// with what arrives.
-fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowVsgl, normal: vec3<f32>) -> vec3<f32> {
-    return sglow_diffuse(emitted, normal);
-}
-
-/// Diffuse reflection of incoming light per unit reflectance: the cosine is a spherical Gaussian of sharpness 2,
-/// and the product is integrated exactly.
-/// [Tokuyoshi 2016, Eq. (6); Tokuyoshi 2015 supplement, Section 3.2]
-fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
-    let product = sglow_sg_product(incoming.axis, incoming.sharpness, normal, 2.0);
-    // The integral of the cosine's lobe, A(2) = pi (1 - exp(-4)).
-    return incoming.radiance * (exp(product.log_amplitude) * sglow_sg_integral(product.sharpness) / 3.0840523);
-}
-
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
@@ -286,6 +304,27 @@ fn sglow_incoming(
     let product = sglow_sg_product(-axis, sharpness, extent.towards, extent.sharpness);
     let radiance = coefficient * (exp(product.log_amplitude) / (SGLOW_TWO_PI * variance));
     return SglowIncoming(product.axis, product.sharpness, radiance);
+}
+
+/// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
+struct SglowReflectionLobe {
+    /// Unit axis.
+    axis: vec3<f32>,
+    sharpness: f32,
+}
+
+/// The reflection lobe about the mirror direction: a lobe of sharpness 2 / alpha^2 over half vectors, warped to light
+/// directions at the mirror direction.
+/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
+///
+/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that.
+/// Result: sharpness 0.5 to 5e14.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowReflectionLobe {
+    let cosine = dot(view, normal);
+    // The mirror direction has the cosine of the view. At grazing angles the warp's Jacobian has no bound.
+    let sharpness = 0.5 / max(alpha * alpha, 1e-12) / max(abs(cosine), 1e-3);
+    return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
 }
 
 /// A spherical Gaussian with its amplitude as a logarithm, so that far lobes underflow instead of overflowing.
@@ -349,4 +388,9 @@ fn sglow_expm1_over_x(x: f32) -> f32 {
     }
     // No language promises a quotient whose divisor is beyond 2^126.
     return (exp(x) - 1.0) / max(x, -8.5e37);
+}
+
+/// A virtual light.
+fn sglow_vsgl(light: u32) -> SglowVsgl {
+    return sglow_vsgls[light];
 }

@@ -102,301 +102,51 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_position_texture)) {
         return;
     }
-    let surface = sglow_surface(
-        textureLoad(sglow_position_texture, id.xy, 0),
-        textureLoad(sglow_normal_texture, id.xy, 0),
-        textureLoad(sglow_base_color_texture, id.xy, 0),
-    );
-    var diffuse = vec3<f32>(0.0);
-    var specular = vec3<f32>(0.0);
+    let surface = sglow_seen(id.xy);
+    var reflected: SglowReflected;
     if surface.present {
-        let receiver = SglowReceiver(
-            surface.normal,
-            normalize(sglow_shade_parameters.eye - surface.position),
-            surface.f0,
-            surface.alpha,
-        );
+        let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgls[i];
-            if !sglow_visible(sglow_light_maps, sglow_light_atlas, i, vsgl, surface.position, surface.normal) {
+            let vsgl = sglow_vsgl(i);
+            if !sglow_reaches(i, vsgl, point.position, point.normal) {
                 continue;
             }
-            let offset = vsgl.position - surface.position;
-            let from_diffuse = sglow_emitted(offset, vsgl);
-            diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, surface.normal);
-            specular += sglow_specular(from_diffuse, receiver);
+            sglow_reflect(&reflected, vsgl, point);
         }
-        diffuse *= surface.diffuse;
+        reflected.diffuse *= surface.diffuse;
     }
-    textureStore(sglow_diffuse_output, id.xy, vec4<f32>(diffuse, 1.0));
-    textureStore(sglow_specular_output, id.xy, vec4<f32>(specular, 1.0));
+    sglow_write(id.xy, reflected);
 }
 
-/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
-struct SglowSurface {
-    present: bool,
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    /// Diffuse reflectance, 0 to 1.
-    diffuse: vec3<f32>,
-    /// Reflectance at normal incidence, 0 to 1.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
-}
-
-/// Unpacks the three surface textures.
-///
-/// position.w: specular reflectance of the dielectric, negative without a surface;
-/// normal.w: roughness alpha; base_color.w: metallic.
-fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
-    var surface: SglowSurface;
-    surface.present = position.w >= 0.0;
-    surface.position = position.xyz;
-    // Half floats keep a normal to one part in a thousand, so its length is mended here.
-    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
-    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
-    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
-    surface.alpha = clamp(normal.w, 0.01, 1.0);
-    return surface;
-}
-
-/// What the specular lobe of a shading point needs besides the incoming light.
-struct SglowReceiver {
-    normal: vec3<f32>,
-    /// Unit direction towards the eye.
-    view: vec3<f32>,
-    /// Reflectance at normal incidence.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
-}
-
-/// The factors of the BRDF and the cosine that are not the distribution's shape, C of rho_s <omega . n> = C D.
-/// [Tokuyoshi 2016, Appendix A.1]
-fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<f32> {
-    let NoL = dot(direction, receiver.normal);
-    if NoL <= 0.0 {
-        return vec3<f32>(0.0);
-    }
-    let NoV = max(dot(receiver.view, receiver.normal), 1e-3);
-    let sum = direction + receiver.view;
-    // From the length of the sum: |direction + view| = 2 VoH.
-    let VoH = 0.5 * length(sum);
-    let visibility = sglow_V_SmithGGXCorrelated(NoL, NoV, receiver.alpha);
-    // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
-    let peak = SGLOW_INV_PI / (receiver.alpha * receiver.alpha);
-    return sglow_F_Schlick(VoH, receiver.f0) * (peak * visibility * NoL);
-}
-
-/// Specular reflection of incoming light: the distribution as an anisotropic spherical Gaussian, which keeps the
-/// stretch of highlights at grazing angles.
-/// [Tokuyoshi 2016, Appendix C.2; Xu 2013, Section 5]
-fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
-    let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
-    let integral = sglow_asg_convolution(lobe, incoming.axis, incoming.sharpness);
-    let direction = incoming.axis;
-    return incoming.radiance * sglow_specular_factor(receiver, direction) * integral;
-}
-
-/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
-/// [Heitz 2014, Eq. (99)]
-///
-/// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
-/// Contract: anything else gives anything, finite or not; no loop.
-fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
-    let a2 = alpha * alpha;
-    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
-    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
-    return 0.5 / (masking + shadowing);
-}
-
-/// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
-/// %.
-///
-/// f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1.
-fn sglow_f90(f0: vec3<f32>) -> f32 {
-    return min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0);
-}
-
-/// Schlick's approximation of Fresnel reflectance.
-/// [Schlick 1994, Eq. (15)]
-///
-/// VoH: half vector . view, 0 to 1; f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1; 0 at any angle where
-/// f0 is 0.
-/// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
-fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
-    let f90 = sglow_f90(f0);
-    let complement = clamp(1.0 - VoH, 0.0, 1.0);
-    let squared = complement * complement;
-    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
-}
-
-/// The reflection lobe of a rough surface about the mirror direction, stretched as highlights are at grazing angles:
-/// the distribution exp(-(1 / alpha^2) sin^2) of half vectors, warped by the reflection.
-/// [Xu 2013, Section 4.1; Tokuyoshi 2016, Appendix C.2]
-///
-/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that. The cosine of the view
-/// counts as at least 0.01.
-/// Result: x out of the plane of incidence, y in it.
-/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
-fn sglow_asg_reflection(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowAsg {
-    return sglow_asg_warped(view, normal, 0.25 / max(alpha * alpha, 1e-12));
-}
-
-/// The lobe about the mirror direction, from its bandwidth in the plane of incidence.
-fn sglow_asg_warped(view: vec3<f32>, normal: vec3<f32>, bandwidth: f32) -> SglowAsg {
-    let cosine = dot(view, normal);
-    let mirror = 2.0 * cosine * normal - view;
-    let axis_x = sglow_incidence_across(mirror, normal);
-    // Directions move twice as far as half vectors in the plane of incidence, 2 cos times as far across it.
-    let clamped = max(cosine, 1e-2);
-    return SglowAsg(axis_x, cross(mirror, axis_x), mirror, bandwidth / (clamped * clamped), bandwidth);
-}
-
-/// The unit vector out of the plane of incidence; where direction and normal are parallel, any across the direction.
-///
-/// direction, normal: unit vectors. Result: a unit vector across both.
-/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
-fn sglow_incidence_across(direction: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
-    let across = cross(normal, direction);
-    let squared_norm = dot(across, across);
-    if squared_norm < 1e-10 {
-        let helper = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(direction.x) > 0.5);
-        return normalize(cross(helper, direction));
-    }
-    return across * inverseSqrt(squared_norm);
-}
-
-/// The integral over the sphere of an anisotropic times a spherical Gaussian, both of amplitude one; an approximation
-/// for sharp lobes (2 % for bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
-/// [Xu 2013, Eq. (13)]
-///
-/// axis: a unit vector; sharpness: 0 to the greatest f32, all above 1e30 counts as that.
-/// Result: steradians, never increasing with the sharpness at the lobe's axis, at most 4e30.
-/// Contract: an infinite bandwidth or NaN gives anything, finite or not; no loop.
-fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 {
-    // The spherical Gaussian, seen as anisotropic, has the bandwidth of half its sharpness.
-    let nu = 0.5 * min(sharpness, 1e30);
-    let sum_x = max(asg.bandwidth_x + nu, 1e-30);
-    let sum_y = max(asg.bandwidth_y + nu, 1e-30);
-    let x = dot(axis, asg.axis_x);
-    let y = dot(axis, asg.axis_y);
-    // The quotients are at most 1; the minimum keeps a driver from multiplying what they divide first.
-    let shape = max(dot(axis, asg.axis_z), 0.0)
-        * exp(-(asg.bandwidth_x * min(nu / sum_x, 1.0)) * x * x - (asg.bandwidth_y * min(nu / sum_y, 1.0)) * y * y);
-    // Two square roots, for the product of the sums may overflow where each does not.
-    return SGLOW_PI * shape / (sqrt(sum_x) * sqrt(sum_y));
-}
-
-/// An anisotropic spherical Gaussian of amplitude one.
-/// [Xu 2013, Eq. (1)]
-struct SglowAsg {
-    /// Orthonormal axes: the lobe's is z, the bandwidths' are x and y.
-    axis_x: vec3<f32>,
-    axis_y: vec3<f32>,
-    axis_z: vec3<f32>,
-    /// At least 0; twice the bandwidth is the sharpness of a spherical Gaussian of the same width.
-    bandwidth_x: f32,
-    bandwidth_y: f32,
-}
-
-/// Whether a light reaches a receiver.
-/// [Ritschel 2008, Section 3.4]
-///
-/// position: of the receiver, in world space; normal: unit, on the side that is lit.
-///
-/// Contract: behind the light's plane nothing is lit. A plane on both of whose sides there is nothing else does not
-/// shadow itself, where its map was rasterised and `bias` is at least sqrt(2) h/(1 - sqrt(6) h), h half a texel over
-/// half a tile: a receiver lifted by b off a plane and a texel's centre, whose rays are s' and s of |x| + |y| + |z| =
-/// 1, are in order if b is at least |s' - s| times the receiver's distance, and |s' - s| is at most sqrt(2) h.
-fn sglow_visible(
-    maps: SglowLightMaps,
-    atlas: SglowLightAtlas,
-    light: u32,
-    vsgl: SglowVsgl,
-    position: vec3<f32>,
-    normal: vec3<f32>,
-) -> bool {
-    let view = sglow_light_view(vsgl, maps.near_scale, maps.least_near);
-    let offset = sglow_in_basis(view.basis, position - view.position);
-    let lift = maps.bias * sglow_map_distance(offset);
-    let lifted = offset + lift * sglow_in_basis(view.basis, normal);
-    if !(lifted.z > 0.0) {
-        return false;
-    }
-    let distance = sglow_map_distance(lifted);
-    let tile = maps.tile;
-    let place = sglow_map_place(lifted, distance, tile);
-    let texel = min(vec2<u32>(max(place, vec2<f32>(0.0))), vec2<u32>(tile - 1u));
-    let corner = sglow_map_corner(light, maps.columns, tile);
-    let nearest = textureLoad(atlas, corner + texel, 0);
-    return nearest * distance <= view.near;
-}
-
-/// Where a light's map is seen from.
-struct SglowLightView {
-    position: vec3<f32>,
-    /// What is nearer than this, along |x| + |y| + |z|, casts no shadow.
-    near: f32,
-    /// Its z is the axis of the map.
-    basis: SglowBasis,
-}
-
-/// The view of a light's map: about the axis of its diffuse emission. A light without any, of metal alone, has no such
-/// axis; its map is about the axis of its specular lobe.
-fn sglow_light_view(vsgl: SglowVsgl, near_scale: f32, least_near: f32) -> SglowLightView {
-    let near = max(near_scale * sqrt(vsgl.variance), least_near);
-    let axis = vsgl.diffuse_axis;
-    return SglowLightView(vsgl.position, near, sglow_basis(axis));
-}
-
-/// The distance along |x| + |y| + |z|: linear within each octant, so that each octant is a perspective image.
-fn sglow_map_distance(offset: vec3<f32>) -> f32 {
-    let magnitude = abs(offset);
-    return magnitude.x + magnitude.y + magnitude.z;
-}
-
-/// Where a direction of the upper hemisphere lies in a tile, in texels.
-/// [Cigolle 2014, Section 3.2, hemi-oct]
-///
-/// offset: in the light's basis, z above 0, of any length; distance: its |x| + |y| + |z|.
-fn sglow_map_place(offset: vec3<f32>, distance: f32, tile: u32) -> vec2<f32> {
-    let point = offset.xy / distance;
-    return (0.5 * vec2<f32>(point.x + point.y, point.x - point.y) + 0.5) * f32(tile);
-}
-
-/// The first texel of a light's tile in the atlas.
-fn sglow_map_corner(light: u32, columns: u32, tile: u32) -> vec2<u32> {
-    return tile * vec2<u32>(light % columns, light / columns);
-}
-
-/// Three unit vectors at right angles, right-handed.
-struct SglowBasis {
-    x: vec3<f32>,
-    y: vec3<f32>,
-    z: vec3<f32>,
-}
-
-/// A basis about a unit vector, without branches.
-/// [Duff 2017, Listing 3]
-///
-/// The sign changes at z = -0.5 and not at 0, where the axes of upright walls lie: rounding may decide there, and every
-/// pass must decide alike.
-fn sglow_basis(axis: vec3<f32>) -> SglowBasis {
-    let side = select(-1.0, 1.0, axis.z > -0.5);
-    let a = -1.0 / (side + axis.z);
-    let b = axis.x * axis.y * a;
-    return SglowBasis(
-        vec3<f32>(1.0 + side * axis.x * axis.x * a, side * b, -side * axis.x),
-        vec3<f32>(b, side + axis.y * axis.y * a, -axis.y),
-        axis,
+/// What the camera sees at a pixel.
+fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
+    return sglow_surface(
+        textureLoad(sglow_position_texture, pixel, 0),
+        textureLoad(sglow_normal_texture, pixel, 0),
+        textureLoad(sglow_base_color_texture, pixel, 0),
     );
 }
 
-/// The coordinates of a vector in a basis.
-fn sglow_in_basis(basis: SglowBasis, vector: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(dot(basis.x, vector), dot(basis.y, vector), dot(basis.z, vector));
+/// Writes what a pixel reflects.
+fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
+    textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
+    textureStore(sglow_specular_output, pixel, vec4<f32>(reflected.specular, 1.0));
+}
+
+/// What a surface reflects of all lights.
+struct SglowReflected {
+    /// Radiance per unit of diffuse reflectance.
+    diffuse: vec3<f32>,
+    specular: vec3<f32>,
+}
+
+/// Adds what a surface reflects of both lobes of a virtual light.
+/// [Tokuyoshi 2016, Appendix C]
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+    let offset = vsgl.position - point.position;
+    let from_diffuse = sglow_emitted(offset, vsgl);
+    (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
+    (*reflected).specular += sglow_specular(from_diffuse, point.receiver);
 }
 
 /// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
@@ -520,6 +270,128 @@ fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
     return top / (bottom * divisor);
 }
 
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+    receiver: SglowReceiver,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    point.receiver = SglowReceiver(
+        surface.normal,
+        normalize(sglow_shade_parameters.eye - surface.position),
+        surface.f0,
+        surface.alpha,
+    );
+    return point;
+}
+
+/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
+struct SglowSurface {
+    present: bool,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    /// Diffuse reflectance, 0 to 1.
+    diffuse: vec3<f32>,
+    /// Reflectance at normal incidence, 0 to 1.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// Unpacks the three surface textures.
+///
+/// position.w: specular reflectance of the dielectric, negative without a surface;
+/// normal.w: roughness alpha; base_color.w: metallic.
+fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
+    var surface: SglowSurface;
+    surface.present = position.w >= 0.0;
+    surface.position = position.xyz;
+    // Half floats keep a normal to one part in a thousand, so its length is mended here.
+    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
+    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
+    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
+    surface.alpha = clamp(normal.w, 0.01, 1.0);
+    return surface;
+}
+
+/// What the specular lobe of a shading point needs besides the incoming light.
+struct SglowReceiver {
+    normal: vec3<f32>,
+    /// Unit direction towards the eye.
+    view: vec3<f32>,
+    /// Reflectance at normal incidence.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// The factors of the BRDF and the cosine that are not the distribution's shape, C of rho_s <omega . n> = C D.
+/// [Tokuyoshi 2016, Appendix A.1]
+fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<f32> {
+    let NoL = dot(direction, receiver.normal);
+    if NoL <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let NoV = max(dot(receiver.view, receiver.normal), 1e-3);
+    let sum = direction + receiver.view;
+    // From the length of the sum: |direction + view| = 2 VoH.
+    let VoH = 0.5 * length(sum);
+    let visibility = sglow_V_SmithGGXCorrelated(NoL, NoV, receiver.alpha);
+    // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
+    let peak = SGLOW_INV_PI / (receiver.alpha * receiver.alpha);
+    return sglow_F_Schlick(VoH, receiver.f0) * (peak * visibility * NoL);
+}
+
+/// Specular reflection of incoming light: the distribution as an anisotropic spherical Gaussian, which keeps the
+/// stretch of highlights at grazing angles.
+/// [Tokuyoshi 2016, Appendix C.2; Xu 2013, Section 5]
+fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
+    let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
+    let integral = sglow_asg_convolution(lobe, incoming.axis, incoming.sharpness);
+    let direction = incoming.axis;
+    return incoming.radiance * sglow_specular_factor(receiver, direction) * integral;
+}
+
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
+/// [Heitz 2014, Eq. (99)]
+///
+/// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
+    let a2 = alpha * alpha;
+    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
+    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
+    return 0.5 / (masking + shadowing);
+}
+
+/// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
+/// %.
+///
+/// f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1.
+fn sglow_f90(f0: vec3<f32>) -> f32 {
+    return min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0);
+}
+
+/// Schlick's approximation of Fresnel reflectance.
+/// [Schlick 1994, Eq. (15)]
+///
+/// VoH: half vector . view, 0 to 1; f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1; 0 at any angle where
+/// f0 is 0.
+/// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
+fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
+    let f90 = sglow_f90(f0);
+    let complement = clamp(1.0 - VoH, 0.0, 1.0);
+    let squared = complement * complement;
+    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+}
+
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
@@ -598,4 +470,181 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
     // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
     let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
     return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
+}
+
+/// The reflection lobe of a rough surface about the mirror direction, stretched as highlights are at grazing angles:
+/// the distribution exp(-(1 / alpha^2) sin^2) of half vectors, warped by the reflection.
+/// [Xu 2013, Section 4.1; Tokuyoshi 2016, Appendix C.2]
+///
+/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that. The cosine of the view
+/// counts as at least 0.01.
+/// Result: x out of the plane of incidence, y in it.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_asg_reflection(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowAsg {
+    return sglow_asg_warped(view, normal, 0.25 / max(alpha * alpha, 1e-12));
+}
+
+/// The lobe about the mirror direction, from its bandwidth in the plane of incidence.
+fn sglow_asg_warped(view: vec3<f32>, normal: vec3<f32>, bandwidth: f32) -> SglowAsg {
+    let cosine = dot(view, normal);
+    let mirror = 2.0 * cosine * normal - view;
+    let axis_x = sglow_incidence_across(mirror, normal);
+    // Directions move twice as far as half vectors in the plane of incidence, 2 cos times as far across it.
+    let clamped = max(cosine, 1e-2);
+    return SglowAsg(axis_x, cross(mirror, axis_x), mirror, bandwidth / (clamped * clamped), bandwidth);
+}
+
+/// The unit vector out of the plane of incidence; where direction and normal are parallel, any across the direction.
+///
+/// direction, normal: unit vectors. Result: a unit vector across both.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_incidence_across(direction: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let across = cross(normal, direction);
+    let squared_norm = dot(across, across);
+    if squared_norm < 1e-10 {
+        let helper = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(direction.x) > 0.5);
+        return normalize(cross(helper, direction));
+    }
+    return across * inverseSqrt(squared_norm);
+}
+
+/// The integral over the sphere of an anisotropic times a spherical Gaussian, both of amplitude one; an approximation
+/// for sharp lobes (2 % for bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
+/// [Xu 2013, Eq. (13)]
+///
+/// axis: a unit vector; sharpness: 0 to the greatest f32, all above 1e30 counts as that.
+/// Result: steradians, never increasing with the sharpness at the lobe's axis, at most 4e30.
+/// Contract: an infinite bandwidth or NaN gives anything, finite or not; no loop.
+fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 {
+    // The spherical Gaussian, seen as anisotropic, has the bandwidth of half its sharpness.
+    let nu = 0.5 * min(sharpness, 1e30);
+    let sum_x = max(asg.bandwidth_x + nu, 1e-30);
+    let sum_y = max(asg.bandwidth_y + nu, 1e-30);
+    let x = dot(axis, asg.axis_x);
+    let y = dot(axis, asg.axis_y);
+    // The quotients are at most 1; the minimum keeps a driver from multiplying what they divide first.
+    let shape = max(dot(axis, asg.axis_z), 0.0)
+        * exp(-(asg.bandwidth_x * min(nu / sum_x, 1.0)) * x * x - (asg.bandwidth_y * min(nu / sum_y, 1.0)) * y * y);
+    // Two square roots, for the product of the sums may overflow where each does not.
+    return SGLOW_PI * shape / (sqrt(sum_x) * sqrt(sum_y));
+}
+
+/// An anisotropic spherical Gaussian of amplitude one.
+/// [Xu 2013, Eq. (1)]
+struct SglowAsg {
+    /// Orthonormal axes: the lobe's is z, the bandwidths' are x and y.
+    axis_x: vec3<f32>,
+    axis_y: vec3<f32>,
+    axis_z: vec3<f32>,
+    /// At least 0; twice the bandwidth is the sharpness of a spherical Gaussian of the same width.
+    bandwidth_x: f32,
+    bandwidth_y: f32,
+}
+
+/// A virtual light.
+fn sglow_vsgl(light: u32) -> SglowVsgl {
+    return sglow_vsgls[light];
+}
+
+/// Whether a light reaches a surface.
+fn sglow_reaches(light: u32, vsgl: SglowVsgl, position: vec3<f32>, normal: vec3<f32>) -> bool {
+    return sglow_visible(sglow_light_maps, sglow_light_atlas, light, vsgl, position, normal);
+}
+
+/// Whether a light reaches a receiver.
+/// [Ritschel 2008, Section 3.4]
+///
+/// position: of the receiver, in world space; normal: unit, on the side that is lit.
+///
+/// Contract: behind the light's plane nothing is lit. A plane on both of whose sides there is nothing else does not
+/// shadow itself, where its map was rasterised and `bias` is at least sqrt(2) h/(1 - sqrt(6) h), h half a texel over
+/// half a tile: a receiver lifted by b off a plane and a texel's centre, whose rays are s' and s of |x| + |y| + |z| =
+/// 1, are in order if b is at least |s' - s| times the receiver's distance, and |s' - s| is at most sqrt(2) h.
+fn sglow_visible(
+    maps: SglowLightMaps,
+    atlas: SglowLightAtlas,
+    light: u32,
+    vsgl: SglowVsgl,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+) -> bool {
+    let view = sglow_light_view(vsgl, maps.near_scale, maps.least_near);
+    let offset = sglow_in_basis(view.basis, position - view.position);
+    let lift = maps.bias * sglow_map_distance(offset);
+    let lifted = offset + lift * sglow_in_basis(view.basis, normal);
+    if !(lifted.z > 0.0) {
+        return false;
+    }
+    let distance = sglow_map_distance(lifted);
+    let tile = maps.tile;
+    let place = sglow_map_place(lifted, distance, tile);
+    let texel = min(vec2<u32>(max(place, vec2<f32>(0.0))), vec2<u32>(tile - 1u));
+    let corner = sglow_map_corner(light, maps.columns, tile);
+    let nearest = textureLoad(atlas, corner + texel, 0);
+    return nearest * distance <= view.near;
+}
+
+/// Where a light's map is seen from.
+struct SglowLightView {
+    position: vec3<f32>,
+    /// What is nearer than this, along |x| + |y| + |z|, casts no shadow.
+    near: f32,
+    /// Its z is the axis of the map.
+    basis: SglowBasis,
+}
+
+/// The view of a light's map: about the axis of its diffuse emission. A light without any, of metal alone, has no such
+/// axis; its map is about the axis of its specular lobe.
+fn sglow_light_view(vsgl: SglowVsgl, near_scale: f32, least_near: f32) -> SglowLightView {
+    let near = max(near_scale * sqrt(vsgl.variance), least_near);
+    let axis = vsgl.diffuse_axis;
+    return SglowLightView(vsgl.position, near, sglow_basis(axis));
+}
+
+/// The distance along |x| + |y| + |z|: linear within each octant, so that each octant is a perspective image.
+fn sglow_map_distance(offset: vec3<f32>) -> f32 {
+    let magnitude = abs(offset);
+    return magnitude.x + magnitude.y + magnitude.z;
+}
+
+/// Where a direction of the upper hemisphere lies in a tile, in texels.
+/// [Cigolle 2014, Section 3.2, hemi-oct]
+///
+/// offset: in the light's basis, z above 0, of any length; distance: its |x| + |y| + |z|.
+fn sglow_map_place(offset: vec3<f32>, distance: f32, tile: u32) -> vec2<f32> {
+    let point = offset.xy / distance;
+    return (0.5 * vec2<f32>(point.x + point.y, point.x - point.y) + 0.5) * f32(tile);
+}
+
+/// The first texel of a light's tile in the atlas.
+fn sglow_map_corner(light: u32, columns: u32, tile: u32) -> vec2<u32> {
+    return tile * vec2<u32>(light % columns, light / columns);
+}
+
+/// Three unit vectors at right angles, right-handed.
+struct SglowBasis {
+    x: vec3<f32>,
+    y: vec3<f32>,
+    z: vec3<f32>,
+}
+
+/// A basis about a unit vector, without branches.
+/// [Duff 2017, Listing 3]
+///
+/// The sign changes at z = -0.5 and not at 0, where the axes of upright walls lie: rounding may decide there, and every
+/// pass must decide alike.
+fn sglow_basis(axis: vec3<f32>) -> SglowBasis {
+    let side = select(-1.0, 1.0, axis.z > -0.5);
+    let a = -1.0 / (side + axis.z);
+    let b = axis.x * axis.y * a;
+    return SglowBasis(
+        vec3<f32>(1.0 + side * axis.x * axis.x * a, side * b, -side * axis.x),
+        vec3<f32>(b, side + axis.y * axis.y * a, -axis.y),
+        axis,
+    );
+}
+
+/// The coordinates of a vector in a basis.
+fn sglow_in_basis(basis: SglowBasis, vector: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(dot(basis.x, vector), dot(basis.y, vector), dot(basis.z, vector));
 }

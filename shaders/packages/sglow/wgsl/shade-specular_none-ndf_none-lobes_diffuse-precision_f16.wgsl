@@ -72,84 +72,45 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_position_texture)) {
         return;
     }
-    let surface = sglow_surface(
-        textureLoad(sglow_position_texture, id.xy, 0),
-        textureLoad(sglow_normal_texture, id.xy, 0),
-        textureLoad(sglow_base_color_texture, id.xy, 0),
-    );
-    var diffuse = vec3<f32>(0.0);
+    let surface = sglow_seen(id.xy);
+    var reflected: SglowReflected;
     if surface.present {
+        let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_unpack_vsgl(sglow_vsgls[i]);
-            let offset = vsgl.position - surface.position;
-            let from_diffuse = sglow_emitted(offset, vsgl);
-            diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, surface.normal);
+            let vsgl = sglow_vsgl(i);
+            sglow_reflect(&reflected, vsgl, point);
         }
-        diffuse *= surface.diffuse;
+        reflected.diffuse *= surface.diffuse;
     }
-    textureStore(sglow_diffuse_output, id.xy, vec4<f32>(diffuse, 1.0));
+    sglow_write(id.xy, reflected);
 }
 
-/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
-struct SglowSurface {
-    present: bool,
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    /// Diffuse reflectance, 0 to 1.
+/// What the camera sees at a pixel.
+fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
+    return sglow_surface(
+        textureLoad(sglow_position_texture, pixel, 0),
+        textureLoad(sglow_normal_texture, pixel, 0),
+        textureLoad(sglow_base_color_texture, pixel, 0),
+    );
+}
+
+/// Writes what a pixel reflects.
+fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
+    textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
+}
+
+/// What a surface reflects of all lights.
+struct SglowReflected {
+    /// Radiance per unit of diffuse reflectance.
     diffuse: vec3<f32>,
-    /// Reflectance at normal incidence, 0 to 1.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
 }
 
-/// Unpacks the three surface textures.
-///
-/// position.w: specular reflectance of the dielectric, negative without a surface;
-/// normal.w: roughness alpha; base_color.w: metallic.
-fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
-    var surface: SglowSurface;
-    surface.present = position.w >= 0.0;
-    surface.position = position.xyz;
-    // Half floats keep a normal to one part in a thousand, so its length is mended here.
-    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
-    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
-    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
-    surface.alpha = clamp(normal.w, 0.01, 1.0);
-    return surface;
-}
-
-/// The coefficient of a packed lobe, W/sr.
-fn sglow_packed_coefficient(packed: SglowPackedLobe) -> vec3<f32> {
-    return packed.scale * vec3<f32>(unpack2x16unorm(packed.red_green), unpack2x16unorm(packed.blue_sharpness).x);
-}
-
-/// Unpacks a virtual light.
-///
-/// Contract: any bits but those of a scale that is not finite give a unit axis and a coefficient of at least 0.
-fn sglow_unpack_vsgl(packed: SglowPackedVsgl) -> SglowVsgl {
-    var vsgl: SglowVsgl;
-    vsgl.position = packed.position;
-    vsgl.variance = packed.variance;
-    vsgl.diffuse_axis = sglow_from_octahedral(unpack2x16snorm(packed.diffuse.axis));
-    vsgl.diffuse_sharpness = 32.0 * unpack2x16float(packed.diffuse.blue_sharpness).y;
-    vsgl.diffuse_coefficient = sglow_packed_coefficient(packed.diffuse);
-    return vsgl;
-}
-
-/// The unit vector of a point of the square.
-/// [Cigolle 2014, Section 3.2]
-///
-/// point: in [-1, 1]^2.
-///
-/// Contract: any finite point gives a unit vector.
-fn sglow_from_octahedral(point: vec2<f32>) -> vec3<f32> {
-    let height = 1.0 - abs(point.x) - abs(point.y);
-    let fold = max(-height, 0.0);
-    let folded = point - select(vec2<f32>(-fold), vec2<f32>(fold), point >= vec2<f32>(0.0));
-    // On the octahedron |x| + |y| + |z| = 1, so that the squared length is at least 1/3.
-    let direction = vec3<f32>(folded, height);
-    return direction * inverseSqrt(dot(direction, direction));
+/// Adds what a surface reflects of both lobes of a virtual light.
+/// [Tokuyoshi 2016, Appendix C]
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+    let offset = vsgl.position - point.position;
+    let from_diffuse = sglow_emitted(offset, vsgl);
+    (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
 }
 
 /// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
@@ -178,24 +139,6 @@ fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
 /// light lies behind the planes of all surfaces, and only with the clamped cosine the body does not light itself.
 fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowVsgl, normal: vec3<f32>) -> vec3<f32> {
     return sglow_diffuse_clamped(emitted, normal);
-}
-
-/// A virtual spherical Gaussian light: a cluster of virtual point lights.
-/// [Tokuyoshi 2016, Appendix B]
-struct SglowVsgl {
-    /// Mean position, in world space.
-    position: vec3<f32>,
-    /// Positional variance, in square units; above 0.
-    variance: f32,
-    /// The mean direction of the diffuse emission: of lobes, or of normals; see the axis emitter.
-    diffuse_axis: vec3<f32>,
-    /// The von Mises-Fisher sharpness of these directions.
-    diffuse_sharpness: f32,
-    /// The power over the integral of a lobe of that sharpness, W/sr: with emitter lobe the radiant intensity along the
-    /// axis.
-    diffuse_coefficient: vec3<f32>,
-    /// The mean length of directions of that sharpness, 0 to 1.
-    diffuse_mean_length: f32,
 }
 
 /// The integral of a lobe times a clamped cosine, in the form that the axis diffuse names; cosine: that of the lobe's
@@ -358,4 +301,104 @@ fn sglow_expm1_over_x(x: f32) -> f32 {
     }
     // No language promises a quotient whose divisor is beyond 2^126.
     return (exp(x) - 1.0) / max(x, -8.5e37);
+}
+
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    return point;
+}
+
+/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
+struct SglowSurface {
+    present: bool,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    /// Diffuse reflectance, 0 to 1.
+    diffuse: vec3<f32>,
+    /// Reflectance at normal incidence, 0 to 1.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// Unpacks the three surface textures.
+///
+/// position.w: specular reflectance of the dielectric, negative without a surface;
+/// normal.w: roughness alpha; base_color.w: metallic.
+fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
+    var surface: SglowSurface;
+    surface.present = position.w >= 0.0;
+    surface.position = position.xyz;
+    // Half floats keep a normal to one part in a thousand, so its length is mended here.
+    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
+    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
+    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
+    surface.alpha = clamp(normal.w, 0.01, 1.0);
+    return surface;
+}
+
+/// A virtual light.
+fn sglow_vsgl(light: u32) -> SglowVsgl {
+    return sglow_unpack_vsgl(sglow_vsgls[light]);
+}
+
+/// The coefficient of a packed lobe, W/sr.
+fn sglow_packed_coefficient(packed: SglowPackedLobe) -> vec3<f32> {
+    return packed.scale * vec3<f32>(unpack2x16unorm(packed.red_green), unpack2x16unorm(packed.blue_sharpness).x);
+}
+
+/// Unpacks a virtual light.
+///
+/// Contract: any bits but those of a scale that is not finite give a unit axis and a coefficient of at least 0.
+fn sglow_unpack_vsgl(packed: SglowPackedVsgl) -> SglowVsgl {
+    var vsgl: SglowVsgl;
+    vsgl.position = packed.position;
+    vsgl.variance = packed.variance;
+    vsgl.diffuse_axis = sglow_from_octahedral(unpack2x16snorm(packed.diffuse.axis));
+    vsgl.diffuse_sharpness = 32.0 * unpack2x16float(packed.diffuse.blue_sharpness).y;
+    vsgl.diffuse_coefficient = sglow_packed_coefficient(packed.diffuse);
+    return vsgl;
+}
+
+/// A virtual spherical Gaussian light: a cluster of virtual point lights.
+/// [Tokuyoshi 2016, Appendix B]
+struct SglowVsgl {
+    /// Mean position, in world space.
+    position: vec3<f32>,
+    /// Positional variance, in square units; above 0.
+    variance: f32,
+    /// The mean direction of the diffuse emission: of lobes, or of normals; see the axis emitter.
+    diffuse_axis: vec3<f32>,
+    /// The von Mises-Fisher sharpness of these directions.
+    diffuse_sharpness: f32,
+    /// The power over the integral of a lobe of that sharpness, W/sr: with emitter lobe the radiant intensity along the
+    /// axis.
+    diffuse_coefficient: vec3<f32>,
+    /// The mean length of directions of that sharpness, 0 to 1.
+    diffuse_mean_length: f32,
+}
+
+/// The unit vector of a point of the square.
+/// [Cigolle 2014, Section 3.2]
+///
+/// point: in [-1, 1]^2.
+///
+/// Contract: any finite point gives a unit vector.
+fn sglow_from_octahedral(point: vec2<f32>) -> vec3<f32> {
+    let height = 1.0 - abs(point.x) - abs(point.y);
+    let fold = max(-height, 0.0);
+    let folded = point - select(vec2<f32>(-fold), vec2<f32>(fold), point >= vec2<f32>(0.0));
+    // On the octahedron |x| + |y| + |z| = 1, so that the squared length is at least 1/3.
+    let direction = vec3<f32>(folded, height);
+    return direction * inverseSqrt(dot(direction, direction));
 }

@@ -72,155 +72,52 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_position_texture)) {
         return;
     }
-    let surface = sglow_surface(
-        textureLoad(sglow_position_texture, id.xy, 0),
-        textureLoad(sglow_normal_texture, id.xy, 0),
-        textureLoad(sglow_base_color_texture, id.xy, 0),
-    );
-    var diffuse = vec3<f32>(0.0);
-    var specular = vec3<f32>(0.0);
+    let surface = sglow_seen(id.xy);
+    var reflected: SglowReflected;
     if surface.present {
-        let receiver = SglowReceiver(
-            surface.normal,
-            normalize(sglow_shade_parameters.eye - surface.position),
-            surface.f0,
-            surface.alpha,
-        );
+        let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgls[i];
-            let offset = vsgl.position - surface.position;
-            let from_diffuse = sglow_emitted(offset, vsgl);
-            diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, surface.normal);
-            specular += sglow_specular(from_diffuse, receiver);
-            let from_specular = sglow_incoming(
-                offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
-            diffuse += sglow_diffuse(from_specular, surface.normal);
-            specular += sglow_specular(from_specular, receiver);
+            let vsgl = sglow_vsgl(i);
+            sglow_reflect(&reflected, vsgl, point);
         }
-        diffuse *= surface.diffuse;
+        reflected.diffuse *= surface.diffuse;
     }
-    textureStore(sglow_diffuse_output, id.xy, vec4<f32>(diffuse, 1.0));
-    textureStore(sglow_specular_output, id.xy, vec4<f32>(specular, 1.0));
+    sglow_write(id.xy, reflected);
 }
 
-/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
-struct SglowSurface {
-    present: bool,
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    /// Diffuse reflectance, 0 to 1.
+/// What the camera sees at a pixel.
+fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
+    return sglow_surface(
+        textureLoad(sglow_position_texture, pixel, 0),
+        textureLoad(sglow_normal_texture, pixel, 0),
+        textureLoad(sglow_base_color_texture, pixel, 0),
+    );
+}
+
+/// Writes what a pixel reflects.
+fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
+    textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
+    textureStore(sglow_specular_output, pixel, vec4<f32>(reflected.specular, 1.0));
+}
+
+/// What a surface reflects of all lights.
+struct SglowReflected {
+    /// Radiance per unit of diffuse reflectance.
     diffuse: vec3<f32>,
-    /// Reflectance at normal incidence, 0 to 1.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
+    specular: vec3<f32>,
 }
 
-/// Unpacks the three surface textures.
-///
-/// position.w: specular reflectance of the dielectric, negative without a surface;
-/// normal.w: roughness alpha; base_color.w: metallic.
-fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
-    var surface: SglowSurface;
-    surface.present = position.w >= 0.0;
-    surface.position = position.xyz;
-    // Half floats keep a normal to one part in a thousand, so its length is mended here.
-    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
-    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
-    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
-    surface.alpha = clamp(normal.w, 0.01, 1.0);
-    return surface;
-}
-
-/// What the specular lobe of a shading point needs besides the incoming light.
-struct SglowReceiver {
-    normal: vec3<f32>,
-    /// Unit direction towards the eye.
-    view: vec3<f32>,
-    /// Reflectance at normal incidence.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
-}
-
-/// The factors of the BRDF and the cosine that are not the distribution's shape, C of rho_s <omega . n> = C D.
-/// [Tokuyoshi 2016, Appendix A.1]
-fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<f32> {
-    let NoL = dot(direction, receiver.normal);
-    if NoL <= 0.0 {
-        return vec3<f32>(0.0);
-    }
-    let NoV = max(dot(receiver.view, receiver.normal), 1e-3);
-    let sum = direction + receiver.view;
-    // From the length of the sum: |direction + view| = 2 VoH.
-    let VoH = 0.5 * length(sum);
-    let visibility = sglow_V_SmithGGXCorrelated(NoL, NoV, receiver.alpha);
-    // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
-    let peak = SGLOW_INV_PI / (receiver.alpha * receiver.alpha);
-    return sglow_F_Schlick(VoH, receiver.f0) * (peak * visibility * NoL);
-}
-
-/// Specular reflection of incoming light: the distribution as a spherical Gaussian around the mirror direction.
-/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
-fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
-    let lobe = sglow_sg_reflection_mirror(receiver.view, receiver.normal, receiver.alpha);
-    let product = sglow_sg_product(incoming.axis, incoming.sharpness, lobe.axis, lobe.sharpness);
-    let integral = exp(product.log_amplitude) * sglow_sg_integral(product.sharpness);
-    return incoming.radiance * sglow_specular_factor(receiver, incoming.axis) * integral;
-}
-
-/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
-/// [Heitz 2014, Eq. (99)]
-///
-/// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
-/// Contract: anything else gives anything, finite or not; no loop.
-fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
-    let a2 = alpha * alpha;
-    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
-    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
-    return 0.5 / (masking + shadowing);
-}
-
-/// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
-/// %.
-///
-/// f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1.
-fn sglow_f90(f0: vec3<f32>) -> f32 {
-    return min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0);
-}
-
-/// Schlick's approximation of Fresnel reflectance.
-/// [Schlick 1994, Eq. (15)]
-///
-/// VoH: half vector . view, 0 to 1; f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1; 0 at any angle where
-/// f0 is 0.
-/// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
-fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
-    let f90 = sglow_f90(f0);
-    let complement = clamp(1.0 - VoH, 0.0, 1.0);
-    let squared = complement * complement;
-    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
-}
-
-/// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
-struct SglowReflectionLobe {
-    /// Unit axis.
-    axis: vec3<f32>,
-    sharpness: f32,
-}
-
-/// The reflection lobe about the mirror direction: a lobe of sharpness 2 / alpha^2 over half vectors, warped to light
-/// directions at the mirror direction.
-/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
-///
-/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that.
-/// Result: sharpness 0.5 to 5e14.
-/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
-fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowReflectionLobe {
-    let cosine = dot(view, normal);
-    // The mirror direction has the cosine of the view. At grazing angles the warp's Jacobian has no bound.
-    let sharpness = 0.5 / max(alpha * alpha, 1e-12) / max(abs(cosine), 1e-3);
-    return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
+/// Adds what a surface reflects of both lobes of a virtual light.
+/// [Tokuyoshi 2016, Appendix C]
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+    let offset = vsgl.position - point.position;
+    let from_diffuse = sglow_emitted(offset, vsgl);
+    (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
+    (*reflected).specular += sglow_specular(from_diffuse, point.receiver);
+    let from_specular = sglow_incoming(
+        offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
+    (*reflected).diffuse += sglow_diffuse(from_specular, point.normal);
+    (*reflected).specular += sglow_specular(from_specular, point.receiver);
 }
 
 /// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
@@ -363,6 +260,127 @@ fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
     return top / (bottom * divisor);
 }
 
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+    receiver: SglowReceiver,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    point.receiver = SglowReceiver(
+        surface.normal,
+        normalize(sglow_shade_parameters.eye - surface.position),
+        surface.f0,
+        surface.alpha,
+    );
+    return point;
+}
+
+/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
+struct SglowSurface {
+    present: bool,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    /// Diffuse reflectance, 0 to 1.
+    diffuse: vec3<f32>,
+    /// Reflectance at normal incidence, 0 to 1.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// Unpacks the three surface textures.
+///
+/// position.w: specular reflectance of the dielectric, negative without a surface;
+/// normal.w: roughness alpha; base_color.w: metallic.
+fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
+    var surface: SglowSurface;
+    surface.present = position.w >= 0.0;
+    surface.position = position.xyz;
+    // Half floats keep a normal to one part in a thousand, so its length is mended here.
+    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
+    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
+    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
+    surface.alpha = clamp(normal.w, 0.01, 1.0);
+    return surface;
+}
+
+/// What the specular lobe of a shading point needs besides the incoming light.
+struct SglowReceiver {
+    normal: vec3<f32>,
+    /// Unit direction towards the eye.
+    view: vec3<f32>,
+    /// Reflectance at normal incidence.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// The factors of the BRDF and the cosine that are not the distribution's shape, C of rho_s <omega . n> = C D.
+/// [Tokuyoshi 2016, Appendix A.1]
+fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<f32> {
+    let NoL = dot(direction, receiver.normal);
+    if NoL <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let NoV = max(dot(receiver.view, receiver.normal), 1e-3);
+    let sum = direction + receiver.view;
+    // From the length of the sum: |direction + view| = 2 VoH.
+    let VoH = 0.5 * length(sum);
+    let visibility = sglow_V_SmithGGXCorrelated(NoL, NoV, receiver.alpha);
+    // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
+    let peak = SGLOW_INV_PI / (receiver.alpha * receiver.alpha);
+    return sglow_F_Schlick(VoH, receiver.f0) * (peak * visibility * NoL);
+}
+
+/// Specular reflection of incoming light: the distribution as a spherical Gaussian around the mirror direction.
+/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
+fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
+    let lobe = sglow_sg_reflection_mirror(receiver.view, receiver.normal, receiver.alpha);
+    let product = sglow_sg_product(incoming.axis, incoming.sharpness, lobe.axis, lobe.sharpness);
+    let integral = exp(product.log_amplitude) * sglow_sg_integral(product.sharpness);
+    return incoming.radiance * sglow_specular_factor(receiver, incoming.axis) * integral;
+}
+
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
+/// [Heitz 2014, Eq. (99)]
+///
+/// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
+    let a2 = alpha * alpha;
+    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
+    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
+    return 0.5 / (masking + shadowing);
+}
+
+/// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
+/// %.
+///
+/// f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1.
+fn sglow_f90(f0: vec3<f32>) -> f32 {
+    return min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0);
+}
+
+/// Schlick's approximation of Fresnel reflectance.
+/// [Schlick 1994, Eq. (15)]
+///
+/// VoH: half vector . view, 0 to 1; f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1; 0 at any angle where
+/// f0 is 0.
+/// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
+fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
+    let f90 = sglow_f90(f0);
+    let complement = clamp(1.0 - VoH, 0.0, 1.0);
+    let squared = complement * complement;
+    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+}
+
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
@@ -407,6 +425,27 @@ fn sglow_incoming(
     let product = sglow_sg_product(-axis, sharpness, extent.towards, extent.sharpness);
     let radiance = coefficient * (exp(product.log_amplitude) / (SGLOW_TWO_PI * variance));
     return SglowIncoming(product.axis, product.sharpness, radiance);
+}
+
+/// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
+struct SglowReflectionLobe {
+    /// Unit axis.
+    axis: vec3<f32>,
+    sharpness: f32,
+}
+
+/// The reflection lobe about the mirror direction: a lobe of sharpness 2 / alpha^2 over half vectors, warped to light
+/// directions at the mirror direction.
+/// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
+///
+/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that.
+/// Result: sharpness 0.5 to 5e14.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowReflectionLobe {
+    let cosine = dot(view, normal);
+    // The mirror direction has the cosine of the view. At grazing angles the warp's Jacobian has no bound.
+    let sharpness = 0.5 / max(alpha * alpha, 1e-12) / max(abs(cosine), 1e-3);
+    return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
 }
 
 /// A spherical Gaussian with its amplitude as a logarithm, so that far lobes underflow instead of overflowing.
@@ -470,4 +509,9 @@ fn sglow_expm1_over_x(x: f32) -> f32 {
     }
     // No language promises a quotient whose divisor is beyond 2^126.
     return (exp(x) - 1.0) / max(x, -8.5e37);
+}
+
+/// A virtual light.
+fn sglow_vsgl(light: u32) -> SglowVsgl {
+    return sglow_vsgls[light];
 }

@@ -73,204 +73,52 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(sglow_position_texture)) {
         return;
     }
-    let surface = sglow_surface(
-        textureLoad(sglow_position_texture, id.xy, 0),
-        textureLoad(sglow_normal_texture, id.xy, 0),
-        textureLoad(sglow_base_color_texture, id.xy, 0),
-    );
-    var diffuse = vec3<f32>(0.0);
-    var specular = vec3<f32>(0.0);
+    let surface = sglow_seen(id.xy);
+    var reflected: SglowReflected;
     if surface.present {
-        let receiver = SglowReceiver(
-            surface.normal,
-            normalize(sglow_shade_parameters.eye - surface.position),
-            surface.f0,
-            surface.alpha,
-        );
+        let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgls[i];
-            let offset = vsgl.position - surface.position;
-            let from_diffuse = sglow_emitted(offset, vsgl);
-            diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, surface.normal);
-            specular += sglow_specular(from_diffuse, receiver);
-            let from_specular = sglow_incoming(
-                offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
-            diffuse += sglow_diffuse(from_specular, surface.normal);
-            specular += sglow_specular(from_specular, receiver);
+            let vsgl = sglow_vsgl(i);
+            sglow_reflect(&reflected, vsgl, point);
         }
-        diffuse *= surface.diffuse;
+        reflected.diffuse *= surface.diffuse;
     }
-    textureStore(sglow_diffuse_output, id.xy, vec4<f32>(diffuse, 1.0));
-    textureStore(sglow_specular_output, id.xy, vec4<f32>(specular, 1.0));
+    sglow_write(id.xy, reflected);
 }
 
-/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
-struct SglowSurface {
-    present: bool,
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    /// Diffuse reflectance, 0 to 1.
+/// What the camera sees at a pixel.
+fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
+    return sglow_surface(
+        textureLoad(sglow_position_texture, pixel, 0),
+        textureLoad(sglow_normal_texture, pixel, 0),
+        textureLoad(sglow_base_color_texture, pixel, 0),
+    );
+}
+
+/// Writes what a pixel reflects.
+fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
+    textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
+    textureStore(sglow_specular_output, pixel, vec4<f32>(reflected.specular, 1.0));
+}
+
+/// What a surface reflects of all lights.
+struct SglowReflected {
+    /// Radiance per unit of diffuse reflectance.
     diffuse: vec3<f32>,
-    /// Reflectance at normal incidence, 0 to 1.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
+    specular: vec3<f32>,
 }
 
-/// Unpacks the three surface textures.
-///
-/// position.w: specular reflectance of the dielectric, negative without a surface;
-/// normal.w: roughness alpha; base_color.w: metallic.
-fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
-    var surface: SglowSurface;
-    surface.present = position.w >= 0.0;
-    surface.position = position.xyz;
-    // Half floats keep a normal to one part in a thousand, so its length is mended here.
-    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
-    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
-    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
-    surface.alpha = clamp(normal.w, 0.01, 1.0);
-    return surface;
-}
-
-/// What the specular lobe of a shading point needs besides the incoming light.
-struct SglowReceiver {
-    normal: vec3<f32>,
-    /// Unit direction towards the eye.
-    view: vec3<f32>,
-    /// Reflectance at normal incidence.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
-}
-
-/// The factors of the BRDF and the cosine that are not the distribution's shape, C of rho_s <omega . n> = C D.
-/// [Tokuyoshi 2016, Appendix A.1]
-fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<f32> {
-    let NoL = dot(direction, receiver.normal);
-    if NoL <= 0.0 {
-        return vec3<f32>(0.0);
-    }
-    let NoV = max(dot(receiver.view, receiver.normal), 1e-3);
-    let sum = direction + receiver.view;
-    // From the length of the sum: |direction + view| = 2 VoH.
-    let VoH = 0.5 * length(sum);
-    let visibility = sglow_V_SmithGGXCorrelated(NoL, NoV, receiver.alpha);
-    // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
-    let peak = SGLOW_INV_PI / (receiver.alpha * receiver.alpha);
-    return sglow_F_Schlick(VoH, receiver.f0) * (peak * visibility * NoL);
-}
-
-/// Specular reflection of incoming light: the distribution as an anisotropic spherical Gaussian, which keeps the
-/// stretch of highlights at grazing angles.
-/// [Tokuyoshi 2016, Appendix C.2; Xu 2013, Section 5]
-fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
-    let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
-    let integral = sglow_asg_convolution(lobe, incoming.axis, incoming.sharpness);
-    let direction = incoming.axis;
-    return incoming.radiance * sglow_specular_factor(receiver, direction) * integral;
-}
-
-/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
-/// [Heitz 2014, Eq. (99)]
-///
-/// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
-/// Contract: anything else gives anything, finite or not; no loop.
-fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
-    let a2 = alpha * alpha;
-    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
-    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
-    return 0.5 / (masking + shadowing);
-}
-
-/// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
-/// %.
-///
-/// f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1.
-fn sglow_f90(f0: vec3<f32>) -> f32 {
-    return min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0);
-}
-
-/// Schlick's approximation of Fresnel reflectance.
-/// [Schlick 1994, Eq. (15)]
-///
-/// VoH: half vector . view, 0 to 1; f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1; 0 at any angle where
-/// f0 is 0.
-/// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
-fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
-    let f90 = sglow_f90(f0);
-    let complement = clamp(1.0 - VoH, 0.0, 1.0);
-    let squared = complement * complement;
-    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
-}
-
-/// The reflection lobe of a rough surface about the mirror direction, stretched as highlights are at grazing angles:
-/// the distribution exp(-(1 / alpha^2) sin^2) of half vectors, warped by the reflection.
-/// [Xu 2013, Section 4.1; Tokuyoshi 2016, Appendix C.2]
-///
-/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that. The cosine of the view
-/// counts as at least 0.01.
-/// Result: x out of the plane of incidence, y in it.
-/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
-fn sglow_asg_reflection(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowAsg {
-    return sglow_asg_warped(view, normal, 0.25 / max(alpha * alpha, 1e-12));
-}
-
-/// The lobe about the mirror direction, from its bandwidth in the plane of incidence.
-fn sglow_asg_warped(view: vec3<f32>, normal: vec3<f32>, bandwidth: f32) -> SglowAsg {
-    let cosine = dot(view, normal);
-    let mirror = 2.0 * cosine * normal - view;
-    let axis_x = sglow_incidence_across(mirror, normal);
-    // Directions move twice as far as half vectors in the plane of incidence, 2 cos times as far across it.
-    let clamped = max(cosine, 1e-2);
-    return SglowAsg(axis_x, cross(mirror, axis_x), mirror, bandwidth / (clamped * clamped), bandwidth);
-}
-
-/// The unit vector out of the plane of incidence; where direction and normal are parallel, any across the direction.
-///
-/// direction, normal: unit vectors. Result: a unit vector across both.
-/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
-fn sglow_incidence_across(direction: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
-    let across = cross(normal, direction);
-    let squared_norm = dot(across, across);
-    if squared_norm < 1e-10 {
-        let helper = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(direction.x) > 0.5);
-        return normalize(cross(helper, direction));
-    }
-    return across * inverseSqrt(squared_norm);
-}
-
-/// The integral over the sphere of an anisotropic times a spherical Gaussian, both of amplitude one; an approximation
-/// for sharp lobes (2 % for bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
-/// [Xu 2013, Eq. (13)]
-///
-/// axis: a unit vector; sharpness: 0 to the greatest f32, all above 1e30 counts as that.
-/// Result: steradians, never increasing with the sharpness at the lobe's axis, at most 4e30.
-/// Contract: an infinite bandwidth or NaN gives anything, finite or not; no loop.
-fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 {
-    // The spherical Gaussian, seen as anisotropic, has the bandwidth of half its sharpness.
-    let nu = 0.5 * min(sharpness, 1e30);
-    let sum_x = max(asg.bandwidth_x + nu, 1e-30);
-    let sum_y = max(asg.bandwidth_y + nu, 1e-30);
-    let x = dot(axis, asg.axis_x);
-    let y = dot(axis, asg.axis_y);
-    // The quotients are at most 1; the minimum keeps a driver from multiplying what they divide first.
-    let shape = max(dot(axis, asg.axis_z), 0.0)
-        * exp(-(asg.bandwidth_x * min(nu / sum_x, 1.0)) * x * x - (asg.bandwidth_y * min(nu / sum_y, 1.0)) * y * y);
-    // Two square roots, for the product of the sums may overflow where each does not.
-    return SGLOW_PI * shape / (sqrt(sum_x) * sqrt(sum_y));
-}
-
-/// An anisotropic spherical Gaussian of amplitude one.
-/// [Xu 2013, Eq. (1)]
-struct SglowAsg {
-    /// Orthonormal axes: the lobe's is z, the bandwidths' are x and y.
-    axis_x: vec3<f32>,
-    axis_y: vec3<f32>,
-    axis_z: vec3<f32>,
-    /// At least 0; twice the bandwidth is the sharpness of a spherical Gaussian of the same width.
-    bandwidth_x: f32,
-    bandwidth_y: f32,
+/// Adds what a surface reflects of both lobes of a virtual light.
+/// [Tokuyoshi 2016, Appendix C]
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+    let offset = vsgl.position - point.position;
+    let from_diffuse = sglow_emitted(offset, vsgl);
+    (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
+    (*reflected).specular += sglow_specular(from_diffuse, point.receiver);
+    let from_specular = sglow_incoming(
+        offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
+    (*reflected).diffuse += sglow_diffuse(from_specular, point.normal);
+    (*reflected).specular += sglow_specular(from_specular, point.receiver);
 }
 
 /// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
@@ -413,6 +261,157 @@ fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
     return top / (bottom * divisor);
 }
 
+/// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.
+/// [Tokuyoshi 2016, Appendix A]
+///
+/// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN gives any number or NaN.
+fn sglow_sg_integral(sharpness: f32) -> f32 {
+    // Twice a larger sharpness would be infinite.
+    return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
+}
+
+/// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
+fn sglow_expm1_over_x_near_zero(x: f32) -> f32 {
+    // Least relative error over |x| < 1, by oracle/examples/fit_erf.rs: 5.4e-8.
+    return 1.0 + x * (0.50000006 + x * (0.16666733 + x * (0.041666258 + x * (0.008329955 + x * (0.0013895074
+        + x * (0.00020391113 + x * 0.000024800787))))));
+}
+
+/// (exp(x) - 1)/x, continued to 1 at x = 0.
+///
+/// x: -f32::MAX to 88. Result: above 0, or 0 where a GPU flushes it.
+/// Contract: -infinity is taken as -8.5e37; NaN and what overflows gives any number, infinity or NaN.
+fn sglow_expm1_over_x(x: f32) -> f32 {
+    if abs(x) < 1.0 {
+        return sglow_expm1_over_x_near_zero(x);
+    }
+    // No language promises a quotient whose divisor is beyond 2^126.
+    return (exp(x) - 1.0) / max(x, -8.5e37);
+}
+
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+    receiver: SglowReceiver,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    point.receiver = SglowReceiver(
+        surface.normal,
+        normalize(sglow_shade_parameters.eye - surface.position),
+        surface.f0,
+        surface.alpha,
+    );
+    return point;
+}
+
+/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
+struct SglowSurface {
+    present: bool,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    /// Diffuse reflectance, 0 to 1.
+    diffuse: vec3<f32>,
+    /// Reflectance at normal incidence, 0 to 1.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// Unpacks the three surface textures.
+///
+/// position.w: specular reflectance of the dielectric, negative without a surface;
+/// normal.w: roughness alpha; base_color.w: metallic.
+fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
+    var surface: SglowSurface;
+    surface.present = position.w >= 0.0;
+    surface.position = position.xyz;
+    // Half floats keep a normal to one part in a thousand, so its length is mended here.
+    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
+    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
+    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
+    surface.alpha = clamp(normal.w, 0.01, 1.0);
+    return surface;
+}
+
+/// What the specular lobe of a shading point needs besides the incoming light.
+struct SglowReceiver {
+    normal: vec3<f32>,
+    /// Unit direction towards the eye.
+    view: vec3<f32>,
+    /// Reflectance at normal incidence.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// The factors of the BRDF and the cosine that are not the distribution's shape, C of rho_s <omega . n> = C D.
+/// [Tokuyoshi 2016, Appendix A.1]
+fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<f32> {
+    let NoL = dot(direction, receiver.normal);
+    if NoL <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let NoV = max(dot(receiver.view, receiver.normal), 1e-3);
+    let sum = direction + receiver.view;
+    // From the length of the sum: |direction + view| = 2 VoH.
+    let VoH = 0.5 * length(sum);
+    let visibility = sglow_V_SmithGGXCorrelated(NoL, NoV, receiver.alpha);
+    // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
+    let peak = SGLOW_INV_PI / (receiver.alpha * receiver.alpha);
+    return sglow_F_Schlick(VoH, receiver.f0) * (peak * visibility * NoL);
+}
+
+/// Specular reflection of incoming light: the distribution as an anisotropic spherical Gaussian, which keeps the
+/// stretch of highlights at grazing angles.
+/// [Tokuyoshi 2016, Appendix C.2; Xu 2013, Section 5]
+fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
+    let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
+    let integral = sglow_asg_convolution(lobe, incoming.axis, incoming.sharpness);
+    let direction = incoming.axis;
+    return incoming.radiance * sglow_specular_factor(receiver, direction) * integral;
+}
+
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
+/// [Heitz 2014, Eq. (99)]
+///
+/// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
+    let a2 = alpha * alpha;
+    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
+    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
+    return 0.5 / (masking + shadowing);
+}
+
+/// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
+/// %.
+///
+/// f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1.
+fn sglow_f90(f0: vec3<f32>) -> f32 {
+    return min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0);
+}
+
+/// Schlick's approximation of Fresnel reflectance.
+/// [Schlick 1994, Eq. (15)]
+///
+/// VoH: half vector . view, 0 to 1; f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1; 0 at any angle where
+/// f0 is 0.
+/// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
+fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
+    let f90 = sglow_f90(f0);
+    let complement = clamp(1.0 - VoH, 0.0, 1.0);
+    let squared = complement * complement;
+    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+}
+
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
@@ -493,31 +492,76 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
     return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
 }
 
-/// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.
-/// [Tokuyoshi 2016, Appendix A]
+/// The reflection lobe of a rough surface about the mirror direction, stretched as highlights are at grazing angles:
+/// the distribution exp(-(1 / alpha^2) sin^2) of half vectors, warped by the reflection.
+/// [Xu 2013, Section 4.1; Tokuyoshi 2016, Appendix C.2]
 ///
-/// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; NaN gives any number or NaN.
-fn sglow_sg_integral(sharpness: f32) -> f32 {
-    // Twice a larger sharpness would be infinite.
-    return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
+/// view, normal: unit vectors; alpha: roughness alpha, 0 to 1, all below 1e-6 counts as that. The cosine of the view
+/// counts as at least 0.01.
+/// Result: x out of the plane of incidence, y in it.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_asg_reflection(view: vec3<f32>, normal: vec3<f32>, alpha: f32) -> SglowAsg {
+    return sglow_asg_warped(view, normal, 0.25 / max(alpha * alpha, 1e-12));
 }
 
-/// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
-fn sglow_expm1_over_x_near_zero(x: f32) -> f32 {
-    // Least relative error over |x| < 1, by oracle/examples/fit_erf.rs: 5.4e-8.
-    return 1.0 + x * (0.50000006 + x * (0.16666733 + x * (0.041666258 + x * (0.008329955 + x * (0.0013895074
-        + x * (0.00020391113 + x * 0.000024800787))))));
+/// The lobe about the mirror direction, from its bandwidth in the plane of incidence.
+fn sglow_asg_warped(view: vec3<f32>, normal: vec3<f32>, bandwidth: f32) -> SglowAsg {
+    let cosine = dot(view, normal);
+    let mirror = 2.0 * cosine * normal - view;
+    let axis_x = sglow_incidence_across(mirror, normal);
+    // Directions move twice as far as half vectors in the plane of incidence, 2 cos times as far across it.
+    let clamped = max(cosine, 1e-2);
+    return SglowAsg(axis_x, cross(mirror, axis_x), mirror, bandwidth / (clamped * clamped), bandwidth);
 }
 
-/// (exp(x) - 1)/x, continued to 1 at x = 0.
+/// The unit vector out of the plane of incidence; where direction and normal are parallel, any across the direction.
 ///
-/// x: -f32::MAX to 88. Result: above 0, or 0 where a GPU flushes it.
-/// Contract: -infinity is taken as -8.5e37; NaN and what overflows gives any number, infinity or NaN.
-fn sglow_expm1_over_x(x: f32) -> f32 {
-    if abs(x) < 1.0 {
-        return sglow_expm1_over_x_near_zero(x);
+/// direction, normal: unit vectors. Result: a unit vector across both.
+/// Contract: vectors of other lengths or NaN give anything, finite or not; no loop.
+fn sglow_incidence_across(direction: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let across = cross(normal, direction);
+    let squared_norm = dot(across, across);
+    if squared_norm < 1e-10 {
+        let helper = select(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), abs(direction.x) > 0.5);
+        return normalize(cross(helper, direction));
     }
-    // No language promises a quotient whose divisor is beyond 2^126.
-    return (exp(x) - 1.0) / max(x, -8.5e37);
+    return across * inverseSqrt(squared_norm);
+}
+
+/// The integral over the sphere of an anisotropic times a spherical Gaussian, both of amplitude one; an approximation
+/// for sharp lobes (2 % for bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
+/// [Xu 2013, Eq. (13)]
+///
+/// axis: a unit vector; sharpness: 0 to the greatest f32, all above 1e30 counts as that.
+/// Result: steradians, never increasing with the sharpness at the lobe's axis, at most 4e30.
+/// Contract: an infinite bandwidth or NaN gives anything, finite or not; no loop.
+fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 {
+    // The spherical Gaussian, seen as anisotropic, has the bandwidth of half its sharpness.
+    let nu = 0.5 * min(sharpness, 1e30);
+    let sum_x = max(asg.bandwidth_x + nu, 1e-30);
+    let sum_y = max(asg.bandwidth_y + nu, 1e-30);
+    let x = dot(axis, asg.axis_x);
+    let y = dot(axis, asg.axis_y);
+    // The quotients are at most 1; the minimum keeps a driver from multiplying what they divide first.
+    let shape = max(dot(axis, asg.axis_z), 0.0)
+        * exp(-(asg.bandwidth_x * min(nu / sum_x, 1.0)) * x * x - (asg.bandwidth_y * min(nu / sum_y, 1.0)) * y * y);
+    // Two square roots, for the product of the sums may overflow where each does not.
+    return SGLOW_PI * shape / (sqrt(sum_x) * sqrt(sum_y));
+}
+
+/// An anisotropic spherical Gaussian of amplitude one.
+/// [Xu 2013, Eq. (1)]
+struct SglowAsg {
+    /// Orthonormal axes: the lobe's is z, the bandwidths' are x and y.
+    axis_x: vec3<f32>,
+    axis_y: vec3<f32>,
+    axis_z: vec3<f32>,
+    /// At least 0; twice the bandwidth is the sharpness of a spherical Gaussian of the same width.
+    bandwidth_x: f32,
+    bandwidth_y: f32,
+}
+
+/// A virtual light.
+fn sglow_vsgl(light: u32) -> SglowVsgl {
+    return sglow_vsgls[light];
 }

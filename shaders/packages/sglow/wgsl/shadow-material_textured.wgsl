@@ -44,12 +44,8 @@ fn sglow_vertex(vertex: SglowVertex) -> SglowFragment {
     // Relative to the view: far from the world's origin a matrix that also moves by the view's position cancels, and so
     // does the interpolation of positions, which is off by up to hundreds of their ULP.
     let offset = vertex.position - sglow_view.origin;
-    return SglowFragment(
-        sglow_view.clip_from_view * vec4<f32>(offset, 1.0),
-        offset,
-        vertex.normal,
-        vertex.uv,
-    );
+    let clip = sglow_view.clip_from_view * vec4<f32>(offset, 1.0);
+    return SglowFragment(clip, offset, vertex.normal, vertex.uv);
 }
 
 /// Keeps what is cut out from casting a shadow; an opaque caster does without this stage.

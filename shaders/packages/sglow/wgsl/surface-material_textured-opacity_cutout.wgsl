@@ -33,7 +33,8 @@ struct SglowMaterial {
     dielectric: f32,
     /// A texel whose opacity is less is cut out.
     alpha_cutoff: f32,
-    /// Rows (a, b, c, unused) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform).
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are
+    /// the second ones, which a detailed material has.
     base_color_coordinates: array<vec4<f32>, 2>,
     metallic_roughness_coordinates: array<vec4<f32>, 2>,
     emission_coordinates: array<vec4<f32>, 2>,
@@ -75,27 +76,24 @@ fn sglow_vertex(vertex: SglowVertex) -> SglowFragment {
     // Relative to the view: far from the world's origin a matrix that also moves by the view's position cancels, and so
     // does the interpolation of positions, which is off by up to hundreds of their ULP.
     let offset = vertex.position - sglow_view.origin;
-    return SglowFragment(
-        sglow_view.clip_from_view * vec4<f32>(offset, 1.0),
-        offset,
-        vertex.normal,
-        vertex.uv,
-    );
+    let clip = sglow_view.clip_from_view * vec4<f32>(offset, 1.0);
+    return SglowFragment(clip, offset, vertex.normal, vertex.uv);
 }
 
 /// Rasterises a reflective shadow map or a G-buffer.
 /// [Dachsbacher and Stamminger 2005, Section 3]
 @fragment
 fn sglow_surface_fragment(fragment: SglowFragment) -> SglowSurfaceTargets {
-    let base_color = sglow_material_base_color(fragment.uv);
-    let roughness_metallic = sglow_material_roughness_metallic(fragment.uv);
+    let base_color = sglow_material_base_color(fragment);
+    let roughness_metallic = sglow_material_roughness_metallic(fragment);
     if base_color.a < sglow_material.alpha_cutoff {
         discard;
     }
     var normal = fragment.normal * inverseSqrt(max(dot(fragment.normal, fragment.normal), 1e-24));
     // A surface lit or seen from behind reflects with its other side.
     let viewer = select(sglow_view.eye.xyz, -fragment.offset, sglow_view.eye.w > 0.0);
-    if dot(normal, viewer) < 0.0 {
+    let turned = dot(normal, viewer) < 0.0;
+    if turned {
         normal = -normal;
     }
     let roughness = roughness_metallic.x;
@@ -107,20 +105,22 @@ fn sglow_surface_fragment(fragment: SglowFragment) -> SglowSurfaceTargets {
 }
 
 /// Texture coordinates under an affine transformation given by its rows.
-fn sglow_coordinates(uv: vec2<f32>, rows: array<vec4<f32>, 2>) -> vec2<f32> {
+fn sglow_coordinates(fragment: SglowFragment, rows: array<vec4<f32>, 2>) -> vec2<f32> {
+    let uv = fragment.uv;
     return vec2<f32>(dot(rows[0].xy, uv) + rows[0].z, dot(rows[1].xy, uv) + rows[1].z);
 }
 
 /// Base colour and opacity.
-fn sglow_material_base_color(uv: vec2<f32>) -> vec4<f32> {
-    let at = sglow_coordinates(uv, sglow_material.base_color_coordinates);
-    return sglow_material.base_color * textureSample(sglow_base_color_texture, sglow_material_sampler, at);
+fn sglow_material_base_color(fragment: SglowFragment) -> vec4<f32> {
+    let at = sglow_coordinates(fragment, sglow_material.base_color_coordinates);
+    let color = sglow_material.base_color * textureSample(sglow_base_color_texture, sglow_material_sampler, at);
+    return color;
 }
 
 /// Roughness in x, metallic in y.
-fn sglow_material_roughness_metallic(uv: vec2<f32>) -> vec2<f32> {
+fn sglow_material_roughness_metallic(fragment: SglowFragment) -> vec2<f32> {
     let factors = vec2<f32>(sglow_material.roughness, sglow_material.metallic);
-    let at = sglow_coordinates(uv, sglow_material.metallic_roughness_coordinates);
+    let at = sglow_coordinates(fragment, sglow_material.metallic_roughness_coordinates);
     // glTF keeps roughness in green and metallic in blue.
     return factors * textureSample(sglow_metallic_roughness_texture, sglow_material_sampler, at).gb;
 }

@@ -68,24 +68,21 @@ fn sglow_vertex(vertex: SglowVertex) -> SglowFragment {
     // Relative to the view: far from the world's origin a matrix that also moves by the view's position cancels, and so
     // does the interpolation of positions, which is off by up to hundreds of their ULP.
     let offset = vertex.position - sglow_view.origin;
-    return SglowFragment(
-        sglow_view.clip_from_view * vec4<f32>(offset, 1.0),
-        offset,
-        vertex.normal,
-        vertex.uv,
-    );
+    let clip = sglow_view.clip_from_view * vec4<f32>(offset, 1.0);
+    return SglowFragment(clip, offset, vertex.normal, vertex.uv);
 }
 
 /// Rasterises a reflective shadow map or a G-buffer.
 /// [Dachsbacher and Stamminger 2005, Section 3]
 @fragment
 fn sglow_surface_fragment(fragment: SglowFragment) -> SglowSurfaceTargets {
-    let base_color = sglow_material_base_color(fragment.uv);
-    let roughness_metallic = sglow_material_roughness_metallic(fragment.uv);
+    let base_color = sglow_material_base_color(fragment);
+    let roughness_metallic = sglow_material_roughness_metallic(fragment);
     var normal = fragment.normal * inverseSqrt(max(dot(fragment.normal, fragment.normal), 1e-24));
     // A surface lit or seen from behind reflects with its other side.
     let viewer = select(sglow_view.eye.xyz, -fragment.offset, sglow_view.eye.w > 0.0);
-    if dot(normal, viewer) < 0.0 {
+    let turned = dot(normal, viewer) < 0.0;
+    if turned {
         normal = -normal;
     }
     let roughness = roughness_metallic.x;
@@ -97,12 +94,12 @@ fn sglow_surface_fragment(fragment: SglowFragment) -> SglowSurfaceTargets {
 }
 
 /// Base colour and opacity.
-fn sglow_material_base_color(uv: vec2<f32>) -> vec4<f32> {
+fn sglow_material_base_color(fragment: SglowFragment) -> vec4<f32> {
     return sglow_material.base_color;
 }
 
 /// Roughness in x, metallic in y.
-fn sglow_material_roughness_metallic(uv: vec2<f32>) -> vec2<f32> {
+fn sglow_material_roughness_metallic(fragment: SglowFragment) -> vec2<f32> {
     let factors = vec2<f32>(sglow_material.roughness, sglow_material.metallic);
     return factors;
 }

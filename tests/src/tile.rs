@@ -1,0 +1,417 @@
+//! Shading by a cut of the tree for each tile of pixels: `shaders/src/shade/tile.wesl`, `shaders/src/cut/nodes.wesl`.
+
+use sglow_oracle::cut::estimate::SLACK;
+use sglow_oracle::cut::tile::{self, Entry, How, SIDE};
+use sglow_oracle::cut::{Branch, Forest};
+use sglow_oracle::shade::shade;
+use sglow_oracle::surface::SurfaceTexel;
+use sglow_oracle::vsgl::Vsgl;
+use sglow_oracle::{Bounded, Vector3};
+use sglow_renderer::frame::Renderer;
+use sglow_renderer::stages::Stages as _;
+use sglow_renderer::variants::Variants as _;
+use sglow_renderer::{readback, reference};
+use sglow_runtime::package::Package;
+use sglow_runtime::settings::Settings;
+use sglow_shaders::{Cut, Diffuse, Emitter, Lobes, Ndf, Precision, Space, Specular, Visibility};
+
+use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
+
+fn settings() -> Settings {
+    Settings {
+        space: Space::Tree,
+        cut: Cut::Tile,
+        emitter: Emitter::Disc,
+        lights: 16,
+        tolerance: 0.02,
+        size: [20, 12],
+        ..small()
+    }
+}
+
+/// What the device left of the tree.
+struct Left {
+    lights: Vec<Vsgl>,
+    /// Two children of each node, of a leaf itself.
+    children: Vec<[u32; 2]>,
+    power: Vec<f32>,
+    spread: Vec<f32>,
+    roots: Vec<u32>,
+    nodes: Vec<[u32; 4]>,
+    leaves: usize,
+    places: usize,
+}
+
+impl Left {
+    fn of(run: &Run) -> Self {
+        let buffer = |name: &str| run.indirect.buffer(name).unwrap();
+        let words = |name: &str| readback::buffer::<u32>(gpu(), &buffer(name)).unwrap();
+        let Settings { lobes, precision, .. } = *run.indirect.settings();
+        let branches = words("branches");
+        let rows = || branches.chunks(4);
+        let nodes = words("nodes");
+        Self {
+            lights: reference::lights_of(gpu(), &buffer("cut_vsgls"), lobes, precision).unwrap(),
+            children: rows().map(|row| [row[0], row[1]]).collect(),
+            power: rows().map(|row| f32::from_bits(row[2])).collect(),
+            spread: rows().map(|row| f32::from_bits(row[3])).collect(),
+            roots: words("roots"),
+            places: nodes.len() / 4,
+            nodes: nodes.chunks(4).map(|row| row.try_into().unwrap()).collect(),
+            leaves: words("leaf_count")[0] as usize,
+        }
+    }
+
+    /// The nodes that there are.
+    fn all(&self) -> impl Iterator<Item = usize> + '_ {
+        let leaves = self.places..self.places + self.leaves;
+        (0..self.leaves.saturating_sub(1)).chain(leaves)
+    }
+
+    fn range(&self, node: usize) -> [usize; 2] {
+        if node >= self.places {
+            return [node - self.places; 2];
+        }
+        [self.nodes[node][0] as usize, self.nodes[node][1] as usize]
+    }
+
+    /// For the oracle: the device's own numbers.
+    fn forest(&self) -> Forest {
+        let exists: Vec<bool> = {
+            let mut exists = vec![false; 2 * self.places];
+            self.all().for_each(|node| exists[node] = true);
+            exists
+        };
+        let branch = |node: usize| Branch {
+            children: (exists[node] && node < self.places)
+                .then(|| self.children[node].map(|child| child as usize)),
+            power: f64::from(self.power[node]),
+            spread: f64::from(self.spread[node]),
+        };
+        let (top, roots) = self.roots.split_last().unwrap();
+        let node = |root: u32| (root != u32::MAX).then_some(root as usize);
+        Forest {
+            lights: self.lights.clone(),
+            branches: (0..2 * self.places).map(branch).collect(),
+            roots: roots.iter().map(|&root| node(root)).collect(),
+            top: node(*top),
+        }
+    }
+
+    /// Whether each node's children share its leaves between them, and the roots all leaves.
+    fn is_linked(&self) -> bool {
+        let joined = |node: usize| {
+            let [left, right] = self.children[node].map(|child| child as usize);
+            if node >= self.places {
+                return left == node && right == node;
+            }
+            let [[first, middle], [next, last]] = [left, right].map(|child| self.range(child));
+            [first, last] == self.range(node) && middle == node && next == node + 1
+        };
+        let roots = self.roots[..self.roots.len() - 1].iter().filter(|&&root| root != u32::MAX);
+        let mut ranges: Vec<_> = roots.map(|&root| self.range(root as usize)).collect();
+        ranges.sort_unstable();
+        let mut next = 0;
+        for [first, last] in ranges {
+            if first != next {
+                return false;
+            }
+            next = last + 1;
+        }
+        next == self.leaves
+            && self.all().all(joined)
+            && self.range(*self.roots.last().unwrap() as usize) == [0, self.leaves - 1]
+    }
+
+    /// How far lights are from the means of their leaves: powers, positions, variances.
+    fn apart(&self) -> f64 {
+        let mut worst = 0.0_f64;
+        for node in self.all() {
+            let [first, last] = self.range(node);
+            let leaves = &self.lights[self.places + first..=self.places + last];
+            let sum = |of: &dyn Fn(&Vsgl) -> Vector3| {
+                leaves.iter().fold(Vector3::zero(), |sum, leaf| sum + of(leaf))
+            };
+            let weight = |leaf: &Vsgl| leaf.power().luminance();
+            let light = &self.lights[node];
+            let power = sum(&Vsgl::power);
+            let mean = sum(&|leaf| leaf.position * weight(leaf)) * (1.0 / power.luminance());
+            let squares = leaves.iter().map(|leaf| {
+                weight(leaf) * (leaf.variance + (leaf.position - mean).length_squared())
+            });
+            let variance = squares.sum::<f64>() / power.luminance();
+            let apart = [
+                (light.power() - power).length() / power.length(),
+                (light.position - mean).length(),
+                light.variance / variance - 1.0,
+            ];
+            worst = apart.into_iter().map(f64::abs).fold(worst, f64::max);
+        }
+        worst
+    }
+}
+
+fn picture(run: &Run) -> Vec<[f64; 3]> {
+    let mut sum = vec![[0.0; 3]; run.gbuffer.position.len()];
+    for texture in [run.indirect.diffuse(), run.indirect.specular()].into_iter().flatten() {
+        for (sum, texel) in sum.iter_mut().zip(readback::texture(gpu(), &texture, 0).unwrap()) {
+            sum.iter_mut().zip(texel).for_each(|(sum, part)| *sum += f64::from(part));
+        }
+    }
+    sum
+}
+
+/// Root mean square difference over the mean.
+fn apart(one: &[[f64; 3]], other: &[[f64; 3]]) -> f64 {
+    let pairs = || one.iter().flatten().zip(other.iter().flatten());
+    let square = pairs().map(|(one, other)| (one - other).powi(2)).sum::<f64>();
+    let count = pairs().count() as f64;
+    (square / count).sqrt() / (pairs().map(|(_, other)| other).sum::<f64>() / count)
+}
+
+#[test]
+fn nodes_are_linked_and_their_lights_are_those_of_their_leaves() {
+    for lobes in Lobes::ALL {
+        for (map, lights) in [(32, 16), (8, 1), (8, 300)] {
+            let mut own = Settings { lobes, map, lights, ..settings() };
+            if lobes == Lobes::Diffuse {
+                (own.specular, own.ndf) = (Specular::None, Ndf::None);
+            }
+            let left = Left::of(&Run::new(&own, KINDS[0], whole_space(), 3));
+            assert!(left.leaves > 20 && left.is_linked(), "{lobes} {map} {lights}");
+            let off = left.apart();
+            println!("{lobes}, {map}, {lights} lights: off by {off:e}");
+            // Some hundred roundings of f32; the sharpness of directions that nearly agree takes most of them.
+            assert!(off < 1e-3, "{lobes} {map} {lights}: {off:e}");
+        }
+    }
+    let breaks = [
+        ("at <= parent, is_leaf", "at < parent, is_leaf"),
+        ("branches[parent].right = id.x", "branches[parent].right = parent"),
+        ("sglow_cut_sum(places, at + 1u, last + 1u)", "sglow_cut_sum(places, at + 1u, last)"),
+    ];
+    for (from, to) in breaks {
+        let id = "cut_nodes-trace-exact-both-f32";
+        let left = Left::of(&Run::new(&settings(), KINDS[0], &broken(id, from, to), 3));
+        assert!(!left.is_linked() || left.apart() > 1e-2, "{from} as {to} goes unnoticed");
+    }
+}
+
+/// Without a tolerance there are all leaves, with an infinite one the lights of the global cut.
+#[test]
+fn tolerances_at_their_ends_are_all_leaves_and_the_global_cut() {
+    for precision in Precision::ALL {
+        let all = Settings { map: 20, lights: 400, precision, cut: Cut::None, ..settings() };
+        let own = Settings { map: 20, precision, ..settings() };
+        let of = |settings: &Settings| picture(&Run::new(settings, KINDS[0], whole_space(), 5));
+        let all = of(&all);
+        let few = of(&Settings { cut: Cut::None, ..own.clone() });
+        let coarsest = of(&Settings { tolerance: 1e30, ..own.clone() });
+        let finest = of(&Settings { tolerance: 0.0, ..own.clone() });
+        let found = [apart(&coarsest, &few), apart(&finest, &all), apart(&few, &all)];
+        println!("{precision}: {found:?}");
+        assert!(found[0] < 1e-6 && found[1] < 1e-5 && found[2] > 0.05, "{found:?}");
+    }
+}
+
+/// The lights' maps are those of the global cut, whose nodes' light they let through or not.
+#[test]
+fn maps_hide_what_is_below_their_lights() {
+    let scene = sglow_scene::Scene::builtin("cornell").unwrap();
+    let matt =
+        Settings { lobes: Lobes::Diffuse, specular: Specular::None, ndf: Ndf::None, ..settings() };
+    let shadows = Visibility::ShadowMap;
+    let own = Settings { visibility: shadows, tolerance: 1e30, lights: 64, ..matt };
+    let of = |settings: &Settings| {
+        let renderer = Renderer::new(gpu(), whole_space(), &scene, settings, 0).unwrap();
+        renderer.render().unwrap();
+        let diffuse = renderer.read().unwrap().indirect_diffuse.unwrap();
+        diffuse.into_iter().map(|[r, g, b, _]| [r, g, b].map(f64::from)).collect::<Vec<_>>()
+    };
+    let cut = of(&own);
+    let flat = of(&Settings { cut: Cut::None, ..own.clone() });
+    let free = of(&Settings { visibility: Visibility::None, ..own });
+    assert!(apart(&cut, &flat) < 1e-6, "{}", apart(&cut, &flat));
+    assert!(apart(&cut, &free) > 1e-2, "light that is let through goes unnoticed");
+}
+
+/// Compares the picture with that of the oracle's cut through the device's tree.
+fn compare(run: &Run) -> (Comparison, usize) {
+    let settings = run.indirect.settings();
+    let forest = Left::of(run).forest();
+    let model = reference::model(settings);
+    let eye = reference::vector(run.eye);
+    let surfaces: Vec<SurfaceTexel> = reference::texels(&run.gbuffer);
+    let how = How { tolerance: settings.tolerance.into(), slack: SLACK, model: &model, eye };
+    let size = settings.size.map(|side| side as usize);
+    let read = |texture: Option<wgpu::Texture>| {
+        texture.map(|texture| readback::texture(gpu(), &texture, 0).unwrap())
+    };
+    let found = [read(run.indirect.diffuse()), read(run.indirect.specular())];
+    let mut comparison = Comparison::default();
+    let mut nodes = 0;
+    for y in 0..size[1].div_ceil(SIDE) {
+        for x in 0..size[0].div_ceil(SIDE) {
+            let at = tile::voters([x, y], size, &|pixel| surfaces[pixel].present);
+            let votes = at.map(|pixel| surfaces[pixel]);
+            let entries = tile::list(&forest, &votes, &how);
+            nodes += entries.len();
+            for at in 0..SIDE * SIDE {
+                let at = [at % SIDE, at / SIDE];
+                let [column, row] = [SIDE * x + at[0], SIDE * y + at[1]];
+                if column >= size[0] || row >= size[1] {
+                    continue;
+                }
+                let pixel = row * size[0] + column;
+                let shares = tile::shares(at, &surfaces[pixel], &votes);
+                let expected = expected(&forest, &entries, &shares, &surfaces[pixel], &how);
+                for ((name, found), expected) in
+                    ["diffuse", "specular"].into_iter().zip(&found).zip(expected)
+                {
+                    let Some(found) = found else { continue };
+                    let [r, g, b, _] = found[pixel];
+                    comparison.vector(&format!("{name} of pixel {pixel}"), [r, g, b], expected);
+                }
+            }
+        }
+    }
+    (comparison, nodes)
+}
+
+/// Diffuse and specular reflection of a pixel. A vote is a whole number of 255 parts, which rounding may shift by one where it
+/// is between two: the error has as much of what each node and its children differ by.
+fn expected(
+    forest: &Forest,
+    entries: &[Entry],
+    shares: &[f64; 6],
+    surface: &SurfaceTexel,
+    how: &How<'_>,
+) -> [Vector3<Bounded>; 2] {
+    let mut sums = [Vector3::zero(), Vector3::zero()];
+    let mut steps = [Vector3::zero(), Vector3::zero()];
+    let exact = |node: usize| {
+        let found = shade(surface, how.eye, core::iter::once(forest.lights[node]), how.model);
+        [found.diffuse, found.specular]
+    };
+    for entry in entries {
+        let own = exact(entry.node);
+        let children = forest.branches[entry.node].children.map(|children| children.map(exact));
+        for part in 0..2 {
+            sums[part] = sums[part] + own[part] * entry.weight(shares);
+            if let Some([one, other]) = children.as_ref().filter(|_| entry.blends()) {
+                let step = (own[part] - one[part] - other[part]) * (1.0 / 255.0);
+                steps[part] = steps[part] + step.map(f64::abs);
+            }
+        }
+    }
+    [0, 1].map(|part| {
+        let [value, step] = [sums[part].to_array(), steps[part].to_array()];
+        // Shading itself is compared elsewhere, with bounds of its own: here to two parts in ten thousand.
+        let of = |at: usize| Bounded::with_error(value[at], step[at] + 2e-4 * value[at] + 1e-12);
+        Vector3::new(of(0), of(1), of(2))
+    })
+}
+
+#[test]
+fn agrees_with_the_oracle() {
+    let mut all = Vec::new();
+    for lobes in Lobes::ALL {
+        for specular in [Specular::None, Specular::Asg, Specular::NdfFiltered] {
+            let ndf = if specular == Specular::None { Ndf::None } else { Ndf::Ggx };
+            all.push(Settings { lobes, specular, ndf, ..settings() });
+        }
+    }
+    all.push(Settings { diffuse: Diffuse::None, ..settings() });
+    all.extend(Emitter::ALL.map(|emitter| Settings { emitter, ..settings() }));
+    all.push(Settings { precision: Precision::F16, ..settings() });
+    all.push(Settings { lights: 3, tolerance: 0.2, ..settings() });
+    // More leaves than a list has room for.
+    all.push(Settings { tolerance: 1e-4, map: 64, ..settings() });
+    for settings in all {
+        let run = Run::new(&settings, KINDS[0], whole_space(), 7);
+        let (comparison, nodes) = compare(&run);
+        println!("{nodes} nodes");
+        comparison.assert_holds(&settings.shade().id());
+    }
+}
+
+#[test]
+fn a_broken_shader_is_noticed() {
+    let id = settings().shade().id();
+    let breaks = [
+        ("inverse + branch.spread, 1.0", "inverse, 0.5"),
+        ("* inverseSqrt(1.0 + extent)", "* inverseSqrt(1.0 + 4.0 * extent)"),
+        ("vote < SGLOW_TILE_VOTES", "vote < 2u"),
+        ("step * step * (3.0 - 2.0 * step)", "step"),
+        ("node.corners - corners,", "node.corners,"),
+        ("unpack4x8unorm(node.corners)", "unpack4x8unorm(node.corners).yxzw"),
+        ("branch.left, corners, passed", "branch.right, corners, passed"),
+    ];
+    for (from, to) in breaks {
+        let run = Run::new(&settings(), KINDS[0], &broken(&id, from, to), 7);
+        compare(&run).0.assert_fails(&format!("{from} as {to}"));
+    }
+}
+
+#[test]
+fn a_picture_is_the_same_from_run_to_run() {
+    let of = || {
+        let run = Run::new(&settings(), KINDS[0], whole_space(), 9);
+        picture(&run).into_iter().flatten().map(f64::to_bits).collect::<Vec<_>>()
+    };
+    assert_eq!(of(), of());
+}
+
+#[test]
+fn a_map_without_power_lights_nothing_and_one_texel_is_one_light() {
+    let mut none = Run::new(&settings(), KINDS[0], &Package::embedded(), 9);
+    none.light.uniform.intensity = [0.0; 3];
+    let redone = |run: &Run| {
+        let Settings { map, size, .. } = *run.indirect.settings();
+        let rsm = crate::common::Uploaded::new(&run.rsm, [map; 2]);
+        let gbuffer = crate::common::Uploaded::new(&run.gbuffer, size);
+        let inputs = sglow_runtime::indirect::Inputs {
+            rsm: rsm.views(),
+            gbuffer: gbuffer.views(),
+            light: &run.light,
+            eye: run.eye,
+        };
+        let mut encoder = gpu().device.create_command_encoder(&Default::default());
+        run.indirect.encode(&mut encoder, &inputs, None).unwrap();
+        gpu().queue.submit([encoder.finish()]);
+        gpu().finish().unwrap();
+        picture(run)
+    };
+    assert!(redone(&none).iter().flatten().all(|part| *part == 0.0));
+    let mut one = Run::new(&settings(), KINDS[0], &Package::embedded(), 9);
+    // The middle of the map, where a spot is bright.
+    let lit = (16 * 32 + 16..).find(|&at| one.rsm.position[at][3] >= 0.0).unwrap();
+    for (at, position) in one.rsm.position.iter_mut().enumerate() {
+        position[3] = if at == lit { position[3] } else { -1.0 };
+    }
+    let found = redone(&one);
+    assert!(found.iter().flatten().all(|part| part.is_finite() && *part >= 0.0));
+    assert!(found.iter().flatten().any(|part| *part > 0.0), "one texel lights nothing");
+    compare(&one).0.assert_holds("one texel");
+}
+
+#[test]
+fn settings_that_cannot_be_are_named() {
+    let error = |settings: Settings| {
+        sglow_runtime::indirect::Indirect::of_parts(
+            gpu().source(whole_space()),
+            &settings,
+            &sglow_runtime::indirect::PARTS,
+            &sglow_runtime::occluders::Occluders::default(),
+        )
+        .err()
+        .map(|error| error.to_string())
+        .unwrap_or_default()
+    };
+    assert_eq!(error(settings()), "");
+    let many = error(Settings { lights: 500, ..settings() });
+    assert!(many.contains("lights: at most 448"), "{many}");
+    let space = error(Settings { space: Space::None, ..settings() });
+    assert!(space.contains("cut: none without a tree"), "{space}");
+    assert!(!error(Settings { tolerance: -1.0, ..settings() }).is_empty());
+}
