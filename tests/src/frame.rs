@@ -146,7 +146,7 @@ fn a_broken_stage_is_noticed() {
         ("mip-rgba32float-three", "0.25 * (upper", "0.251 * (upper", "mips that gain"),
         (
             "shade-cosine-fitted-asg-ggx-both-f32-none",
-            "diffuse *= surface.diffuse;",
+            "reflected.diffuse *= surface.diffuse;",
             "",
             "a dropped reflectance",
         ),

@@ -291,7 +291,6 @@ mod tests {
             assert_eq!(depends.of_maps(&other), depends.of_maps(&base), "{name}");
         }
         let kernels = with(&base, "size_factor", "0.5");
-        assert_eq!(depends.of_maps(&kernels), depends.of_maps(&base));
         assert!(depends.held_alike(&kernels, &base));
         assert!(!depends.held_alike(&with(&base, "lights", "64"), &base));
     }

@@ -280,6 +280,9 @@ pub fn scene_hash(scene: &Scene) -> String {
         floats(&mut hash, &mesh.positions);
         floats(&mut hash, &mesh.normals);
         floats(&mut hash, &mesh.uvs);
+        floats(&mut hash, &mesh.detail.uvs);
+        floats(&mut hash, &mesh.detail.colors);
+        floats(&mut hash, &mesh.detail.tangents);
         hash.update((mesh.indices.len() as u64).to_le_bytes());
         for index in &mesh.indices {
             hash.update(index.to_le_bytes());
@@ -323,10 +326,13 @@ mod tests {
         let scene = Scene::builtin("cornell").unwrap();
         let hash = scene_hash(&scene);
         assert_eq!(hash, scene_hash(&scene.clone()));
-        let changes: [fn(&mut Scene); 6] = [
+        let changes: [fn(&mut Scene); 9] = [
             |scene| scene.meshes[0].positions[0][1] += 1e-3,
             |scene| scene.meshes[0].indices.swap(0, 1),
             |scene| scene.meshes[0].material = 1,
+            |scene| scene.meshes[0].detail.uvs.push([0.5; 2]),
+            |scene| scene.meshes[0].detail.colors.push([0.5; 4]),
+            |scene| scene.meshes[0].detail.tangents.push([0.5; 4]),
             |scene| scene.materials[0].roughness = 0.25,
             |scene| scene.lights[0].intensity[2] *= 2.0,
             |scene| scene.camera.position[0] += 1.0,

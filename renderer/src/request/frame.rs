@@ -154,8 +154,8 @@ fn of_package(package: &Package, frame: &Frame) -> Result<Bindings, RequestError
     for variant in frame.variants() {
         let id = &variant.id;
         // A missing one is an error that names it.
-        package.text(&id)?;
-        let bound = package.interface(&id)?.bindings.iter();
+        package.text(id)?;
+        let bound = package.interface(id)?.bindings.iter();
         let of = bound.filter(|binding| binding.r#struct.is_none()).map(|binding| {
             let access = match binding.entry.ty {
                 wgpu::BindingType::Buffer {

@@ -102,11 +102,11 @@ impl<'a> Builder<'a> {
 
     fn interface(&self, variant: &Variant) -> Result<&'a Interface, Fault> {
         let id = &variant.id;
-        self.package.text(&id).map_err(|error| {
+        self.package.text(id).map_err(|error| {
             let set = variant.axes.iter().map(|(axis, value)| format!("{axis}={value}"));
             Fault::Variant { error, set: set.collect::<Vec<_>>().join(",") }
         })?;
-        Ok(self.package.interface(&id).map_err(PipelineError::Package)?)
+        Ok(self.package.interface(id).map_err(PipelineError::Package)?)
     }
 
     fn dispatch(&mut self, place: &str, of: &'a frame::Dispatch) -> Result<Dispatch, Fault> {

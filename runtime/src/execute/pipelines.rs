@@ -53,12 +53,12 @@ impl Pipelines {
         if let Some(known) = self.compute.get(&key) {
             return Ok(known.clone());
         }
-        let module = module(device, package, &id)?;
-        let made = guarded(device, &id, || {
-            let groups = layouts(device, &id, &[interface]);
-            let layout = pipeline_layout(device, &id, &groups);
+        let module = module(device, package, id)?;
+        let made = guarded(device, id, || {
+            let groups = layouts(device, id, &[interface]);
+            let layout = pipeline_layout(device, id, &groups);
             let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(&id),
+                label: Some(id),
                 layout: Some(&layout),
                 module: &module,
                 entry_point: entry,
@@ -92,7 +92,7 @@ impl Pipelines {
         if let Some(known) = self.render.get(&key) {
             return Ok(known.clone());
         }
-        let module = module(device, package, &id)?;
+        let module = module(device, package, id)?;
         let targets: Vec<_> = targets.iter().map(|&format| Some(format.into())).collect();
         let buffers: Vec<_> = buffers
             .iter()
@@ -104,12 +104,12 @@ impl Pipelines {
                 })
             })
             .collect();
-        let made = guarded(device, &id, || {
-            let mut groups = layouts(device, &id, shared);
+        let made = guarded(device, id, || {
+            let mut groups = layouts(device, id, shared);
             groups.extend(host.iter().cloned());
-            let layout = pipeline_layout(device, &id, &groups);
+            let layout = pipeline_layout(device, id, &groups);
             let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(&id),
+                label: Some(id),
                 layout: Some(&layout),
                 vertex: wgpu::VertexState {
                     module: &module,

@@ -145,3 +145,42 @@ fn what_is_not_there_costs_nothing() {
     let lacks = "texture at a third set of texture coordinates; the surface is shaded smooth";
     assert!(said(&scene, lacks), "{:?}", scene.notes);
 }
+
+#[test]
+fn a_texture_without_an_image_costs_that_texture_alone() {
+    let with = |textures: Value| {
+        let mut document = document();
+        document["textures"] = textures;
+        load(&document)
+    };
+    for (textures, reason) in [
+        (json!([{ "extensions": { "KHR_texture_basisu": { "source": 0 } } }]), "texture 0 is KTX2"),
+        (json!([{}]), "texture 0 has no image"),
+    ] {
+        let scene = with(textures);
+        let material = &scene.materials[scene.meshes[0].material];
+        assert!(material.textures().next().is_none());
+        assert!(said(&scene, reason), "{:?}", scene.notes);
+        for lacks in ["the base colour is its factor everywhere", "the surface is shaded smooth"] {
+            assert!(said(&scene, lacks), "{:?}", scene.notes);
+        }
+    }
+    // The other format is an alternative; what is not used may be anything.
+    let both = json!([
+        { "source": 0, "extensions": { "KHR_texture_basisu": { "source": 0 } } }, {}, { "source": 1 },
+    ]);
+    let mut document = document();
+    document["textures"] = both;
+    document["images"].as_array_mut().unwrap().push(json!({ "uri": "gone.png" }));
+    let scene = load(&document);
+    assert!(scene.materials[0].base_color_texture.is_some());
+    assert!(!said(&scene, "gone.png") && !said(&scene, "no image"), "{:?}", scene.notes);
+}
+
+#[test]
+fn accessors_without_a_view_are_zeros() {
+    let mut document = document();
+    document["accessors"][1].as_object_mut().unwrap().remove("bufferView");
+    let scene = load(&document);
+    assert_eq!(scene.meshes[0].uvs, [[0.0; 2]; 3]);
+}

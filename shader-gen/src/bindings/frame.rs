@@ -151,7 +151,10 @@ fn settings(library: &Library, frame: &Frame) -> TokenStream {
 /// Names by what they name, so that a host spells none by hand.
 fn names(frame: &Frame) -> TokenStream {
     let description = &frame.description;
-    let mut resources = BTreeMap::new();
+    // Of steps by evaluation, which knows where they are; resources are named where they are described.
+    let named = description.resource.iter();
+    let mut resources: BTreeMap<String, String> =
+        named.map(|(name, resource)| (name.clone(), resource.part.clone())).collect();
     let mut parts = BTreeSet::new();
     for configuration in frame.configurations(TOGETHER) {
         let Ok(frame) = description.evaluate(&configuration) else { continue };

@@ -11,7 +11,7 @@ use sglow_report::page::graph::content::{Access, Bindings, Content};
 use sglow_report::page::graph::{drawing, text};
 use sglow_report::{parse, write};
 
-use crate::options::{self, Over, Reading};
+use crate::options::{Over, Reading};
 use crate::say;
 
 /// What `--help` shows below the options.

@@ -21,7 +21,7 @@ use sglow_results::frontier::document::SceneReport;
 use sglow_results::frontier::promise;
 use sglow_runtime::settings::Settings;
 
-use crate::options::{self, Numbers, saved_folder};
+use crate::options::{Numbers, saved_folder};
 use crate::progress::Bars;
 use crate::{say, scene};
 

@@ -2229,25 +2229,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "emission-detailed-cutout",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-material_detailed-opacity_cutout.wgsl"),
-        sha256: "d89a7d02dfc4bce64384f3a78a8ab89af02d219907ab489b33c23b93390055dd",
+        sha256: "c4376da4b43a084b1bce008e347e84e944b0a126b5ae578e6d635e77c2651d96",
     },
     Embedded {
         id: "emission-detailed-opaque",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-material_detailed.wgsl"),
-        sha256: "42810870f0769e5f4026d9868acf94b57736363af82f2a4d59e573f9832e961c",
+        sha256: "9ff0415050441d209bd61915d5cf0b63332f7a862e5d43d4ceab13136f6fcd96",
     },
     Embedded {
         id: "emission-textured-cutout",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-material_textured-opacity_cutout.wgsl"),
-        sha256: "3a3c3f2f195b0bfdef8d3a7262316619895084550cfe84908627562ed4b59d60",
+        sha256: "fef45fe4b9c1b4a88a77d0155ed27119efb2e94ac2da8c380dd48579579f7a96",
     },
     Embedded {
         id: "emission-textured-opaque",
         pass: emission::PASS,
         text: include_str!("../wgsl/emission-material_textured.wgsl"),
-        sha256: "f9452cfb0e6c16cb0834a99a7c0dffb0c3de3df95dfe2fece8f764a70cbf5efc",
+        sha256: "c86ecc00a9a41fe127153325d423410b754b95cd144668becf4a36cb6101f2ac",
     },
     Embedded {
         id: "light_fill",
@@ -3485,7 +3485,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shadow-detailed-cutout",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-material_detailed-opacity_cutout.wgsl"),
-        sha256: "9370a775c4a4894badc691be86a6a02aa3fcb500dbdf7334bcdf8c6d965becb3",
+        sha256: "e30ff89b88d16a5b2633eb4796f682b879b39284c6da74056c7564b9eceb5d2a",
     },
     Embedded {
         id: "shadow-detailed-opaque",
@@ -3497,7 +3497,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shadow-textured-cutout",
         pass: shadow::PASS,
         text: include_str!("../wgsl/shadow-material_textured-opacity_cutout.wgsl"),
-        sha256: "03e68d0df59db4ae148a417dbb04c2e404d72e9d2eac0446d392fa93f6c6d9f5",
+        sha256: "14b508d044fb3b174e2e2c2d748a5efedbb81ecda61234eb02a3fc3458bd418b",
     },
     Embedded {
         id: "shadow-textured-opaque",
@@ -3533,25 +3533,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "surface-detailed-cutout",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-material_detailed-opacity_cutout.wgsl"),
-        sha256: "e37e1f524b9f118ad1fd37a532252d93d4c6a1ccd028259e73c58d8c7b5797c4",
+        sha256: "8df9af149f764a58bcf445e4fb3bb213f3b5ddcf583869eace7b89860f68a47c",
     },
     Embedded {
         id: "surface-detailed-opaque",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-material_detailed.wgsl"),
-        sha256: "61a449f38db3f934454ab2de698590c759df11d23b79d422c6f2bccc98f9c6f6",
+        sha256: "7ec0def75df46be7f8c0f47bacc49d5b873fcadf4256f44cdb6568f770a6de97",
     },
     Embedded {
         id: "surface-textured-cutout",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-material_textured-opacity_cutout.wgsl"),
-        sha256: "c136ab2c475535ad56367dbfaf347d88d50f768c5fa403d105847e9671967504",
+        sha256: "75301cfc93f5f85aac990c97400583ef51e16dfbc4a53afc892b1e4063a8360b",
     },
     Embedded {
         id: "surface-textured-opaque",
         pass: surface::PASS,
         text: include_str!("../wgsl/surface-material_textured.wgsl"),
-        sha256: "bb798c01b03679b1aeb77c46b9b5a23c9753e5269e0365dfe16f8ece09ce6ee6",
+        sha256: "544695ffc0d60e17c9ca082b2b689807557563e603e5bc398658872e501e29f1",
     },
 ];
 /// What a host has to know of a variant to make a pipeline of it.
@@ -3933,7 +3933,13 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const BOXES: &str = "boxes";
         /// A resource of the part `lights`.
+        pub const BRANCHES: &str = "branches";
+        /// A resource of the part `lights`.
+        pub const CAMERA_BLOCKS: &str = "camera_blocks";
+        /// A resource of the part `lights`.
         pub const CAMERA_BOXES: &str = "camera_boxes";
+        /// A resource of the part `lights`.
+        pub const CAMERA_BRANCHES: &str = "camera_branches";
         /// A resource of the part `lights`.
         pub const CAMERA_CENTRES: &str = "camera_centres";
         /// A resource of the part `lights`.
@@ -3949,17 +3955,61 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const CAMERA_CODES_SORTED: &str = "camera_codes_sorted";
         /// A resource of the part `lights`.
+        pub const CAMERA_CODES_SORTED_0: &str = "camera_codes_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_SORTED_1: &str = "camera_codes_sorted.1";
+        /// A resource of the part `lights`.
         pub const CAMERA_CODES_VALUES: &str = "camera_codes_values";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_VALUES_0: &str = "camera_codes_values.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CODES_VALUES_1: &str = "camera_codes_values.1";
+        /// A resource of the part `lights`.
+        pub const CAMERA_COSTS: &str = "camera_costs";
+        /// A resource of the part `lights`.
+        pub const CAMERA_CUT_VSGLS: &str = "camera_cut_vsgls";
         /// A resource of the part `lights`.
         pub const CAMERA_DENSITY: &str = "camera_density";
         /// A resource of the part `lights`.
         pub const CAMERA_KERNELS: &str = "camera_kernels";
         /// A resource of the part `lights`.
+        pub const CAMERA_LEAF_COUNT: &str = "camera_leaf_count";
+        /// A resource of the part `lights`.
         pub const CAMERA_LEAVES: &str = "camera_leaves";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_BOX: &str = "camera_leaves_box";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_COUNTS: &str = "camera_leaves_counts";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_KEYS: &str = "camera_leaves_keys";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_SORTED_0: &str = "camera_leaves_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_SORTED_1: &str = "camera_leaves_sorted.1";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_VALUES_0: &str = "camera_leaves_values.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_LEAVES_VALUES_1: &str = "camera_leaves_values.1";
         /// A resource of the part `lights`.
         pub const CAMERA_MOMENTS: &str = "camera_moments";
         /// A resource of the part `lights`.
+        pub const CAMERA_NODES: &str = "camera_nodes";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_COUNTS: &str = "camera_nodes_counts";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_KEYS: &str = "camera_nodes_keys";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_SORTED_0: &str = "camera_nodes_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_SORTED_1: &str = "camera_nodes_sorted.1";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_VALUES_0: &str = "camera_nodes_values.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_NODES_VALUES_1: &str = "camera_nodes_values.1";
+        /// A resource of the part `lights`.
         pub const CAMERA_PARENTS: &str = "camera_parents";
+        /// A resource of the part `lights`.
+        pub const CAMERA_ROOTS: &str = "camera_roots";
         /// A resource of the part `lights`.
         pub const CAMERA_STARTS: &str = "camera_starts";
         /// A resource of the part `lights`.
@@ -3969,7 +4019,15 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const CAMERA_TEXELS_SORTED: &str = "camera_texels_sorted";
         /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_SORTED_0: &str = "camera_texels_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_SORTED_1: &str = "camera_texels_sorted.1";
+        /// A resource of the part `lights`.
         pub const CAMERA_TEXELS_VALUES: &str = "camera_texels_values";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_VALUES_0: &str = "camera_texels_values.0";
+        /// A resource of the part `lights`.
+        pub const CAMERA_TEXELS_VALUES_1: &str = "camera_texels_values.1";
         /// A resource of the part `lights`.
         pub const CAMERA_TRILINEAR: &str = "camera_trilinear";
         /// A resource of the part `lights`.
@@ -3989,9 +4047,19 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const CODES_SORTED: &str = "codes_sorted";
         /// A resource of the part `lights`.
+        pub const CODES_SORTED_0: &str = "codes_sorted.0";
+        /// A resource of the part `lights`.
+        pub const CODES_SORTED_1: &str = "codes_sorted.1";
+        /// A resource of the part `lights`.
         pub const CODES_VALUES: &str = "codes_values";
         /// A resource of the part `lights`.
+        pub const CODES_VALUES_0: &str = "codes_values.0";
+        /// A resource of the part `lights`.
+        pub const CODES_VALUES_1: &str = "codes_values.1";
+        /// A resource of the part `lights`.
         pub const COSTS: &str = "costs";
+        /// A resource of the part `lights`.
+        pub const CUT_VSGLS: &str = "cut_vsgls";
         /// A resource of the part `lights`.
         pub const DENSITY: &str = "density";
         /// A resource of the part `shading`.
@@ -4025,7 +4093,15 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const LEAVES_SORTED: &str = "leaves_sorted";
         /// A resource of the part `lights`.
+        pub const LEAVES_SORTED_0: &str = "leaves_sorted.0";
+        /// A resource of the part `lights`.
+        pub const LEAVES_SORTED_1: &str = "leaves_sorted.1";
+        /// A resource of the part `lights`.
         pub const LEAVES_VALUES: &str = "leaves_values";
+        /// A resource of the part `lights`.
+        pub const LEAVES_VALUES_0: &str = "leaves_values.0";
+        /// A resource of the part `lights`.
+        pub const LEAVES_VALUES_1: &str = "leaves_values.1";
         /// A resource of the part `visibility`.
         pub const LIGHT_MAPS: &str = "light_maps";
         /// A resource of the part `lights`.
@@ -4039,7 +4115,15 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const NODES_SORTED: &str = "nodes_sorted";
         /// A resource of the part `lights`.
+        pub const NODES_SORTED_0: &str = "nodes_sorted.0";
+        /// A resource of the part `lights`.
+        pub const NODES_SORTED_1: &str = "nodes_sorted.1";
+        /// A resource of the part `lights`.
         pub const NODES_VALUES: &str = "nodes_values";
+        /// A resource of the part `lights`.
+        pub const NODES_VALUES_0: &str = "nodes_values.0";
+        /// A resource of the part `lights`.
+        pub const NODES_VALUES_1: &str = "nodes_values.1";
         /// A resource of the part `visibility`.
         pub const OCCLUDER_INDICES: &str = "occluder_indices";
         /// A resource of the part `visibility`.
@@ -4052,6 +4136,8 @@ pub mod frame {
         pub const POINTS: &str = "points";
         /// A resource of the part `picture`.
         pub const RADIANCE: &str = "radiance";
+        /// A resource of the part `lights`.
+        pub const ROOTS: &str = "roots";
         /// A resource of the part `surfaces`.
         pub const RSM_BASE_COLOR: &str = "rsm_base_color";
         /// A resource of the part `surfaces`.
@@ -4075,7 +4161,15 @@ pub mod frame {
         /// A resource of the part `lights`.
         pub const TEXELS_SORTED: &str = "texels_sorted";
         /// A resource of the part `lights`.
+        pub const TEXELS_SORTED_0: &str = "texels_sorted.0";
+        /// A resource of the part `lights`.
+        pub const TEXELS_SORTED_1: &str = "texels_sorted.1";
+        /// A resource of the part `lights`.
         pub const TEXELS_VALUES: &str = "texels_values";
+        /// A resource of the part `lights`.
+        pub const TEXELS_VALUES_0: &str = "texels_values.0";
+        /// A resource of the part `lights`.
+        pub const TEXELS_VALUES_1: &str = "texels_values.1";
         /// A resource of the part `lights`.
         pub const TRILINEAR: &str = "trilinear";
         /// A resource of the part `lights`.
@@ -13168,7 +13262,7 @@ pub struct SglowMaterialDetailed {
     pub alpha_cutoff: f32,
     /// Not read by the shaders.
     pub _padding_0: [u8; 4],
-    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are the second ones, which a detailed material has. (`array<vec4<f32>, 2>` at byte 48)
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 for the second ones, which a detailed material has. (`array<vec4<f32>, 2>` at byte 48)
     pub base_color_coordinates: [[f32; 4]; 2],
     /// `array<vec4<f32>, 2>` at byte 80.
     pub metallic_roughness_coordinates: [[f32; 4]; 2],
@@ -13227,7 +13321,7 @@ pub struct SglowMaterialTextured {
     pub alpha_cutoff: f32,
     /// Not read by the shaders.
     pub _padding_0: [u8; 4],
-    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are the second ones, which a detailed material has. (`array<vec4<f32>, 2>` at byte 48)
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 for the second ones, which a detailed material has. (`array<vec4<f32>, 2>` at byte 48)
     pub base_color_coordinates: [[f32; 4]; 2],
     /// `array<vec4<f32>, 2>` at byte 80.
     pub metallic_roughness_coordinates: [[f32; 4]; 2],

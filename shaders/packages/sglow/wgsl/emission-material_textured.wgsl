@@ -32,8 +32,8 @@ struct SglowMaterial {
     dielectric: f32,
     /// A texel whose opacity is less is cut out.
     alpha_cutoff: f32,
-    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are
-    /// the second ones, which a detailed material has.
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 for the
+    /// second ones, which a detailed material has.
     base_color_coordinates: array<vec4<f32>, 2>,
     metallic_roughness_coordinates: array<vec4<f32>, 2>,
     emission_coordinates: array<vec4<f32>, 2>,

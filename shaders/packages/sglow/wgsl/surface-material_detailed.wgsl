@@ -34,8 +34,8 @@ struct SglowMaterial {
     dielectric: f32,
     /// A texel whose opacity is less is cut out.
     alpha_cutoff: f32,
-    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 where they are
-    /// the second ones, which a detailed material has.
+    /// Rows (a, b, c, set) of u' = a u + b v + c for the texture coordinates (KHR_texture_transform); set is 1 for the
+    /// second ones, which a detailed material has.
     base_color_coordinates: array<vec4<f32>, 2>,
     metallic_roughness_coordinates: array<vec4<f32>, 2>,
     emission_coordinates: array<vec4<f32>, 2>,
@@ -146,8 +146,8 @@ fn sglow_mapped_normal(fragment: SglowFragment) -> vec3<f32> {
     return slope.x * fragment.tangent.xyz + slope.y * bitangent + texel.z * fragment.normal;
 }
 
-/// A unit normal that faces a viewer; one that its normal map turned away, while the surface itself is seen, is turned back
-/// to the horizon.
+/// A unit normal that faces a viewer; one that its normal map turned away, while the surface itself is seen, is turned
+/// back to the horizon.
 fn sglow_towards(normal: vec3<f32>, viewer: vec3<f32>) -> vec3<f32> {
     let behind = min(dot(normal, viewer), 0.0) / max(dot(viewer, viewer), 1e-24);
     let turned = normal - behind * viewer;
