@@ -3,6 +3,7 @@
 
 pub mod chromium;
 pub mod doctor;
+pub mod fuzz;
 pub mod hosts;
 pub mod machine;
 pub mod spirv_val;

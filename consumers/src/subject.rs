@@ -90,6 +90,10 @@ pub fn read_package(package: &Path, folder: &Path) -> Result<Vec<Subject>> {
             Failure::new(format!("{}: variant {} has no WGSL", path.display(), variant.id))
                 .help("generate the package with `--target wgsl`")
         })?;
+        if !sglow_seal::is_inside(&wgsl.path) {
+            let text = format!("{}: {} leads out of the package", path.display(), wgsl.path);
+            return Err(Failure::new(text));
+        }
         let wgsl = package.join(&wgsl.path);
         let requires = manifest.shared.requires.get(&variant.requires);
         let features = requires.map(|requires| requires.features.clone()).unwrap_or_default();

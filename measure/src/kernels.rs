@@ -5,6 +5,7 @@ use sglow_oracle::rsm::{Pyramid, PyramidError};
 use sglow_renderer::density;
 use sglow_renderer::device::Gpu;
 use sglow_renderer::frame::FrameError;
+use sglow_renderer::request::derivation::contradictions;
 use sglow_results::kernels::{Placed, Sizing};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -32,7 +33,7 @@ pub enum KernelsError {
 /// All that is wrong.
 pub fn requested(base: Settings, set: &[String]) -> Result<(Settings, Vec<Kernel>), KernelsError> {
     let mut settings = base;
-    let mut wrong = Vec::new();
+    let mut wrong = contradictions(set.iter());
     let mut kinds = Kernel::ALL.to_vec();
     for setting in set {
         match setting.split_once('=') {

@@ -100,6 +100,13 @@ pub fn list() -> Vec<AdapterFacts> {
     adapters().iter().map(facts).collect()
 }
 
+/// What a device says in several lines, as one.
+fn one_line(text: &str) -> String {
+    let lines = text.lines().map(str::trim);
+    let lines = lines.filter(|line| !line.is_empty() && *line != "Caused by:");
+    lines.collect::<Vec<_>>().join(": ")
+}
+
 impl Gpu {
     /// This device with a package: what frames are made on and of.
     pub fn source<'a>(&'a self, package: &'a Package) -> Source<'a> {
@@ -159,7 +166,7 @@ impl Gpu {
         let refused = Arc::clone(&trouble);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             if let Ok(mut trouble) = refused.lock() {
-                trouble.refused.push(error.to_string());
+                trouble.refused.push(one_line(&error.to_string()));
             }
         }));
         Ok(Self { device, queue, adapter: facts, trouble })
@@ -193,7 +200,7 @@ impl Gpu {
         }
         let mut messages = std::mem::take(&mut trouble.refused);
         if let Err(error) = waited {
-            messages.push(error.to_string());
+            messages.push(one_line(&error.to_string()));
         }
         if messages.is_empty() {
             Ok(())

@@ -10,6 +10,7 @@ use thiserror::Error;
 use crate::device::{DeviceError, Gpu};
 use crate::host;
 use crate::light;
+use crate::limits::{self, LimitError};
 use crate::needs::{self, MissingNeed};
 use crate::plan;
 use crate::raster::Raster;
@@ -33,6 +34,9 @@ pub enum FrameError {
     /// The device fails.
     #[error(transparent)]
     Device(#[from] DeviceError),
+    /// The device or the machine cannot hold it.
+    #[error(transparent)]
+    Limit(#[from] LimitError),
     /// The light is of another kind than the renderer was made for.
     #[error(
         "the renderer was made for a {was} light and cannot take a {is} light; make another one"
@@ -248,6 +252,7 @@ impl<'a> Renderer<'a> {
             return Err(FrameError::NoSuchLight { index: light_index, count: scene.lights.len() });
         };
         check_requirements(package, settings, scene, light_index)?;
+        limits::frame(gpu, package, scene, settings)?;
         let mut settings = settings.clone();
         settings.light = light::kind(light);
         let bounds = scene.bounds();

@@ -11,6 +11,7 @@ pub mod frame;
 pub mod function;
 pub mod host;
 pub mod light;
+pub mod limits;
 pub mod mips;
 pub mod needs;
 pub mod plan;

@@ -69,9 +69,19 @@ impl fmt::Display for Failure {
     }
 }
 
+/// What a device says in several lines, as one; a message that shows code stays as it is.
+fn one_line(text: String) -> String {
+    if !text.contains("Caused by:") || text.contains('┌') {
+        return text;
+    }
+    let lines = text.lines().map(|line| line.trim().trim_end_matches(':'));
+    let lines = lines.filter(|line| !line.is_empty() && *line != "Caused by");
+    lines.collect::<Vec<_>>().join(": ")
+}
+
 impl<E: std::error::Error> From<E> for Failure {
     fn from(error: E) -> Self {
-        let mut message = error.to_string();
+        let mut message = one_line(error.to_string());
         let mut source = error.source();
         while let Some(cause) = source {
             let cause_text = cause.to_string();
@@ -111,6 +121,16 @@ mod tests {
         let wrong = |text: &str| Err(Failure::new(text).help(format!("mend {text}")));
         let text = all(vec![wrong("one"), Ok(1), wrong("two")]).unwrap_err().to_string();
         assert_eq!(text, "error: one\ntwo\nhelp: mend one\nhelp: mend two");
+    }
+
+    #[test]
+    fn what_a_device_says_is_one_line_unless_it_shows_code() {
+        let wall =
+            "refused: Validation Error\n\nCaused by:\n  In Device::create_texture\n    too wide\n";
+        let line = "error: refused: Validation Error: In Device::create_texture: too wide";
+        assert_eq!(Failure::from(std::io::Error::other(wall)).to_string(), line);
+        let code = "Shader error\n\nCaused by:\n  ┌─ wgsl:1:1\n  │ fn";
+        assert_eq!(Failure::from(std::io::Error::other(code)).to_string().lines().count(), 5);
     }
 
     #[test]

@@ -51,7 +51,7 @@ impl Report {
                 .map(|(name, version)| (name.to_owned(), version.to_owned()))
                 .collect(),
             date: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
-            command: command_line(std::env::args().skip(1)),
+            command: command_line(arguments()),
             details: Map::new(),
         }
     }
@@ -130,6 +130,11 @@ impl Report {
             failing.join(", ")
         )))
     }
+}
+
+/// The arguments of this process, as far as they are text.
+fn arguments() -> impl Iterator<Item = String> {
+    std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned())
 }
 
 /// The line a person types for these arguments.

@@ -9,6 +9,7 @@ pub mod document;
 pub mod failure;
 pub mod json;
 pub mod page;
+pub mod parse;
 pub mod picture;
 pub mod picture_error;
 pub mod presets;

@@ -1,8 +1,10 @@
 //! Files that are there whole or not at all.
 
-use std::fs;
-use std::io::{self, BufWriter, Seek, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
@@ -12,7 +14,28 @@ use crate::failure::{Context as _, Failure, Result};
 pub trait Sink: Write + Seek {}
 impl<T: Write + Seek> Sink for T {}
 
+/// Whether a path means standard output: `-`, or what the system calls so.
+#[must_use]
+pub fn is_stdout(path: &Path) -> bool {
+    ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| Path::new(name) == path)
+}
+
+/// Whether an argument of this process makes standard output a file that is written: what is said goes elsewhere then.
+#[must_use]
+pub fn stdout_is_taken() -> bool {
+    static TAKEN: LazyLock<bool> = LazyLock::new(|| {
+        let arguments = std::env::args_os().skip(1);
+        let names = arguments.map(|argument| argument.to_string_lossy().into_owned());
+        let mut names = names.filter_map(|name| name.split('=').next_back().map(PathBuf::from));
+        names.any(|name| is_stdout(&name))
+    });
+    *TAKEN
+}
+
 /// Writes a file beside its place and renames it; missing folders are made.
+///
+/// A link is followed to the file that it means. `-` is standard output. What is there and no regular file, such as a device or a
+/// pipe, is written through: it is no file that could be half-written.
 ///
 /// # Errors
 ///
@@ -21,15 +44,148 @@ pub fn file<E: Into<Failure>>(
     path: &Path,
     fill: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
 ) -> Result {
-    persist(beside(path, fill)?, path)
+    match target(path)? {
+        Target::File(path) => persist(beside(&path, fill)?, &path),
+        through => {
+            let mut bytes = Cursor::new(Vec::new());
+            let place = path.display();
+            fill(&mut bytes).map_err(Into::into).context(format!("{place}: cannot write"))?;
+            let mut out: Box<dyn Write> = match through {
+                Target::Stdout => Box::new(io::stdout().lock()),
+                _ => Box::new(open(path).context(format!("{place}: cannot write"))?),
+            };
+            let written = out.write_all(&bytes.into_inner()).and_then(|()| out.flush());
+            written.context(format!("{place}: cannot write"))
+        }
+    }
+}
+
+/// What is written where a path says.
+#[derive(Debug, PartialEq)]
+enum Target {
+    /// A file, which a rename replaces.
+    File(PathBuf),
+    /// Standard output.
+    Stdout,
+    /// What is there and no regular file.
+    Through,
+}
+
+fn target(path: &Path) -> Result<Target> {
+    let place = path.display();
+    if is_stdout(path) {
+        return Ok(Target::Stdout);
+    }
+    let of_system = std::path::absolute(path)
+        .is_ok_and(|path| ["/dev", "/proc", "/sys"].iter().any(|folder| path.starts_with(folder)));
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => Err(Failure::new(format!("{place}: is a folder"))),
+        Ok(found) if of_system || !found.is_file() => Ok(Target::Through),
+        Ok(_) => Ok(Target::File(fs::canonicalize(path).context(&place)?)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            // A link to a file that is not there yet.
+            let linked =
+                fs::read_link(path).map(|to| path.parent().unwrap_or(Path::new("")).join(to));
+            match linked {
+                Ok(to) if fs::symlink_metadata(&to).is_err() => Ok(Target::File(to)),
+                Ok(_) => Err(Failure::new(format!("{place}: is a link that leads to no file"))),
+                Err(_) => Ok(Target::File(path.to_owned())),
+            }
+        }
+        // Its folder is a file; or its name is too long.
+        Err(error) => Err(error).context(format!("{place}: cannot write")),
+    }
+}
+
+/// Opens what is no regular file, without waiting for a reader of a pipe that has none.
+fn open(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true);
+    #[cfg(target_os = "linux")]
+    let _reader_is_there = {
+        use std::os::unix::fs::OpenOptionsExt as _;
+        // O_NONBLOCK: a pipe without a reader is an error.
+        let first = options.custom_flags(0o4000).open(path)?;
+        options.custom_flags(0);
+        // Kept until it is opened again, for without a writer its reader ends.
+        first
+    };
+    options.open(path)
 }
 
 /// Writes several files as [`file()`] does, which belong together: none takes its place before all are written.
 pub fn texts(files: &[(&Path, &str)]) -> Result {
-    let write =
-        |&(path, text): &(&Path, &str)| beside(path, |sink| sink.write_all(text.as_bytes()));
+    let write = |&(path, text): &(&Path, &str)| {
+        let Target::File(path) = target(path)? else {
+            let text = format!("{}: is no regular file, and belongs to others", path.display());
+            return Err(Failure::new(text));
+        };
+        Ok((beside(&path, |sink| sink.write_all(text.as_bytes()))?, path))
+    };
     let written = files.iter().map(write).collect::<Result<Vec<_>>>()?;
-    written.into_iter().zip(files).try_for_each(|(file, (path, _))| persist(file, path))
+    written.into_iter().try_for_each(|(file, path)| persist(file, &path))
+}
+
+/// Makes sure that a file can be written, before much work is done for it.
+///
+/// # Errors
+///
+/// When it is a folder, its name is too long, or its folder may not be written.
+pub fn probe_file(path: &Path) -> Result {
+    match target(path)? {
+        Target::File(path) => probe(match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        }),
+        Target::Stdout | Target::Through => Ok(()),
+    }
+}
+
+/// `picture.png` as `picture.NAME.png`.
+#[must_use]
+pub fn named(path: &Path, name: &str) -> PathBuf {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+    path.with_extension(format!("{name}.{extension}"))
+}
+
+/// Where a command that writes `out` writes its report: to `json`, or beside `out`. Both can be written, and what else is
+/// written beside `out`.
+///
+/// # Errors
+///
+/// As [`probe_file`] and [`probe_report`].
+pub fn probe_pair(out: &Path, json: Option<&Path>, others: &[PathBuf]) -> Result<PathBuf> {
+    probe_file(out)?;
+    others.iter().try_for_each(|other| probe_file(other))?;
+    let beside = out.with_extension("json");
+    match json {
+        Some(json) => probe_file(json),
+        None => probe_report(&beside),
+    }?;
+    Ok(json.map_or(beside, Path::to_owned))
+}
+
+/// As [`probe_file`], for a report that is written beside something else without being named: what is there already has to be
+/// such a report, and no file of somebody's.
+///
+/// # Errors
+///
+/// As [`probe_file`], and when another file is there.
+pub fn probe_report(path: &Path) -> Result {
+    probe_file(path)?;
+    let ours = |text: &[u8]| {
+        let report = serde_json::from_slice::<serde_json::Value>(text).ok()?;
+        report.get("versions")?.get("sglow")?;
+        report.get("checks").map(drop)
+    };
+    match fs::read(path) {
+        Ok(text) if ours(&text).is_none() => Err(Failure::new(format!(
+            "{}: would be replaced, and is no report of this command",
+            path.display()
+        ))
+        .help("name another file: `--json FILE`")),
+        _ => Ok(()),
+    }
 }
 
 /// Makes sure that files can be written in a folder, which may not be there yet, before much work is done for them.
@@ -48,7 +204,7 @@ pub fn probe(folder: &Path) -> Result {
         )));
     }
     tempfile::Builder::new()
-        .prefix(".sglow-")
+        .prefix(BESIDE)
         .tempfile_in(&there)
         .context(format!("{place}: cannot write"))?;
     Ok(())
@@ -61,12 +217,7 @@ pub fn probe(folder: &Path) -> Result {
 /// When something else is in its place, it may not be written, or it holds files and no package.
 pub fn probe_package(out: &Path) -> Result {
     probe(out)?;
-    let files = fs::read_dir(out).map_or(0, Iterator::count);
-    if files == 0 || out.join("manifest.json").is_file() {
-        return Ok(());
-    }
-    Err(Failure::new(format!("{}: the folder has files and is no package", out.display()))
-        .help("name a new or empty folder, or one that a package was written to before"))
+    Ok(sglow_shader_gen::package::claim(out)?)
 }
 
 fn persist(file: NamedTempFile, path: &Path) -> Result {
@@ -93,14 +244,35 @@ fn beside<E: Into<Failure>>(
         use std::os::unix::fs::PermissionsExt as _;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let file =
-        builder.prefix(".sglow-").tempfile_in(&folder).context(format!("{place}: cannot write"))?;
+    sweep(&folder);
+    let file = builder.prefix(BESIDE).tempfile_in(&folder);
+    let file = file.context(format!("{place}: cannot write"))?;
+    // Says that it is in use, until the process ends, however it ends.
+    let _ = file.as_file().try_lock();
     let mut writer = BufWriter::new(file);
     fill(&mut writer).map_err(Into::into).context(format!("{place}: cannot write"))?;
     writer
         .into_inner()
         .map_err(io::IntoInnerError::into_error)
         .context(format!("{place}: cannot write"))
+}
+
+/// How files beside their place are called, before what is random of their names.
+const BESIDE: &str = ".sglow-";
+
+/// Removes files that runs that have ended left in a folder: nobody has locked them any more.
+fn sweep(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let is_beside = entry.file_name().to_string_lossy().starts_with(BESIDE);
+        let file = || entry.metadata().ok().filter(fs::Metadata::is_file);
+        let Some(found) = Some(()).filter(|()| is_beside).and_then(|()| file()) else { continue };
+        let age = found.modified().ok().and_then(|time| time.elapsed().ok());
+        // What is new may be about to be locked.
+        let ended = || File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
+        if age.is_some_and(|age| age > Duration::from_mins(1)) && ended() {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 /// Writes `text` as [`file()`] does.
@@ -140,6 +312,84 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_regular_file_is_written_through_and_links_are_followed() {
+        use std::os::unix::fs::{FileTypeExt as _, symlink};
+        text(Path::new("/dev/null"), "gone").unwrap();
+        assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+        if Path::new("/dev/full").exists() {
+            let full = text(Path::new("/dev/full"), "too much").unwrap_err().to_string();
+            assert!(full.contains("/dev/full: cannot write"), "{full}");
+        }
+        for name in ["-", "/dev/stdout"] {
+            assert_eq!(target(Path::new(name)).unwrap(), Target::Stdout);
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::create_dir(path("other")).unwrap();
+        fs::write(path("other/file"), "old").unwrap();
+        for (link, to) in [("link", "other/file"), ("again", "link"), ("new", "other/new")] {
+            symlink(to, path(link)).unwrap();
+        }
+        for (link, file) in [("link", "other/file"), ("again", "other/file"), ("new", "other/new")]
+        {
+            text(&path(link), link).unwrap();
+            assert!(fs::symlink_metadata(path(link)).unwrap().is_symlink());
+            assert_eq!(fs::read_to_string(path(file)).unwrap(), link);
+        }
+        // A pipe: its reader gets what is written, and it stays one.
+        let pipe = path("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        assert!(text(&pipe, "nobody reads").is_err());
+        let reader = {
+            let pipe = pipe.clone();
+            std::thread::spawn(move || fs::read_to_string(pipe))
+        };
+        while text(&pipe, "read").is_err() {}
+        assert_eq!(reader.join().unwrap().unwrap(), "read");
+        assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        assert!(texts(&[(&pipe, "a")]).is_err());
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_found_before_the_work() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        probe_file(&path("new/deep.png")).unwrap();
+        fs::create_dir(path("folder.png")).unwrap();
+        assert!(probe_file(&path("folder.png")).unwrap_err().to_string().contains("is a folder"));
+        let long = path(&("a".repeat(260) + ".png"));
+        assert!(probe_file(&long).unwrap_err().to_string().contains("cannot write"));
+        fs::write(path("mine.json"), "{ \"mine\": 1 }").unwrap();
+        let said = probe_report(&path("mine.json")).unwrap_err().to_string();
+        assert!(said.contains("would be replaced") && said.contains("--json"), "{said}");
+        crate::json::Report::new().write(&path("ours.json")).unwrap();
+        for name in ["ours.json", "new.json"] {
+            probe_report(&path(name)).unwrap();
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3, "nothing is left behind");
+    }
+
+    #[test]
+    fn what_runs_that_have_ended_left_is_swept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let old = std::time::SystemTime::now() - Duration::from_hours(1);
+        let files = [".sglow-ended", ".sglow-locked", ".sglow-new", "mine"].map(|name| {
+            let file = File::create(path(name)).unwrap();
+            if name != ".sglow-new" {
+                file.set_modified(old).unwrap();
+            }
+            file
+        });
+        files[1].lock().unwrap();
+        text(&path("out"), "out").unwrap();
+        let there = [".sglow-ended", ".sglow-locked", ".sglow-new", "mine", "out"];
+        let there = there.map(|name| path(name).exists());
+        assert_eq!(there, [false, true, true, true, true]);
+    }
+
     #[test]
     fn files_that_belong_together_come_together() {
         let folder = tempfile::tempdir().unwrap();
@@ -158,10 +408,13 @@ mod tests {
         probe_package(folder.path()).unwrap();
         probe_package(&folder.path().join("new")).unwrap();
         fs::write(folder.path().join("README.md"), "mine").unwrap();
-        let text = probe_package(folder.path()).unwrap_err().to_string();
-        assert!(text.contains("is no package"), "{text}");
-        fs::write(folder.path().join("manifest.json"), "{}").unwrap();
-        probe_package(folder.path()).unwrap();
+        for manifest in [None, Some("{}"), Some(r#"{ "manifest_version": 3, "name": "tabs" }"#)] {
+            if let Some(text) = manifest {
+                fs::write(folder.path().join("manifest.json"), text).unwrap();
+            }
+            let text = probe_package(folder.path()).unwrap_err().to_string();
+            assert!(text.contains("would replace files"), "{text}");
+        }
         assert!(probe_package(&folder.path().join("README.md")).is_err());
     }
 }

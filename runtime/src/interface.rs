@@ -16,6 +16,8 @@ pub(crate) struct Shared {
 /// The keys by which a variant refers to what is shared, and what it has of its own.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Keys {
+    #[serde(default)]
+    entry_points: Vec<String>,
     bindings: Vec<String>,
     structs: Vec<String>,
     #[serde(default)]
@@ -30,6 +32,7 @@ impl Shared {
             keys.into_iter().map(find).collect()
         }
         Ok(Interface {
+            entry_points: keys.entry_points,
             bindings: all(&self.bindings, keys.bindings)?,
             structs: all(&self.structs, keys.structs)?,
             overrides: keys.overrides,
@@ -40,6 +43,8 @@ impl Shared {
 /// What a host has to know of a variant to run it: a part of what a package's manifest says of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Interface {
+    /// Names of its entry points.
+    pub entry_points: Vec<String>,
     /// What is bound, by group and number.
     pub bindings: Vec<Binding>,
     /// The structs in buffers.
@@ -165,6 +170,12 @@ pub enum Scalar {
 pub(crate) type Place = (u32, Scalar);
 
 impl Interface {
+    /// An entry point or a binding that a text in WGSL lacks.
+    pub(crate) fn missing(&self, text: &str) -> Option<String> {
+        let bound = self.bindings.iter().map(|of| (of.group, of.entry.binding, of.name.as_str()));
+        sglow_seal::missing(text, &self.entry_points, bound)
+    }
+
     pub(crate) fn find_struct(&self, name: &str) -> Option<&Struct> {
         self.structs.iter().find(|known| known.name == name)
     }

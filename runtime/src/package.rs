@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use serde::Deserialize;
 use sglow_graph::Description;
-use sha2::{Digest, Sha256};
+use sglow_seal::MANIFEST;
 use thiserror::Error;
 
 use crate::interface::{Interface, Keys, Shared};
@@ -14,14 +14,9 @@ use crate::interface::{Interface, Keys, Shared};
 /// Why a package or one of its variants cannot be used.
 #[derive(Debug, Error)]
 pub enum PackageError {
-    /// A file of the package cannot be read.
-    #[error("{}: {source}; a package is a folder that `cargo xtask gen-shaders --out DIR` wrote", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    /// A file of the package cannot be read, or is not what was written.
+    #[error(transparent)]
+    File(#[from] sglow_seal::Error),
     /// The manifest is not one.
     #[error("{}: {reason}; generate the package again with `cargo xtask gen-shaders`", path.display())]
     Manifest {
@@ -29,19 +24,6 @@ pub enum PackageError {
         path: PathBuf,
         /// What is wrong with it.
         reason: String,
-    },
-    /// A shader is not what the manifest says.
-    #[error(
-        "{}: was changed after it was generated (its SHA-256 is {found}, the manifest says {expected}); edit the sources and run `cargo xtask gen-shaders`",
-        path.display()
-    )]
-    Changed {
-        /// The file.
-        path: PathBuf,
-        /// Its hash.
-        found: String,
-        /// The manifest's.
-        expected: String,
     },
     /// The package lacks a variant.
     #[error(
@@ -142,9 +124,15 @@ impl Manifest {
             let interface = shared
                 .interface(keys)
                 .map_err(|key| format!("variant '{id}' refers to '{key}', which `shared` lacks"))?;
-            read.variants.insert(id, (files, interface));
+            if read.variants.insert(id.clone(), (files, interface)).is_some() {
+                return Err(format!("has variant '{id}' twice"));
+            }
         }
-        Ok(read)
+        let known = |fact: &str| read.description.as_ref().is_none_or(|of| of.facts.contains(fact));
+        match read.made_for.assumed.iter().find(|one| !known(&one.fact)) {
+            Some(one) => Err(format!("assumes '{}', which is no known fact", one.fact)),
+            None => Ok(read),
+        }
     }
 
     /// Why a variant is missing: the rules that left it out, or what was chosen in its place.
@@ -218,25 +206,6 @@ struct Variant {
 struct File {
     target: String,
     path: String,
-    sha256: String,
-}
-
-impl File {
-    /// The text, if it is what the manifest says.
-    fn read(&self, folder: &Path) -> Result<String, PackageError> {
-        let path = folder.join(&self.path);
-        let bytes = read(&path)?;
-        let found = base16ct::lower::encode_string(&Sha256::digest(&bytes));
-        let expected = self.sha256.clone();
-        match String::from_utf8(bytes) {
-            Ok(text) if found == expected => Ok(text),
-            _ => Err(PackageError::Changed { path, found, expected }),
-        }
-    }
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, PackageError> {
-    std::fs::read(path).map_err(|source| PackageError::Unreadable { path: path.to_owned(), source })
 }
 
 impl Package {
@@ -250,27 +219,31 @@ impl Package {
         Self { manifest, ..Self::generated("embedded in sglow-shaders", texts) }
     }
 
-    /// A package that was generated into a folder. Every text is compared with its hash in the manifest.
+    /// A package that was generated into a folder: as `SHA256SUMS` seals it, which guards against damage and not against an
+    /// attacker.
     ///
     /// # Errors
     ///
-    /// A manifest that cannot be read; or all texts that are missing or changed.
+    /// All files that are missing or changed; a manifest that cannot be read, or does not fit the texts.
     pub fn load(folder: &Path) -> Result<Self, Vec<PackageError>> {
-        let path = folder.join("manifest.json");
+        let files = sglow_seal::open(folder);
+        let mut files =
+            files.map_err(|all| all.into_iter().map(PackageError::from).collect::<Vec<_>>())?;
+        let path = folder.join(MANIFEST);
         let no_manifest = |reason| PackageError::Manifest { path: path.clone(), reason };
-        let manifest = read(&path)
-            .and_then(|text| Manifest::read(&text).map_err(no_manifest))
-            .map_err(|error| vec![error])?;
+        let manifest = Manifest::read(files.get(MANIFEST).map_or(&[], Vec::as_slice));
+        let manifest = manifest.map_err(|reason| vec![no_manifest(reason)])?;
         let (mut texts, mut errors) = (BTreeMap::new(), Vec::new());
-        for (id, (files, _)) in &manifest.variants {
-            let text = match files.iter().find(|file| file.target == "wgsl") {
-                Some(file) => file.read(folder),
-                None => Err(no_manifest(format!("variant '{id}' has no WGSL file"))),
-            };
-            match text {
-                Ok(text) => drop(texts.insert(id.clone(), text)),
-                Err(error) => errors.push(error),
-            }
+        for (id, (parts, interface)) in &manifest.variants {
+            let part = parts.iter().find(|part| part.target == "wgsl");
+            // Taken, so that no two variants have one file.
+            let text = part.and_then(|part| String::from_utf8(files.remove(&part.path)?).ok());
+            let missing = || text.as_ref().and_then(|text| interface.missing(text));
+            let missing =
+                text.is_none().then(|| "WGSL file of its own".to_owned()).or_else(missing);
+            let no_part = |what| no_manifest(format!("variant '{id}' has no {what}"));
+            errors.extend(missing.map(no_part));
+            texts.extend(text.map(|text| (id.clone(), text)));
         }
         if !errors.is_empty() {
             return Err(errors);

@@ -37,9 +37,11 @@ pub fn guarded<T>(
 
 /// Runs `build`; or what the device says against it.
 pub(crate) fn checked<T>(device: &wgpu::Device, build: impl FnOnce() -> T) -> Result<T, String> {
+    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let built = build();
-    match pollster::block_on(scope.pop()) {
+    let wrong = pollster::block_on(scope.pop());
+    match pollster::block_on(memory.pop()).or(wrong) {
         None => Ok(built),
         Some(error) => Err(error.to_string()),
     }

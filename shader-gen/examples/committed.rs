@@ -12,7 +12,7 @@ use sglow_shader_gen::library::Library;
 use sglow_shader_gen::package::{self, Error, Options};
 
 fn main() -> ExitCode {
-    let check = std::env::args().skip(1).any(|argument| argument == "--check");
+    let check = std::env::args_os().skip(1).any(|argument| argument == "--check");
     let coloured = std::io::stderr().is_terminal();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders");
     let library = match Library::load(&folder) {

@@ -56,6 +56,9 @@ pub(crate) struct Piece {
     pub(crate) names: Vec<(usize, usize)>,
 }
 
+/// Declarations that need each other in a row, at most.
+const DEEPEST: usize = 200;
+
 /// The pieces of a text in their order, and how many of them stand above the functions.
 pub(crate) struct Order {
     /// Indices of pieces.
@@ -181,7 +184,41 @@ impl<'a> Assembled<'a> {
             let pieces = taken.filter_map(|name| indices.get(&(name.module, name.declaration)));
             assembled.imported.extend(pieces);
         }
+        errors.extend(assembled.too_deep());
         if errors.is_empty() { Ok(assembled) } else { Err(errors) }
+    }
+
+    /// A declaration that needs more than [`DEEPEST`] others, each for the one before: what reads them goes from one to the
+    /// next. Circles are left to naga.
+    fn too_deep(&self) -> Option<Diagnostic> {
+        let mut depths = vec![None; self.pieces.len()];
+        for start in 0..self.pieces.len() {
+            let mut open = vec![(start, 0)];
+            while let Some((piece, next)) = open.last_mut() {
+                let names = &self.pieces[*piece].names;
+                if let Some((_, name)) = names.get(*next) {
+                    *next += 1;
+                    // What is open is part of a circle; it has the depth 0 until it is known.
+                    if depths[*name].is_none() {
+                        depths[*name] = Some(0);
+                        open.push((*name, 0));
+                    }
+                    continue;
+                }
+                let below = names.iter().filter_map(|(_, name)| depths[*name]).max();
+                let depth = below.map_or(0, |below| below + 1);
+                depths[*piece] = Some(depth);
+                if depth > DEEPEST {
+                    let piece = &self.pieces[*piece];
+                    let text = format!("more than {DEEPEST} declarations, each used by the next");
+                    let range = self.declaration(piece).item.whole.clone();
+                    let error = Diagnostic::new(Code::Declaration, text);
+                    return Some(error.at(self.file(piece), range, "up to this one"));
+                }
+                open.pop();
+            }
+        }
+        None
     }
 
     /// Indices of the pieces that the roots declare or import by name.

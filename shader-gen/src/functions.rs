@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::assemble::{Assembled, Order};
 use crate::error::{Code, Diagnostic, Report};
+use crate::generate;
 use crate::library::{FunctionLibrary, Library};
 use crate::parse::Kind;
 use crate::prune::reachable;
@@ -37,7 +38,9 @@ pub fn functions(library: &Library) -> Result<Option<Functions>, Report> {
     if library.package.lib.is_empty() {
         return Ok(None);
     }
-    generated(library).map(Some).map_err(|errors| Report::new(errors, library.sources().clone()))
+    generate::deep(|| generated(library))
+        .map(Some)
+        .map_err(|errors| Report::new(errors, library.sources().clone()))
 }
 
 fn generated(library: &Library) -> Result<Functions, Vec<Diagnostic>> {

@@ -1,6 +1,9 @@
 //! From a library and a list of variants to texts that are pruned, proved and valid.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::assemble::Assembled;
 use crate::error::{Code, Diagnostic, Report, merge};
@@ -9,6 +12,19 @@ use crate::matrix::Variant;
 use crate::parse::Kind;
 use crate::prune::{Difference, Whole, prove, prune};
 use crate::validate::{Validated, validate};
+
+/// Bytes of a stack on which texts are read and written: naga goes down into what nests, and takes much for each level.
+const STACK: usize = 64 << 20;
+
+/// Runs `work` on all cores, where stacks are deep.
+pub(crate) fn deep<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
+    let pool = || ThreadPoolBuilder::new().stack_size(STACK).build().ok();
+    match POOL.get_or_init(pool) {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
 
 /// Generates `variants`, on all cores, in their order, each compared with what it imports.
 ///
@@ -29,7 +45,8 @@ pub fn variants_against(
     variants: &[Variant],
     whole: Whole,
 ) -> Result<Vec<Validated>, Report> {
-    let results: Vec<_> = variants.par_iter().map(|variant| one(library, variant, whole)).collect();
+    let results: Vec<_> =
+        deep(|| variants.par_iter().map(|variant| one(library, variant, whole)).collect());
     let mut validated = Vec::new();
     let mut errors = Vec::new();
     for (variant, result) in variants.iter().zip(results) {

@@ -2,21 +2,26 @@
 
 mod difference;
 mod error;
+mod exchange;
 mod folder;
 mod json;
 mod options;
 mod text;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
 use rayon::prelude::*;
+pub use sglow_seal::Fault;
+use sglow_seal::{MANIFEST, SUMS, at, read_if_there};
 
 pub use self::difference::{Change, Difference, Outcome};
 pub use self::error::{Cause, Error, VariantError};
-use self::folder::{SUMS, read_if_there, remember, remembered};
-pub use self::folder::{compare, verify_hashes, write};
+pub use self::folder::{claim, compare, verify_hashes, write};
+use self::folder::{mend, remember, remembered};
 pub use self::json::json;
 pub use self::options::{Options, Parts, Purpose, Target, UnknownTarget};
 use crate::bindings;
@@ -59,8 +64,13 @@ pub fn generate(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Outcome, Error> {
     let folder = if library.is_dir() { library } else { library.parent().unwrap_or(library) };
-    let changelog = read_if_there(&folder.join("CHANGELOG.md"))?;
+    let path = folder.join("CHANGELOG.md");
+    let changelog = read_if_there(&path)?.map(String::from_utf8).transpose();
+    let changelog = changelog.map_err(|wrong| at(&path)(io::Error::other(wrong)))?;
     let library = Library::load_with(library, &options.over)?;
+    if !options.check {
+        settle(folder, &library, options)?;
+    }
     let variants = options.variants.clone().unwrap_or_else(|| library.selected());
     let source = source_hash(&library, &variants, changelog.as_deref(), &options.targets);
     let source = match &options.purpose {
@@ -94,6 +104,34 @@ pub fn generate(
         if options.check { compare(&options.out, &files) } else { write(&options.out, &files) }?;
     remember(options, &source, &files)?;
     Ok(outcome)
+}
+
+/// How many files were, or are, not what they should be.
+#[must_use]
+pub fn differing(outcome: &Result<Outcome, Error>) -> usize {
+    match outcome {
+        Ok(outcome) => outcome.written.len() + outcome.removed.len(),
+        Err(Error::Differs(differences)) => differences.len(),
+        Err(_) => 0,
+    }
+}
+
+/// Makes sure, before the work, that the package may take the place of what is in its folder, and mends what a run that was
+/// cut off left there. The folder of the package that a library commits is its own, whatever has become of the files in it,
+/// and takes no other package.
+fn settle(folder: &Path, library: &Library, options: &Options) -> Result<(), Error> {
+    mend(&options.out)?;
+    let real = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let committed = folder.join("packages").join(&library.package.name);
+    if real(&committed) != real(&options.out) {
+        return claim(&options.out);
+    }
+    let usual = Options::new(&options.out);
+    let is_usual = options.variants.is_none()
+        && options.purpose.is_none()
+        && options.over.is_empty()
+        && options.targets == usual.targets;
+    if is_usual { Ok(()) } else { Err(Error::Committed { path: options.out.clone() }) }
 }
 
 // ---------------------------------------------------------------- in memory
@@ -169,8 +207,9 @@ pub fn build(
     targets: &BTreeSet<Target>,
 ) -> Result<BTreeMap<String, Vec<u8>>, Error> {
     let library = parts.library;
-    let results: Vec<_> =
-        parts.variants.par_iter().map(|validated| one(library, validated, targets)).collect();
+    let results: Vec<_> = generate::deep(|| {
+        parts.variants.par_iter().map(|validated| one(library, validated, targets)).collect()
+    });
     let (mut written, mut errors) = (Vec::new(), Vec::new());
     for (validated, result) in parts.variants.iter().zip(results) {
         match result {
@@ -208,7 +247,7 @@ pub fn build(
     for (name, text) in text::licenses(library)? {
         files.insert(name.to_owned(), text.into_bytes());
     }
-    files.insert("manifest.json".to_owned(), json(&manifest)?);
+    files.insert(MANIFEST.to_owned(), json(&manifest)?);
     files.insert("omitted.json".to_owned(), json(&Omissions::of(parts.variants))?);
     files.insert("manifest.schema.json".to_owned(), json(&manifest::schema())?);
     if !library.examples.is_empty() {

@@ -7,6 +7,7 @@ mod body;
 mod condition;
 mod extent;
 mod module;
+mod nesting;
 
 use std::ops::Range;
 
@@ -147,6 +148,10 @@ pub fn parse(file: usize, path: &str, text: &str, errors: &mut Vec<Diagnostic>) 
     let tokens = tokenize(file, text, errors);
     let code: Vec<Token> =
         tokens.iter().copied().filter(|token| token.kind != TokenKind::Comment).collect();
+    if let Some(error) = nesting::too_deep(file, text, &code) {
+        errors.push(error);
+        return Module { file, path: path.to_owned(), ..Module::default() };
+    }
     let comments: Vec<Token> =
         tokens.into_iter().filter(|token| token.kind == TokenKind::Comment).collect();
     let mut parser = Parser {

@@ -1,7 +1,8 @@
 //! The files of a library, and places in them.
 
+use std::io::Read as _;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::{fs, io};
 
 use codespan_reporting::files::SimpleFiles;
@@ -74,14 +75,66 @@ impl Sources {
     }
 }
 
-/// All `.wesl` files below `folder`, sorted.
+/// Bytes that a file of a library has at most: the largest of ours has a hundredth of that.
+const LARGEST: u64 = 8 << 20;
+
+/// Files and folders that a folder of sources has at most.
+const MOST: usize = 10_000;
+
+/// Whether a path that a file names stays in its folder, on every system.
+pub(crate) fn is_inside(path: &str) -> bool {
+    let plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    !path.is_empty() && !path.contains(['\\', ':']) && Path::new(path).components().all(plain)
+}
+
+/// What a path in `folder` means that one of its files names. By no name and no link it leads out of it.
+pub(crate) fn find(folder: &Path, name: &str) -> io::Result<PathBuf> {
+    let outside =
+        || io::Error::new(io::ErrorKind::InvalidInput, "leads out of the library's folder");
+    if !is_inside(name) {
+        return Err(outside());
+    }
+    let path = folder.join(name);
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    if fs::canonicalize(&path)?.starts_with(fs::canonicalize(here)?) {
+        Ok(path)
+    } else {
+        Err(outside())
+    }
+}
+
+/// The text of a file. Pipes and devices, which may never end, and files that are no sources by their size are refused.
+pub(crate) fn read(path: &Path) -> io::Result<String> {
+    // Asked before it is opened, for opening a pipe waits for its writer.
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "is no regular file"));
+    }
+    let mut bytes = Vec::new();
+    fs::File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST {
+        let text = format!("is larger than {LARGEST} bytes");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let text = format!("is not UTF-8 from byte {} on", error.utf8_error().valid_up_to());
+        io::Error::new(io::ErrorKind::InvalidData, text)
+    })
+}
+
+/// All `.wesl` files below `folder`, sorted; links to folders are not followed.
 pub(crate) fn modules_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
+    let (mut found, mut count) = (Vec::new(), 0);
     let mut pending = vec![folder.to_owned()];
     while let Some(folder) = pending.pop() {
         for entry in fs::read_dir(folder)? {
-            let path = entry?.path();
-            if path.is_dir() {
+            let entry = entry?;
+            let path = entry.path();
+            count += 1;
+            if count > MOST {
+                let text = format!("has more than {MOST} files and folders in it");
+                return Err(io::Error::new(io::ErrorKind::QuotaExceeded, text));
+            }
+            if entry.file_type()?.is_dir() {
                 pending.push(path);
             } else if path.extension().is_some_and(|extension| extension == "wesl") {
                 found.push(path);
@@ -101,4 +154,42 @@ pub(crate) fn relative(root: &Path, path: &Path) -> String {
         .map(|part| part.as_os_str().to_string_lossy())
         .collect();
     parts.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_stay_inside() {
+        for path in ["a", "a/b.txt", "..a/b"] {
+            assert!(is_inside(path), "{path}");
+        }
+        for path in ["", "/a", "../a", "a/../b", "a\\..\\b", "c:/a", "c:a"] {
+            assert!(!is_inside(path), "{path}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_nowhere_else_and_devices_are_no_sources() {
+        let folder = tempfile::tempdir().unwrap();
+        let (inside, outside) = (folder.path().join("inside"), folder.path().join("outside"));
+        fs::create_dir_all(inside.join("own")).unwrap();
+        fs::create_dir(&outside).unwrap();
+        let link = |to: &Path, at: &str| std::os::unix::fs::symlink(to, inside.join(at)).unwrap();
+        link(&outside, "link");
+        link(&inside.join("own"), "own/circle");
+        link(Path::new("/dev/zero"), "own/zero.wesl");
+        assert!(find(&inside, "own").is_ok() && find(&inside, "./own").is_ok());
+        for name in ["link", "link/none", "../outside", "/"] {
+            assert!(find(&inside, name).is_err(), "{name}");
+        }
+        let found = modules_below(&inside).unwrap();
+        assert_eq!(found, [inside.join("own/zero.wesl")]);
+        assert!(read(&found[0]).unwrap_err().to_string().contains("no regular file"));
+        fs::write(inside.join("latin.wesl"), b"a\xfcb").unwrap();
+        let text = read(&inside.join("latin.wesl")).unwrap_err().to_string();
+        assert!(text.contains("not UTF-8 from byte 1"), "{text}");
+    }
 }

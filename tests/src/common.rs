@@ -1,6 +1,7 @@
 //! What the tests share: a device, comparisons that count, and inputs made by a fixed generator.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::sync::OnceLock;
 
 use glam::Vec3;
@@ -375,4 +376,25 @@ impl Run {
 /// Settings small enough for a test.
 pub(crate) fn small() -> Settings {
     Settings { size: [24, 16], map: 32, lights: 48, camera_lights: 40, ..Settings::default() }
+}
+
+/// Copies a folder into another.
+pub(crate) fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let (path, to) = (entry.path(), to.join(entry.file_name()));
+        if path.is_dir() {
+            copy(&path, &to);
+        } else {
+            std::fs::copy(&path, &to).unwrap();
+        }
+    }
+}
+
+/// Makes `SHA256SUMS` of a package anew, of the files that it has.
+pub(crate) fn reseal(package: &Path) {
+    let names = sglow_seal::listed(package).unwrap().0.into_iter();
+    let names = names.filter(|name| name != sglow_seal::SUMS);
+    let files = names.map(|name| (name.clone(), std::fs::read(package.join(&name)).unwrap()));
+    std::fs::write(package.join(sglow_seal::SUMS), sglow_seal::sums(&files.collect())).unwrap();
 }

@@ -78,6 +78,8 @@ mod plan;
 #[cfg(test)]
 mod pruning;
 #[cfg(test)]
+mod reliability;
+#[cfg(test)]
 mod shade;
 #[cfg(test)]
 mod stress;

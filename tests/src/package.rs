@@ -4,12 +4,15 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use sglow_runtime::package::{Package, PackageError};
+use sglow_seal::Error::{Changed, Unreadable};
 use sglow_shader_gen::generate::variants_against;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::package::{Change, Error, Options, Target, generate, verify_hashes};
 use sglow_shader_gen::prune::Whole;
 use sglow_shaders::shade::Shade;
 use sglow_shaders::{Diffuse, Emitter, Lobes, Ndf, Output, Specular, Visibility, bind_groups};
+
+use crate::common::{copy, reseal};
 
 const LIBRARY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
 
@@ -155,10 +158,8 @@ fn what_was_changed_by_hand_is_named() {
     std::fs::write(&shader, text.replace("0.25", "0.26")).unwrap();
 
     let errors = Package::load(folder.path()).unwrap_err();
-    assert!(
-        matches!(&errors[..], [PackageError::Changed { path, .. }] if *path == shader),
-        "{errors:?}"
-    );
+    let [PackageError::File(Changed { path, .. })] = &errors[..] else { panic!("{errors:?}") };
+    assert_eq!(*path, shader);
     let differences = verify_hashes(folder.path()).unwrap();
     assert_eq!(differences.len(), 1);
     assert_eq!(differences[0].path, "wgsl/mip-texel_r32float.wgsl");
@@ -174,5 +175,109 @@ fn what_was_changed_by_hand_is_named() {
     assert!(errors[0].to_string().contains("manifest.json"), "{errors:?}");
     std::fs::remove_file(folder.path().join("manifest.json")).unwrap();
     let errors = Package::load(folder.path()).unwrap_err();
-    assert!(matches!(errors[..], [PackageError::Unreadable { .. }]), "{errors:?}");
+    assert!(matches!(errors[..], [PackageError::File(Unreadable(_))]), "{errors:?}");
+}
+
+/// What is said of the committed package after `change` to a copy of it, with new hashes of all that is there or not.
+fn after(sealed: bool, change: impl FnOnce(&Path)) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    copy(&Path::new(LIBRARY).join("packages/sglow"), folder.path());
+    change(folder.path());
+    if sealed {
+        reseal(folder.path());
+    }
+    match Package::load(folder.path()) {
+        Ok(_) => String::new(),
+        Err(errors) => errors.iter().map(|error| format!("{error}\n")).collect(),
+    }
+}
+
+/// Replaces text of a package's manifest.
+fn edit(folder: &Path, change: impl FnOnce(&mut serde_json::Value)) {
+    let mut manifest = serde_json::from_str(&read(folder, "manifest.json")).unwrap();
+    change(&mut manifest);
+    std::fs::write(folder.join("manifest.json"), manifest.to_string()).unwrap();
+}
+
+fn files<'a>(manifest: &'a mut serde_json::Value, id: &str) -> &'a mut serde_json::Value {
+    let variants = manifest["variants"].as_array_mut().unwrap();
+    &mut variants.iter_mut().find(|variant| variant["id"] == id).unwrap()["files"]
+}
+
+#[test]
+fn a_package_is_sealed() {
+    assert_eq!(after(false, |_| ()), "");
+    let append = |folder: &Path, name: &str| {
+        let text = read(folder, name) + "\n";
+        std::fs::write(folder.join(name), text).unwrap();
+    };
+    for name in ["README.md", "rust/lib.rs", "wgsl/lib/sg.wesl", "wgsl/mip.wgsl", "manifest.json"] {
+        let said = after(false, |folder| append(folder, name));
+        assert!(said.contains(&format!("{name}: was changed")), "{said}");
+        // Negative control: what is sealed again is another package, and in order.
+        assert_eq!(after(true, |folder| append(folder, name)), "");
+        let said = after(false, |folder| std::fs::remove_file(folder.join(name)).unwrap());
+        assert!(said.contains(&format!("{name}: is missing")), "{said}");
+    }
+    let said = after(false, |folder| std::fs::remove_file(folder.join("SHA256SUMS")).unwrap());
+    assert!(said.contains("SHA256SUMS: is missing"), "{said}");
+    let said = after(false, |folder| append(folder, "SHA256SUMS"));
+    assert!(said.contains("SHA256SUMS: line"), "{said}");
+}
+
+#[test]
+fn a_manifest_fits_its_texts_whatever_its_hash() {
+    let (one, other) = ("mip-r32float-three", "mip-rgba32float-three");
+    let swap = |folder: &Path| {
+        edit(folder, |manifest| {
+            let first = files(manifest, one).take();
+            let second = std::mem::replace(files(manifest, other), first);
+            *files(manifest, one) = second;
+        });
+    };
+    assert!(after(false, swap).contains("manifest.json: was changed"));
+    // Passes, whose entry points and bindings differ.
+    let said = after(true, |folder| {
+        edit(folder, |manifest| {
+            let (one, other) = (one, "compose-both-none");
+            let first = files(manifest, one).take();
+            let second = std::mem::replace(files(manifest, other), first);
+            *files(manifest, one) = second;
+        });
+    });
+    for id in [one, "compose-both-none"] {
+        assert!(said.contains(&format!("variant '{id}' has no entry point")), "{said}");
+    }
+    for path in ["../mip.wgsl", "/etc/hostname", "wgsl/../wgsl/mip.wgsl", "wgsl/none.wgsl"] {
+        let said = after(true, |folder| {
+            edit(folder, |manifest| files(manifest, one)[0]["path"] = path.into());
+        });
+        assert!(said.contains(&format!("'{one}' has no WGSL file of its own")), "{path}: {said}");
+    }
+    let said = after(true, |folder| {
+        edit(folder, |manifest| *files(manifest, one) = files(manifest, other).clone());
+    });
+    assert!(said.contains("has no WGSL file of its own"), "{said}");
+    let said = after(true, |folder| {
+        edit(folder, |manifest| {
+            let variants = manifest["variants"].as_array_mut().unwrap();
+            let again = variants[0].clone();
+            variants.push(again);
+        });
+    });
+    assert!(said.contains("twice"), "{said}");
+    let said = after(true, |folder| {
+        let text = read(folder, "wgsl/mip.wgsl");
+        let text =
+            text.replace("@binding(2) var sglow_mip_second", "@binding(4) var sglow_mip_second");
+        std::fs::write(folder.join("wgsl/mip.wgsl"), text).unwrap();
+    });
+    assert!(said.contains("has no binding 'sglow_mip_second'"), "{said}");
+    let assume = |fact: &str| {
+        let assumed = serde_json::json!([{ "rule": "x", "fact": fact, "holds": false }]);
+        let made_for = serde_json::json!({ "assumed": assumed, "chosen": {} });
+        after(true, |folder| edit(folder, |manifest| manifest["made_for"] = made_for))
+    };
+    assert!(assume("colourful").contains("'colourful', which is no known fact"));
+    assert_eq!(assume("specular"), "");
 }

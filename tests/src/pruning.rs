@@ -15,7 +15,7 @@ use sglow_shader_gen::manifest::{Assumed, LeftOut, MadeFor, Saved};
 use sglow_shader_gen::package::{Options, Purpose, generate};
 use sglow_shaders::{Precision, Specular, Visibility};
 
-use crate::common::{KINDS, broken, gpu, library, package_of, plan, whole_space};
+use crate::common::{KINDS, broken, gpu, library, package_of, plan, reseal, whole_space};
 
 #[derive(Clone, Copy, Debug)]
 struct Needs {
@@ -473,6 +473,7 @@ fn a_package_for_a_scene_refuses_one_that_needs_more_and_says_what_left_a_varian
     // Whether the rest can be read as this format or not.
     for other in [other.as_str(), r#"{"schema_version": 5, "variants": [{"id": "mip"}]}"#] {
         std::fs::write(&manifest, other).unwrap();
+        reseal(folder.path());
         let error = Package::load(folder.path()).unwrap_err()[0].to_string();
         for part in ["is of format 5", "reads format 6", "`cargo xtask gen-shaders`"] {
             assert!(error.contains(part), "{part}: {error}");
@@ -483,6 +484,7 @@ fn a_package_for_a_scene_refuses_one_that_needs_more_and_says_what_left_a_varian
     let other = text.replacen(key, no_key, 1);
     assert_ne!(text, other);
     std::fs::write(&manifest, other).unwrap();
+    reseal(folder.path());
     let error = Package::load(folder.path()).unwrap_err()[0].to_string();
     assert!(error.contains("'sglow_shade_parameters', which `shared` lacks"), "{error}");
 }

@@ -6,7 +6,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use sglow_report::failure::Result;
 
 use crate::command::{
-    choose, compare, docs, doctor, gen_shaders, graph, kernels, render, report, reproduce,
+    choose, compare, docs, doctor, fuzz, gen_shaders, graph, kernels, render, report, reproduce,
     stability, test, variants, verify,
 };
 
@@ -64,6 +64,9 @@ pub(crate) enum Command {
     /// Show what this machine has and lacks
     #[command(after_help = doctor::EXAMPLES)]
     Doctor(doctor::Arguments),
+    /// Try mutated inputs of every kind: nothing may panic, run long or take much memory
+    #[command(after_help = fuzz::EXAMPLES)]
+    Fuzz(fuzz::Arguments),
 }
 
 impl Command {
@@ -84,6 +87,7 @@ impl Command {
             Self::Verify(arguments) => verify::run(&arguments),
             Self::Test(arguments) => test::run(&arguments),
             Self::Doctor(arguments) => doctor::run(&arguments),
+            Self::Fuzz(arguments) => fuzz::run(&arguments),
         }
     }
 }
@@ -139,6 +143,15 @@ mod tests {
             let parsed = Cli::try_parse_from(std::iter::once("cargo xtask").chain(words));
             assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
         }
+    }
+
+    #[test]
+    fn no_mutated_line_panics() {
+        let help = |command: &clap::Command| command.get_after_help().map(ToString::to_string);
+        let helps: String = Cli::command().get_subcommands().filter_map(help).collect();
+        let tried = sglow_fuzz::Target::new("command-line", 30)
+            .lines(&helps, |line| Cli::try_parse_from(line.split_whitespace().skip(1)).is_ok());
+        assert!(tried.refused > 10 && tried.taken > 10, "{tried:?}");
     }
 
     #[test]

@@ -10,6 +10,7 @@ use sglow_renderer::request::derivation::Request;
 use sglow_renderer::request::selection::{self, Selection, whole_space};
 use sglow_renderer::request::shot;
 use sglow_report::failure::{self, Failure, Result};
+use sglow_report::parse;
 use sglow_results::saved::Measured;
 use sglow_runtime::package::Package;
 use sglow_scene::Scene;
@@ -135,7 +136,7 @@ pub(crate) struct Numbers {
         value_parser = value_parser!(u32).range(1..=24))]
     pub(crate) iterations: Option<u32>,
     /// K, the size of kernels relative to their share of the density [default: the preset's or the scene's]
-    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = factor)]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = parse::factor)]
     pub(crate) size_factor: Option<f32>,
     /// The scene's light that is used, counted from 0 [default: the one with the most power]
     #[arg(long, value_name = "NUMBER")]
@@ -195,24 +196,6 @@ pub(crate) fn open(adapter: Option<&str>) -> Result<Gpu> {
     Ok(gpu)
 }
 
-/// `WxH` in pixels.
-pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
-    let wrong = || format!("'{text}' is not a size such as 640x360");
-    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
-    let size = [width, height].map(str::parse::<u32>);
-    match size {
-        [Ok(0), Ok(_)] | [Ok(_), Ok(0)] => Err(format!("'{text}' has no pixel; give at least 1x1")),
-        [Ok(width), Ok(height)] => Ok([width, height]),
-        _ => Err(wrong()),
-    }
-}
-
-/// A number above 0.
-fn factor(text: &str) -> Result<f32, String> {
-    let number = text.parse::<f32>().ok().filter(|number| *number > 0.0 && number.is_finite());
-    number.ok_or_else(|| format!("'{text}' is not a number above 0"))
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Parser;
@@ -254,17 +237,6 @@ mod tests {
                 let text = line(option, value).unwrap_err().to_string();
                 assert!(text.contains(option) && text.contains(value), "{text}");
             }
-        }
-    }
-
-    #[test]
-    fn sizes_are_read() {
-        assert_eq!(size("640x360"), Ok([640, 360]));
-        for wrong in ["640", "x", "640x", "-1x2", "axb"] {
-            assert!(size(wrong).unwrap_err().contains(wrong));
-        }
-        for empty in ["0x0", "0x4", "4x0"] {
-            assert!(size(empty).unwrap_err().contains("no pixel"), "{empty}");
         }
     }
 }

@@ -35,7 +35,7 @@ impl Request {
     ///
     /// # Errors
     ///
-    /// An unknown preset, with the known ones; an invalid number.
+    /// An unknown preset, with the known ones; an invalid number; what is given twice with different values.
     pub fn settings(
         &self,
         library: &Library,
@@ -44,7 +44,12 @@ impl Request {
     ) -> Result<Settings, RequestError> {
         let others = others(library);
         let mut settings = Settings { size: self.size, others, ..Settings::default() };
-        let by_hand = || self.numbers.iter().chain(set).filter_map(|one| one.split('=').next());
+        let given = || self.numbers.iter().chain(set);
+        let twice = contradictions(given());
+        if !twice.is_empty() {
+            return Err(RequestError::Settings(twice));
+        }
+        let by_hand = || given().filter_map(|one| one.split('=').next());
         for rule in library.class_default.iter().filter(|rule| rule.holds(facts, by_hand())) {
             apply(&rule.set, &mut settings)?;
         }
@@ -58,6 +63,17 @@ impl Request {
         }
         Ok(settings)
     }
+}
+
+/// A line for each name that is given values of which no two are the same.
+pub fn contradictions<'a>(given: impl Iterator<Item = &'a String>) -> Vec<String> {
+    let mut known = BTreeMap::new();
+    let given = given.filter_map(|one| one.split_once('='));
+    let twice = given.filter_map(|(name, value)| {
+        let first = *known.entry(name).or_insert(value);
+        (first != value).then(|| format!("`{name}` is given twice: {first} and {value}"))
+    });
+    twice.collect()
 }
 
 fn apply(set: &BTreeMap<String, Setting>, settings: &mut Settings) -> Result<(), RequestError> {
@@ -85,7 +101,7 @@ pub struct Derivation {
 }
 
 impl Derivation {
-    /// Settles every axis of a scene with one light: by `set` (`axis=value`, the last one counts), else by what the scene
+    /// Settles every axis of a scene with one light: by `set` (`axis=value`), else by what the scene
     /// needs, else by what is requested: the preset, else the default for scenes of its class.
     ///
     /// # Errors

@@ -191,6 +191,14 @@ mod tests {
         for part in ["unknown axis 'colour'", "previous, modified", "not AXIS=VALUE"] {
             assert!(text.contains(part), "{text}");
         }
+        let twice = |set: &[&str], numbers: &[&str]| {
+            of("cornell", set, &request(None, numbers)).map_err(|error| error.to_string())
+        };
+        let text = twice(&["kernel=previous", "kernel=modified"], &[]).unwrap_err();
+        assert_eq!(text, "`kernel` is given twice: previous and modified");
+        let text = twice(&["lights=16"], &["lights=32", "map=32"]).unwrap_err();
+        assert_eq!(text, "`lights` is given twice: 32 and 16");
+        assert!(twice(&["kernel=previous", "kernel=previous"], &["lights=16", "map=32"]).is_ok());
         let text = load("cornell", Some(7), &Options::default()).unwrap_err().to_string();
         assert!(text.contains("no light 7"), "{text}");
     }

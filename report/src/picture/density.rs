@@ -10,6 +10,9 @@ use crate::picture::read::{Read, decoded};
 /// The seed of built-in densities: those of `report`.
 const SEED: u64 = 1;
 
+/// The sum of all texels at most: a thousandth of the largest number of 32 bits, for products with it are added up.
+const LARGEST: f64 = 3e35;
+
 /// A density of any size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
@@ -72,6 +75,12 @@ impl Density {
                 ));
             }
             texels.push(luminance);
+        }
+        let total: f64 = texels.iter().copied().map(f64::from).sum();
+        if total > LARGEST {
+            return Err(format!(
+                "the sum of all pixels is {total:e}, and numbers of 32 bits hold sums up to {LARGEST:e}; scale the image"
+            ));
         }
         Ok(Self { name, size, texels })
     }
@@ -196,6 +205,8 @@ mod tests {
             assert!(text.contains("pixel (3, 1)") && text.contains(shown), "{text}");
         }
         assert!(Density::of_pixels(String::new(), [0, 0], &[]).is_err());
+        let huge = |value: f32| Density::of_pixels(String::new(), [2, 1], &[[value; 3]; 2]);
+        assert!(huge(1e35).is_ok() && huge(2e35).unwrap_err().contains("sum of all pixels"));
         let zero = Density::of_pixels(String::new(), [1, 1], &[[0.0; 3]]).unwrap();
         assert_eq!(zero.texels, [0.0]);
     }

@@ -4,6 +4,7 @@ pub mod compare;
 pub mod density;
 pub mod exr;
 pub mod false_colour;
+mod file;
 pub mod kernels;
 pub mod png;
 pub mod read;

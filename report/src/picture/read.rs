@@ -3,11 +3,9 @@
 use std::path::Path;
 
 use exr::image::{AnyChannels, FlatSamples};
-use exr::prelude::read_all_flat_layers_from_file;
-use image::ImageReader;
 
-use crate::failure::{Context as _, Failure, Result};
-use crate::picture::Image;
+use crate::failure::{Failure, Result};
+use crate::picture::{Image, file};
 
 /// A file's picture: linear Rec. 709 light, or whatever its layers hold.
 #[derive(Clone, Debug)]
@@ -72,6 +70,11 @@ impl Read {
             _ => return None,
         };
         let first = parts.first()?;
+        // Layers of other sizes have no sum.
+        let size = |part: &Image| (part.width(), part.height());
+        if parts.iter().any(|part| size(part) != size(first)) {
+            return None;
+        }
         let sum = |at: usize| {
             core::array::from_fn(|channel| {
                 parts.iter().map(|part| part.pixels()[at][channel]).sum::<f32>()
@@ -101,9 +104,7 @@ impl Read {
 
 /// Linear pixels of what the image library reads; a grey image has the same number three times.
 pub fn decoded(path: &Path, srgb: bool) -> Result<([usize; 2], Vec<[f32; 3]>)> {
-    let place = path.display();
-    let reader = ImageReader::open(path).context(format!("{place}: cannot read"))?;
-    let image = reader.decode().context(format!("{place}: cannot read"))?.into_rgb32f();
+    let image = file::pixels(path)?;
     let size = [image.width() as usize, image.height() as usize];
     let linear = |value: f32| {
         if srgb { sglow_oracle::flip::decoded(f64::from(value)) as f32 } else { value }
@@ -115,8 +116,7 @@ pub fn decoded(path: &Path, srgb: bool) -> Result<([usize; 2], Vec<[f32; 3]>)> {
 /// within it the channels by what stands before their last point.
 fn exr_layers(path: &Path) -> Result<Read> {
     let place = path.display();
-    let file = read_all_flat_layers_from_file(path)
-        .map_err(|error| Failure::new(format!("{place}: cannot read: {error}")))?;
+    let file = file::exr(path)?;
     let mut read = Read { layers: Vec::new(), covered: None, converted: false };
     for part in &file.layer_data {
         let size = [part.size.width(), part.size.height()];
@@ -158,7 +158,9 @@ fn exr_layers(path: &Path) -> Result<Read> {
                 (own, layer) => format!("{own}.{layer}"),
             };
             if let Some(alpha) = find("A").filter(|_| unnamed) {
-                read.covered = Some(samples(alpha).iter().map(|alpha| *alpha > 0.0).collect());
+                let alpha = samples(alpha);
+                let covered = || alpha.iter().map(|alpha| *alpha > 0.0).collect();
+                read.covered = (alpha.len() == size[0] * size[1]).then(covered);
             }
             let Some(chosen) = chosen else { continue };
             let samples = chosen.map(samples);

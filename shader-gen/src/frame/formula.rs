@@ -51,6 +51,18 @@ const FUNCTIONS: [(&str, usize); 7] = [
     ("select", 3),
 ];
 
+/// Characters of a formula at most.
+const LONGEST: usize = 4096;
+
+/// Operations in each other at most. Each is two levels in JSON, of which its readers take 128.
+const DEEPEST: usize = 40;
+
+/// How many operations nest in each other.
+fn depth(of: &Formula) -> usize {
+    let parts = operation(of).map_or(&[][..], |(_, parts)| parts);
+    parts.iter().map(depth).max().unwrap_or(0) + usize::from(!parts.is_empty())
+}
+
 impl Text {
     /// The tree.
     ///
@@ -59,13 +71,18 @@ impl Text {
     /// What is no formula.
     pub fn parse(&self) -> Result<Formula, String> {
         let text = self.0.trim();
+        if text.len() > LONGEST {
+            return Err(format!("is longer than {LONGEST} characters"));
+        }
         let mut parser = Parser { text, rest: text, depth: 0 };
         let tree = parser.binary(0)?;
-        if parser.rest.is_empty() {
-            Ok(tree)
-        } else {
-            Err(parser.expected("an operator or the end"))
+        if !parser.rest.is_empty() {
+            return Err(parser.expected("an operator or the end"));
         }
+        if depth(&tree) > DEEPEST {
+            return Err(format!("nests more than {DEEPEST} operations; give parts of it names"));
+        }
+        Ok(tree)
     }
 }
 

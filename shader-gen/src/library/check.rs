@@ -8,6 +8,9 @@ use super::place::Places;
 use crate::error::{Code, Diagnostic};
 use crate::validate::{features, is_feature};
 
+/// Combinations of values that all passes have at most, legal or not: ours have a hundredth of that.
+const VARIANTS: u64 = 1 << 20;
+
 impl Library {
     pub(super) fn check(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
         let prefix = &self.library.prefix;
@@ -20,6 +23,17 @@ impl Library {
                     "here",
                 ),
             );
+        }
+        let names_of_files = [
+            ("a library", "library", &self.library.name),
+            ("a package", "package", &self.package.name),
+        ];
+        for (kind, table, name) in names_of_files {
+            if !is_file(name) {
+                let error = Diagnostic::new(Code::Name, format!("`{name}` is no name for {kind}"))
+                    .help("names of this kind are those of files: letters, digits, `-` and `_`");
+                errors.push(places.mark(error, &[table, "name"], "here"));
+            }
         }
         let mut list = |kind: &str,
                         table: &[&str],
@@ -99,6 +113,27 @@ impl Library {
             let path = [&path[..], &["axes"]].concat();
             self.check_values(&select.axes, axes, &path, places, errors);
         }
+    }
+
+    /// Whether the space of variants is small enough to be gone through, before anything does.
+    pub(super) fn is_bounded(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) -> bool {
+        let mut total = 0_u64;
+        for (index, pass) in self.pass.iter().enumerate() {
+            let values = |axis: &String| self.axis.get(axis).map_or(1, |axis| axis.value.len());
+            let counts = pass.axes.iter().map(|axis| values(axis) as u64);
+            total = total.saturating_add(counts.fold(1, u64::saturating_mul));
+            if total > VARIANTS {
+                let text = format!(
+                    "the passes up to `{}` have more than {VARIANTS} combinations of values",
+                    pass.name
+                );
+                let error = Diagnostic::new(Code::Declaration, text);
+                let path = ["pass", &index.to_string(), "axes"];
+                errors.push(places.mark(error, &path, "here"));
+                return false;
+            }
+        }
+        true
     }
 
     fn check_axes(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) {
@@ -363,6 +398,12 @@ pub(super) fn is_snake(name: &str) -> bool {
 fn is_value(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_digit()) && is_snake(&format!("n{name}"))
         || is_snake(name)
+}
+
+/// Whether a file or a folder may be called so, on every system.
+fn is_file(name: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    (1..=64).contains(&name.len()) && name.chars().all(plain)
 }
 
 pub(super) fn is_kebab(name: &str) -> bool {

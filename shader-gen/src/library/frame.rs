@@ -1,7 +1,6 @@
 //! Reading the frame of a library, and what is wrong with it in itself.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
@@ -16,7 +15,7 @@ use super::{Exclusion, Library};
 use crate::error::{Code, Diagnostic};
 use crate::frame::authored::{Authored, Template};
 use crate::frame::{Expanded, Faults, Origin, expand, formula};
-use crate::source::{Sources, relative};
+use crate::source::{Sources, find, read, relative};
 
 /// The frame of a library, with the files that describe it.
 #[derive(Clone, Debug)]
@@ -36,6 +35,9 @@ pub struct Frame {
 /// So many configurations are all tried.
 const ALL: usize = 1 << 10;
 
+/// Kinds of draws that a list of the host has at most, legal or not.
+const KINDS: usize = 1 << 12;
+
 impl Library {
     /// Reads the frame that the header names, with those of what is laid over the library.
     pub(super) fn read_frame(
@@ -46,17 +48,18 @@ impl Library {
         sources: &mut Sources,
         errors: &mut Vec<Diagnostic>,
     ) {
-        let own = self.library.frame.as_ref().map(|name| {
-            let path = root.join(name);
-            (relative(root, &path), path, places)
-        });
+        let own = self
+            .library
+            .frame
+            .as_ref()
+            .map(|name| (relative(root, &root.join(name)), find(root, name), places));
         let over = self.overlays.iter().zip(headers).filter_map(|(overlay, header)| {
-            let path = overlay.root.join(overlay.frame.as_ref()?);
-            Some((overlay.shown(&path), path, header))
+            let (root, name) = (&overlay.root, overlay.frame.as_ref()?);
+            Some((overlay.shown(&root.join(name)), find(root, name), header))
         });
         let mut texts = Vec::new();
         for (shown, path, places) in own.into_iter().chain(over) {
-            match fs::read_to_string(&path) {
+            match path.and_then(|path| read(&path)) {
                 Ok(text) => texts.push((sources.add(shown, text.as_str()), text)),
                 Err(error) => {
                     let error = Diagnostic::new(Code::Read, format!("{shown}: {error}"));
@@ -148,6 +151,15 @@ impl Library {
                 };
                 let error = Diagnostic::new(code, text);
                 errors.push(places.mark(error, &["parameter", name], "here"));
+            }
+            for (name, list) in &frame.description.draws {
+                let values = |axis| self.axis.get(axis).map_or(1, |axis| axis.value.len());
+                if list.axes.iter().map(values).fold(1, usize::saturating_mul) > KINDS {
+                    let text = format!("the list `{name}` has more than {KINDS} kinds of draws");
+                    let error = Diagnostic::new(Code::Declaration, text);
+                    errors.push(places.mark(error, &["draws", name, "axes"], "here"));
+                    return;
+                }
             }
             errors.extend(frame.faults(&places, 1));
         }

@@ -1,7 +1,6 @@
 //! Examples of what a host computes: arguments, and the results that it has to come to.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -9,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Library;
 use super::place::Places;
 use crate::error::{Code, Diagnostic};
-use crate::source::{Sources, relative};
+use crate::source::{Sources, find, read, relative};
 
 /// A host input for some arguments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,7 +31,7 @@ impl Library {
     ) {
         let Some(name) = &self.library.inputs else { return };
         let path = root.join(name);
-        let text = match fs::read_to_string(&path) {
+        let text = match find(root, name).and_then(|path| read(&path)) {
             Ok(text) => text,
             Err(error) => {
                 let text = format!("{}: {error}", relative(root, &path));

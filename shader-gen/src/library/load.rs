@@ -1,7 +1,6 @@
 //! Reading a library.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,7 +14,7 @@ use super::{Library, Overlay, Pass, PresetFile};
 use crate::error::{Code, Diagnostic, Report};
 use crate::link::Graph;
 use crate::parse::{Module, parse};
-use crate::source::{Sources, modules_below, relative};
+use crate::source::{Sources, find, modules_below, read, relative};
 
 impl Library {
     /// Reads `library.toml` at `path` (or in the folder `path`) and every `.wesl` file below its source folder.
@@ -41,7 +40,7 @@ impl Library {
         {
             let path = if path.is_dir() { path.join("library.toml") } else { path.to_owned() };
             let root = path.parent().unwrap_or(Path::new("")).to_owned();
-            match fs::read_to_string(&path) {
+            match read(&path) {
                 Ok(text) => {
                     let shown = relative(&root, &path);
                     let shown =
@@ -90,6 +89,9 @@ impl Library {
             library.overlays.extend(Overlay::new(header, root, *file, &mut errors));
         }
         if !errors.is_empty() {
+            return Err(Report::new(errors, Arc::new(sources)));
+        }
+        if !library.is_bounded(&places, &mut errors) {
             return Err(Report::new(errors, Arc::new(sources)));
         }
         let root = &roots[0];
@@ -152,7 +154,9 @@ impl Library {
                 "read from here",
             )
         };
-        let files: Vec<PathBuf> = match modules_below(folder) {
+        let source = &self.library.source;
+        let found = find(root, source).and_then(|folder| modules_below(&folder));
+        let files: Vec<PathBuf> = match found {
             Ok(files) => files,
             Err(error) => {
                 errors.push(unreadable(folder, &error));
@@ -161,7 +165,7 @@ impl Library {
         };
         let mut modules = Vec::new();
         for file in files {
-            match fs::read_to_string(&file) {
+            match read(&file) {
                 Ok(text) => {
                     let path = relative(folder, &file);
                     let path = path.trim_end_matches(".wesl");
@@ -191,9 +195,9 @@ fn presets(
     }
     // What is wrong with the library itself, its reader says.
     let named = toml::from_str(text).ok().and_then(|Alone { library }| library.presets);
-    let Some(path) = named.map(|name| root.join(name)) else { return Ok(None) };
-    let shown = relative(root, &path);
-    let text = match fs::read_to_string(&path) {
+    let Some(name) = named else { return Ok(None) };
+    let shown = relative(root, &root.join(&name));
+    let text = match find(root, &name).and_then(|path| read(&path)) {
         Ok(text) => text,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
         Err(error) => {

@@ -10,7 +10,7 @@ use super::check::is_snake;
 use super::place::Places;
 use crate::error::{Code, Diagnostic};
 use crate::parse::{Module, parse};
-use crate::source::{Sources, modules_below, relative};
+use crate::source::{Sources, find, modules_below, read, relative};
 
 /// The `[library]` table of what is laid over a library.
 ///
@@ -120,13 +120,13 @@ impl Overlay {
         let mut replaced = BTreeSet::new();
         if let Some(source) = &self.source {
             let folder = self.root.join(source);
-            let files = match modules_below(&folder) {
+            let files = match find(&self.root, source).and_then(|folder| modules_below(&folder)) {
                 Ok(files) => files,
                 Err(error) => return errors.push(unreadable(self.shown(&folder), &error)),
             };
             for file in files {
                 let shown = self.shown(&file);
-                let text = match std::fs::read_to_string(&file) {
+                let text = match read(&file) {
                     Ok(text) => text,
                     Err(error) => {
                         errors.push(unreadable(shown, &error));

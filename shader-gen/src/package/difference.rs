@@ -13,6 +13,17 @@ pub struct Outcome {
     pub removed: Vec<String>,
 }
 
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (written, removed) = (self.written.len(), self.removed.len());
+        let total = written + self.unchanged.len();
+        if written + removed == 0 {
+            return write!(f, "{total} files, all as they should be");
+        }
+        write!(f, "{total} files, {written} written, {removed} removed")
+    }
+}
+
 /// How a file differs from what it should be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Change {

@@ -1,10 +1,11 @@
 //! What keeps a package from being written.
 
 use std::fmt;
-use std::io;
 use std::path::PathBuf;
 
-use super::difference::Difference;
+use sglow_seal::Fault;
+
+use super::difference::{Change, Difference};
 use crate::bindings;
 use crate::emit::spirv;
 use crate::error::Report;
@@ -52,16 +53,35 @@ pub enum Error {
     #[error("the manifest cannot be written: {0}")]
     Manifest(#[from] serde_json::Error),
     /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    File {
-        /// The file.
+    #[error(transparent)]
+    File(#[from] Fault),
+    /// The folder has somebody else's files.
+    #[error("{}: a package would replace files of this folder: {why}; name a new or empty one", path.display())]
+    NotOurs {
+        /// The folder.
         path: PathBuf,
-        /// Why.
-        source: io::Error,
+        /// What it is instead of a package.
+        why: String,
+    },
+    /// Another package than the committed one would take its place.
+    #[error("{}: this would replace the committed package by another one; name another folder", path.display())]
+    Committed {
+        /// The folder.
+        path: PathBuf,
     },
     /// The folder is not what would be written.
-    #[error("the package is not what its sources make; run `cargo xtask gen-shaders`:\n{}", lines(.0))]
+    #[error("the package is not what its sources make; {}:\n{}", advice(.0), lines(.0))]
     Differs(Vec<Difference>),
+}
+
+/// What mends differences.
+fn advice(differences: &[Difference]) -> &'static str {
+    let extra = |one: &&Difference| one.change == Change::Extra;
+    match differences.iter().filter(extra).count() {
+        0 => "run `cargo xtask gen-shaders`",
+        count if count == differences.len() => "remove what is not part of it",
+        _ => "remove what is not part of it and run `cargo xtask gen-shaders`",
+    }
 }
 
 fn lines(items: &[impl fmt::Display]) -> String {

@@ -5,74 +5,143 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
+use sglow_seal::{Fault, MANIFEST, SUMS, at, is_inside, listed, read_if_there, read_sums};
+
 use super::difference::{Change, Difference, Outcome};
 use super::error::Error;
+use super::exchange::{Means, Place};
 use super::options::Options;
 use crate::hash;
 
-/// Where the hashes of all other files stand.
-pub(super) const SUMS: &str = "SHA256SUMS";
-
 /// Writes `files` into `out` and removes what an earlier run has written there and nothing writes now.
 ///
-/// What differs is first written beside `out` and then renamed into place, the hashes last; a run that is cut off
-/// leaves whole files only.
+/// The folder with what is new in it is filled beside `out`, and both are exchanged; so a run that is cut off leaves the old
+/// package or the new one, and the next run removes what else it left. What lies in `out` and belongs to no package goes
+/// into the new folder, as do files that stay the same.
 ///
 /// # Errors
 ///
 /// When a file cannot be read, written, renamed or removed.
 pub fn write(out: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<Outcome, Error> {
-    let before = recorded(out)?;
+    Ok(write_by(Means::Exchange, out, files)?)
+}
+
+pub(super) fn write_by(
+    means: Means,
+    out: &Path,
+    files: &BTreeMap<String, Vec<u8>>,
+) -> Result<Outcome, Fault> {
+    let place = Place::take(out)?;
+    let out = place.folder();
+    let before = recorded(&out)?.unwrap_or_default();
     let mut outcome = Outcome::default();
     for (path, bytes) in files {
-        let same = read_if_there_bytes(&out.join(path))?.is_some_and(|found| found == *bytes);
+        if !is_inside(path) {
+            let wrong = io::Error::new(io::ErrorKind::InvalidInput, "leads out of the package");
+            return Err(at(Path::new(path))(wrong));
+        }
+        let same = read_if_there(&out.join(path))?.is_some_and(|found| found == *bytes);
         if same { &mut outcome.unchanged } else { &mut outcome.written }.push(path.clone());
     }
     outcome.removed = before
         .into_keys()
         .filter(|path| !files.contains_key(path) && out.join(path).is_file())
         .collect();
-    if !outcome.written.is_empty() {
-        replace(out, files, &outcome.written)?;
-    }
-    for path in &outcome.removed {
-        let file = out.join(path);
-        fs::remove_file(&file).map_err(at(&file))?;
-        // A folder is removed with its last file; one that still has files stays.
-        for folder in file.ancestors().skip(1).take_while(|folder| *folder != out) {
-            if fs::remove_dir(folder).is_err() {
-                break;
-            }
-        }
+    if !outcome.written.is_empty() || !outcome.removed.is_empty() {
+        place.replace(means, |new| fill(new, &out, files, &outcome))?;
     }
     Ok(outcome)
 }
 
-fn replace(out: &Path, files: &BTreeMap<String, Vec<u8>>, paths: &[String]) -> Result<(), Error> {
-    let parent = match out.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    fs::create_dir_all(parent).map_err(at(parent))?;
-    let beside =
-        tempfile::Builder::new().prefix(".package-").tempdir_in(parent).map_err(at(parent))?;
+/// Fills a new folder with what is written, with what stays the same, and with what else lies in the old one.
+fn fill(
+    new: &Path,
+    old: &Path,
+    files: &BTreeMap<String, Vec<u8>>,
+    outcome: &Outcome,
+) -> Result<(), Fault> {
     let create = |file: &Path| {
         let folder = file.parent().unwrap_or(file);
         fs::create_dir_all(folder).map_err(at(folder))
     };
-    for path in paths {
-        let file = beside.path().join(path);
+    for path in &outcome.written {
+        let file = new.join(path);
         create(&file)?;
         fs::write(&file, files.get(path).map(Vec::as_slice).unwrap_or_default())
             .map_err(at(&file))?;
     }
-    let (sums, others): (Vec<_>, Vec<_>) = paths.iter().partition(|path| *path == SUMS);
-    for path in others.into_iter().chain(sums) {
-        let file = out.join(path);
-        create(&file)?;
-        fs::rename(beside.path().join(path), &file).map_err(at(&file))?;
+    let (present, empty) = listed(old)?;
+    let goes = |path: &String| outcome.written.contains(path) || outcome.removed.contains(path);
+    for path in present.iter().filter(|path| !goes(path)) {
+        let (from, to) = (old.join(path), new.join(path));
+        create(&to)?;
+        // A second name where the file system has such; so times and whatever else it knows of a file stay.
+        if fs::hard_link(&from, &to).is_err() {
+            fs::copy(&from, &to).map_err(at(&from))?;
+        }
+    }
+    for path in empty {
+        let folder = new.join(path);
+        fs::create_dir_all(&folder).map_err(at(&folder))?;
     }
     Ok(())
+}
+
+/// Removes what runs that have ended left beside `out`, and puts back what one has moved away.
+///
+/// # Errors
+///
+/// When it cannot be removed.
+pub(super) fn mend(out: &Path) -> Result<(), Fault> {
+    let around = std::path::absolute(out).map_err(at(out))?;
+    if around.parent().is_some_and(Path::is_dir) { Place::take(out).map(drop) } else { Ok(()) }
+}
+
+/// Makes sure that a package can take the place of what is in a folder: nothing, or a package of this generator, whose
+/// manifest is the one that its `SHA256SUMS` names. Other files of a package may have been changed; they are written again.
+///
+/// # Errors
+///
+/// [`Error::NotOurs`] with what it is instead; when a file cannot be read.
+pub fn claim(out: &Path) -> Result<(), Error> {
+    #[derive(Deserialize)]
+    struct Head {
+        generator: Tool,
+        #[serde(rename = "schema_version")]
+        _version: u32,
+        #[serde(rename = "package")]
+        _package: String,
+    }
+    #[derive(Deserialize)]
+    struct Tool {
+        name: String,
+    }
+    match fs::read_dir(out) {
+        Ok(mut entries) => {
+            if entries.next().is_none() {
+                return Ok(());
+            }
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(at(out)(error).into()),
+    }
+    let refuse = |why: &str| Err(Error::NotOurs { path: out.to_owned(), why: why.to_owned() });
+    let manifest = read_if_there(&out.join(MANIFEST))?;
+    let Some(manifest) = manifest else { return refuse("it has files and no `manifest.json`") };
+    if read_if_there(&out.join(SUMS))?.is_none() {
+        return refuse(
+            "it has a `manifest.json` and no `SHA256SUMS`, so that it is another program's",
+        );
+    }
+    let Some(sums) = recorded(out)? else { return refuse("its `SHA256SUMS` is none of a package") };
+    if sums.get(MANIFEST) != Some(&hash::sha256(&manifest)) {
+        return refuse("its `manifest.json` is not the one that its `SHA256SUMS` names");
+    }
+    match serde_json::from_slice::<Head>(&manifest) {
+        Ok(head) if head.generator.name == env!("CARGO_PKG_NAME") => Ok(()),
+        _ => refuse("its `manifest.json` is another program's"),
+    }
 }
 
 /// Compares `out` with `files`.
@@ -81,11 +150,11 @@ fn replace(out: &Path, files: &BTreeMap<String, Vec<u8>>, paths: &[String]) -> R
 ///
 /// Every difference; or that a file cannot be read.
 pub fn compare(out: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<Outcome, Error> {
-    let before = recorded(out)?;
+    let before = recorded(out)?.unwrap_or_default();
     let mut differences = Vec::new();
     let mut unchanged = Vec::new();
     for (path, bytes) in files {
-        let change = match read_if_there_bytes(&out.join(path))? {
+        let change = match read_if_there(&out.join(path))? {
             None => Change::Missing,
             Some(found) if found == *bytes => {
                 unchanged.push(path.clone());
@@ -98,7 +167,7 @@ pub fn compare(out: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<Outcome,
         };
         differences.push(Difference { path: path.clone(), change });
     }
-    for path in present(out)? {
+    for path in listed(out)?.0 {
         if !files.contains_key(&path) {
             let change = if before.contains_key(&path) { Change::Stale } else { Change::Extra };
             differences.push(Difference { path, change });
@@ -118,17 +187,22 @@ pub fn compare(out: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<Outcome,
 ///
 /// When a file cannot be read; a package without `SHA256SUMS` misses that file.
 pub fn verify_hashes(package: &Path) -> Result<Vec<Difference>, Error> {
-    let recorded = recorded(package)?;
-    let present = present(package)?;
     let mut differences = Vec::new();
-    if !present.contains(SUMS) {
-        differences.push(Difference { path: SUMS.to_owned(), change: Change::Missing });
+    let recorded = recorded(package)?;
+    let present = BTreeSet::from_iter(listed(package)?.0);
+    let change = if present.contains(SUMS) { Change::ByHand } else { Change::Missing };
+    if change == Change::Missing || recorded.is_none() {
+        differences.push(Difference { path: SUMS.to_owned(), change });
     }
+    let recorded = recorded.unwrap_or_default();
     for (path, hash) in &recorded {
-        let change = match read_if_there_bytes(&package.join(path))? {
-            None => Change::Missing,
-            Some(found) if hash::sha256(&found) != *hash => Change::ByHand,
-            Some(_) => continue,
+        let change = match read_if_there(&package.join(path)) {
+            Ok(None) => Change::Missing,
+            Ok(Some(found)) if hash::sha256(&found) == *hash => continue,
+            Ok(Some(_)) => Change::ByHand,
+            // A folder, a pipe or a device in its place.
+            Err(fault) if fault.source.kind() == io::ErrorKind::InvalidInput => Change::ByHand,
+            Err(fault) => return Err(fault.into()),
         };
         differences.push(Difference { path: path.clone(), change });
     }
@@ -138,62 +212,12 @@ pub fn verify_hashes(package: &Path) -> Result<Vec<Difference>, Error> {
     Ok(differences)
 }
 
-/// The hashes in a package's `SHA256SUMS` by path; none if there is no such file.
-fn recorded(package: &Path) -> Result<BTreeMap<String, String>, Error> {
+/// The hashes in a package's `SHA256SUMS` by path: none if there is no such file, nothing if it is not of its form.
+fn recorded(package: &Path) -> Result<Option<BTreeMap<String, String>>, Fault> {
     let text = read_if_there(&package.join(SUMS))?.unwrap_or_default();
-    let inside = |path: &str| {
-        Path::new(path).components().all(|part| matches!(part, std::path::Component::Normal(_)))
-    };
-    let mut recorded: BTreeMap<_, _> = hash::read_sums(&text)
-        .into_iter()
-        .filter(|(path, _)| inside(path))
-        .map(|(path, hash)| (path.to_owned(), hash.to_owned()))
-        .collect();
-    recorded.remove(SUMS);
-    Ok(recorded)
-}
-
-/// The files that lie in a package.
-fn present(package: &Path) -> Result<BTreeSet<String>, Error> {
-    let mut found = BTreeSet::new();
-    let mut folders = vec![package.to_owned()];
-    while let Some(folder) = folders.pop() {
-        let entries = match fs::read_dir(&folder) {
-            Ok(entries) => entries,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-            Err(error) => return Err(at(&folder)(error)),
-        };
-        for entry in entries {
-            let path = entry.map_err(at(&folder))?.path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                found.insert(crate::source::relative(package, &path));
-            }
-        }
-    }
-    Ok(found)
-}
-
-fn at(path: &Path) -> impl Fn(io::Error) -> Error {
-    let path = path.to_owned();
-    move |source| Error::File { path: path.clone(), source }
-}
-
-fn read_if_there_bytes(path: &Path) -> Result<Option<Vec<u8>>, Error> {
-    match fs::read(path) {
-        Ok(bytes) => Ok(Some(bytes)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(at(path)(error)),
-    }
-}
-
-pub(super) fn read_if_there(path: &Path) -> Result<Option<String>, Error> {
-    match fs::read_to_string(path) {
-        Ok(text) => Ok(Some(text)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(at(path)(error)),
-    }
+    let sums = std::str::from_utf8(&text).ok().and_then(|text| read_sums(text).ok());
+    let owned = |(path, hash): (&str, &str)| (path.to_owned(), hash.to_owned());
+    Ok(sums.map(|sums| sums.into_iter().map(owned).collect()))
 }
 
 /// Where it is remembered what a folder was made of.
@@ -219,7 +243,7 @@ pub(super) fn remembered(options: &Options, source: &str) -> Option<Outcome> {
     if known != state(source, &sums) || !verify_hashes(&options.out).ok()?.is_empty() {
         return None;
     }
-    let mut unchanged: Vec<_> = recorded(&options.out).ok()?.into_keys().collect();
+    let mut unchanged: Vec<_> = recorded(&options.out).ok()??.into_keys().collect();
     unchanged.push(SUMS.to_owned());
     unchanged.sort();
     Some(Outcome { unchanged, ..Outcome::default() })
@@ -229,7 +253,7 @@ pub(super) fn remember(
     options: &Options,
     source: &str,
     files: &BTreeMap<String, Vec<u8>>,
-) -> Result<(), Error> {
+) -> Result<(), Fault> {
     let (Some(stamp), Some(sums)) = (stamp(options), files.get(SUMS)) else {
         return Ok(());
     };

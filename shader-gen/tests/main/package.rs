@@ -261,6 +261,145 @@ fn every_difference_is_named() {
     assert_eq!(differences(out), [("notes.txt".to_owned(), Change::Extra)]);
 }
 
+/// Why a package may not be written to a folder.
+fn refusal(options: &Options) -> String {
+    match package::generate(&foreign_root(), options, &mut |_| ()) {
+        Err(error @ (Error::NotOurs { .. } | Error::Committed { .. })) => error.to_string(),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn somebody_elses_folder_is_left_alone() {
+    let (folder, own) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let out = folder.path();
+    generate_into(own.path(), None);
+    let manifest = fs::read_to_string(own.path().join("manifest.json")).unwrap();
+    let sums = fs::read_to_string(own.path().join("SHA256SUMS")).unwrap();
+    let sealed = |text: &str| {
+        format!("{}  manifest.json\n", sglow_shader_gen::hash::sha256(text.as_bytes()))
+    };
+    let extension = r#"{ "manifest_version": 3, "name": "tabs", "version": "1.0" }"#;
+    let other = manifest.replacen("\"name\": \"sglow-shader-gen\"", "\"name\": \"webpack\"", 1);
+    assert_ne!(manifest, other);
+    let changed = manifest.replacen("\"package\"", "\"parcel\"", 1);
+    for (manifest, sums, why) in [
+        (None, None, "no `manifest.json`"),
+        (None, Some(sums.as_str()), "no `manifest.json`"),
+        (Some(extension), None, "no `SHA256SUMS`"),
+        (Some(extension), Some(sums.as_str()), "is not the one that its `SHA256SUMS` names"),
+        (Some(extension), Some(&*sealed(extension)), "another program's"),
+        (Some(&*other), Some(&*sealed(&other)), "another program's"),
+        (Some(&*changed), Some(sums.as_str()), "is not the one that its `SHA256SUMS` names"),
+        (Some(&*manifest), Some(&*sums.to_uppercase()), "none of a package"),
+        (Some(&*manifest), Some(&*(sums.clone() + &sums)), "none of a package"),
+        (
+            Some(&*manifest),
+            Some(&*format!("{sums}{}  ../b\n", "0".repeat(64))),
+            "none of a package",
+        ),
+    ] {
+        fs::write(out.join("README.md"), "mine").unwrap();
+        for (name, text) in [("manifest.json", manifest), ("SHA256SUMS", sums)] {
+            let _ = fs::remove_file(out.join(name));
+            if let Some(text) = text {
+                fs::write(out.join(name), text).unwrap();
+            }
+        }
+        let text = refusal(&Options::new(out));
+        assert!(text.contains(why), "{text}");
+        assert_eq!(fs::read_to_string(out.join("README.md")).unwrap(), "mine");
+        assert!(!out.join("wgsl").exists(), "{why}");
+    }
+    // Negative control: manifest and hashes that fit each other make it ours, whatever has become of the rest.
+    for (name, text) in [("manifest.json", &manifest), ("SHA256SUMS", &sums)] {
+        fs::write(out.join(name), text).unwrap();
+    }
+    generate_into(out, None);
+    assert_eq!(differences(out), []);
+}
+
+#[test]
+fn the_committed_package_takes_no_other_and_is_mended_whatever_it_is() {
+    let folder = crate::edited(&[]);
+    let out = folder.path().join("packages/tally");
+    let write = |options: &Options| package::generate(folder.path(), options, &mut |_| ());
+    let usual = Options::new(&out);
+    write(&usual).unwrap();
+    // As a merge leaves it.
+    fs::write(out.join("manifest.json"), "<<<<<<< ours\n").unwrap();
+    fs::write(out.join("SHA256SUMS"), "<<<<<<< ours\n").unwrap();
+    write(&usual).unwrap();
+    assert!(package::verify_hashes(&out).unwrap().is_empty());
+    let sums = fs::read(out.join("SHA256SUMS")).unwrap();
+    let another = [
+        Options { variants: Some(Vec::new()), ..usual.clone() },
+        Options { targets: BTreeSet::from(Target::ALL), ..usual.clone() },
+        Options {
+            out: folder.path().join("packages/../packages/tally"),
+            targets: BTreeSet::new(),
+            ..usual
+        },
+    ];
+    for options in another {
+        let refused = write(&options);
+        assert!(matches!(refused, Err(Error::Committed { .. })), "{refused:?}");
+        assert_eq!(fs::read(out.join("SHA256SUMS")).unwrap(), sums);
+    }
+}
+
+#[test]
+fn names_and_paths_of_a_library_stay_in_its_folder() {
+    let load = |edits: &[(&str, &str, &str)]| Library::load(crate::edited(edits).path());
+    for name in ["../../x", "/tmp/x", "", "a/b", "..", ".git"] {
+        for table in ["library", "package"] {
+            let text = load(&[(
+                "library.toml",
+                &format!("[{table}]\nname = \"tally\""),
+                &format!("[{table}]\nname = \"{name}\""),
+            )]);
+            let text = text.unwrap_err().to_string();
+            assert!(text.contains(&format!("no name for a {table}")), "{text}");
+        }
+    }
+    for source in ["../../..", "/", "src/../..", ""] {
+        let text = load(&[("library.toml", "source = \"src\"", &format!("source = \"{source}\""))]);
+        let text = text.unwrap_err().to_string();
+        assert!(text.contains("leads out of the library's folder"), "{text}");
+    }
+    for (name, file) in [("frame", "frame.toml"), ("presets", "none.toml"), ("inputs", "none.toml")]
+    {
+        let given = format!("source = \"src\"\n{name} = \"../{file}\"");
+        let known = format!("frame = \"{file}\"\n");
+        let without = if name == "frame" { known.as_str() } else { "" };
+        let text =
+            load(&[("library.toml", without, ""), ("library.toml", "source = \"src\"", &given)]);
+        let text = text.unwrap_err().to_string();
+        assert!(text.contains("leads out of the library's folder"), "{name}: {text}");
+    }
+}
+
+#[test]
+fn spaces_of_variants_are_bounded() {
+    let values: String = (0..40)
+        .map(|n| format!("[[axis.more.value]]\nname = \"v{n}\"\ndescription = \"d\"\n"))
+        .collect();
+    let axis = |n: usize| {
+        format!(
+            "[axis.a{n}]\ndescription = \"d\"\ndefault = \"v0\"\n{}",
+            values.replace("more", &format!("a{n}"))
+        )
+    };
+    let axes: String = (0..5).map(axis).collect();
+    let names: String = (0..5).map(|n| format!("\"a{n}\", ")).collect();
+    let library = crate::edited(&[
+        ("library.toml", "[package]", &format!("{axes}\n[package]")),
+        ("library.toml", "axes = [\"channel\"", &format!("axes = [{names}\"channel\"")),
+    ]);
+    let text = Library::load(library.path()).unwrap_err().to_string();
+    assert!(text.contains("combinations of values"), "{text}");
+}
+
 #[test]
 fn what_is_no_longer_generated_is_removed() {
     let folder = tempfile::tempdir().unwrap();

@@ -11,7 +11,7 @@ use sglow_measure::frontier::subject::Subject;
 use sglow_measure::frontier::{RUNS, screening};
 use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
-use sglow_report::{failure, json, terminal, write};
+use sglow_report::{failure, json, parse, terminal, write};
 use sglow_results::frontier::choose::{Budget, kept};
 use sglow_results::frontier::document::{Configuration, Metric};
 use sglow_shader_gen::package::Target;
@@ -43,16 +43,16 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE|NAME")]
     scene: String,
     /// The greatest error: a number, or a percentage
-    #[arg(long, value_name = "E", value_parser = share, allow_negative_numbers = true, group = "budget")]
+    #[arg(long, value_name = "E", value_parser = parse::share, allow_negative_numbers = true, group = "budget")]
     max_error: Option<f64>,
     /// The longest time of indirect light in a frame, in milliseconds
-    #[arg(long, value_name = "T", value_parser = milliseconds, allow_negative_numbers = true, group = "budget")]
+    #[arg(long, value_name = "T", value_parser = parse::milliseconds, allow_negative_numbers = true, group = "budget")]
     max_ms: Option<f64>,
     /// The metric of the error: relative_mse, rmse, median, q95, flip, bias
     #[arg(long, value_name = "METRIC", default_value_t)]
     metric: Metric,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = parse::size)]
     size: [u32; 2],
     /// The folder that receives the package
     #[arg(long, value_name = "DIR")]
@@ -67,24 +67,6 @@ pub(crate) struct Arguments {
     choice: Choice,
     #[command(flatten)]
     numbers: Numbers,
-}
-
-/// A share, as a number or a percentage.
-pub(crate) fn share(text: &str) -> Result<f64, String> {
-    let wrong = || format!("'{text}' is not a share such as 0.3 or 30%");
-    let (number, unit) = match text.strip_suffix('%') {
-        Some(number) => (number, 100.0),
-        None => (text, 1.0),
-    };
-    let share = number.trim().parse::<f64>().map_err(|_| wrong())? / unit;
-    if share >= 0.0 && share.is_finite() { Ok(share) } else { Err(wrong()) }
-}
-
-/// A time above 0.
-fn milliseconds(text: &str) -> Result<f64, String> {
-    let wrong = || format!("'{text}' is not a number of milliseconds above 0");
-    let time = text.parse::<f64>().map_err(|_| wrong())?;
-    if time > 0.0 && time.is_finite() { Ok(time) } else { Err(wrong()) }
 }
 
 /// Chooses, and writes the package.
@@ -237,18 +219,5 @@ mod tests {
         assert_eq!(line(&["--max-ms", "2"]).unwrap().metric, Metric::RelativeMse);
         let wrong = line(&["--max-ms", "2", "--metric", "mean"]).unwrap_err();
         assert!(wrong.contains("unknown metric 'mean'") && wrong.contains("q95"), "{wrong}");
-    }
-
-    #[test]
-    fn budgets_are_read() {
-        assert_eq!(share("30%"), Ok(0.3));
-        assert_eq!(share("0.25"), Ok(0.25));
-        for wrong in ["", "-1", "x", "%", "inf", "NaN", "1 %%"] {
-            assert!(share(wrong).is_err(), "{wrong}");
-        }
-        assert_eq!(milliseconds("1.5"), Ok(1.5));
-        for wrong in ["0", "-1", "fast", "inf", "NaN"] {
-            assert!(milliseconds(wrong).unwrap_err().contains(wrong), "{wrong}");
-        }
     }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use sglow_report::compare::{Files, draw, load};
 use sglow_report::failure::Result;
 use sglow_report::json::Report;
-use sglow_report::{terminal, write};
+use sglow_report::{parse, terminal, write};
 use sglow_results::check::{Check, Relation};
 use sglow_results::picture_error::{Metric, compare};
 
@@ -50,7 +50,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "METRIC")]
     metric: Vec<Metric>,
     /// Fail unless each shown metric is at most this: a number, or a percentage
-    #[arg(long, value_name = "E", value_parser = super::choose::share, requires = "metric")]
+    #[arg(long, value_name = "E", value_parser = parse::share, requires = "metric")]
     at_most: Option<f64>,
     /// The layer that is compared
     #[arg(long, value_name = "NAME")]

@@ -10,7 +10,7 @@ use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::{failure, write};
 use sglow_results::check::{Check, Relation};
-use sglow_shader_gen::package::{self, Options, Outcome, Progress, Target};
+use sglow_shader_gen::package::{self, Options, Progress, Target};
 
 use crate::options::{Choice, Over};
 use crate::{progress, say};
@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         }
     };
     if !arguments.check {
-        write::probe_package(&out)?;
+        write::probe(&out)?;
     }
     let mut options = Options::new(out);
     options.check = arguments.check;
@@ -100,17 +100,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         });
     });
     spinner.finish_and_clear();
-    let differing = match &outcome {
-        Ok(outcome) => {
-            if arguments.check {
-                0
-            } else {
-                outcome.written.len() + outcome.removed.len()
-            }
-        }
-        Err(package::Error::Differs(differences)) => differences.len(),
-        Err(_) => 0,
-    };
+    let differing = package::differing(&outcome);
     let seconds = start.elapsed().as_secs_f64();
     if let Some(path) = &arguments.json {
         let mut report = Report::new();
@@ -135,19 +125,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         package::Error::Library(report) => failure::rendered(report),
         other => other.into(),
     })?;
-    say::line(format!("{} ({seconds:.2} s)", summary(&outcome, &options)));
-    Ok(())
-}
-
-fn summary(outcome: &Outcome, options: &Options) -> String {
     let place = options.out.strip_prefix(repository()).unwrap_or(&options.out).display();
-    let total = outcome.written.len() + outcome.unchanged.len();
-    if outcome.written.is_empty() && outcome.removed.is_empty() {
-        return format!("{place}: {total} files, all as they should be");
-    }
-    format!(
-        "{place}: {total} files, {} written, {} removed",
-        outcome.written.len(),
-        outcome.removed.len()
-    )
+    say::line(format!("{place}: {outcome} ({seconds:.2} s)"));
+    Ok(())
 }

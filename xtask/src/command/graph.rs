@@ -9,9 +9,9 @@ use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::page::graph::content::{Access, Bindings, Content};
 use sglow_report::page::graph::{drawing, text};
-use sglow_report::write;
+use sglow_report::{parse, write};
 
-use crate::options::{self, Over, Reading};
+use crate::options::{Over, Reading};
 use crate::say;
 
 /// What `--help` shows below the options.
@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME")]
     preset: Option<String>,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = parse::size)]
     size: [u32; 2],
     /// The scene's light that is used, counted from 0 [default: the one with the most power]
     #[arg(long, value_name = "NUMBER", requires = "scene")]

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use sglow_measure::kernels::{place, requested};
-use sglow_renderer::density::padded;
+use sglow_renderer::{density::padded, limits};
 use sglow_report::failure::Result;
 use sglow_report::json::Report;
 use sglow_report::picture::density::Density;
 use sglow_report::picture::{compare, kernels, png};
-use sglow_report::terminal;
+use sglow_report::{parse, terminal, write};
 use sglow_results::kernels::Square;
 use sglow_runtime::settings::Settings;
 
@@ -37,16 +37,16 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TEXELS", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=8192))]
     texels: u32,
     /// Number of kernels, 1 to 65536
-    #[arg(long, value_name = "N", default_value_t = 1024)]
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=65536))]
     samples: u32,
     /// Values of axes of the sampling pass; without `kernel=` both methods are shown
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     set: Vec<String>,
     /// K, the size of kernels relative to their share of the density
-    #[arg(long, value_name = "K", default_value_t = 1.0)]
+    #[arg(long, value_name = "K", default_value_t = 1.0, value_parser = parse::factor)]
     size_factor: f32,
     /// Bisection steps of Algorithm 1, 1 to 24
-    #[arg(long, value_name = "STEPS", default_value_t = 12)]
+    #[arg(long, value_name = "STEPS", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=24))]
     iterations: u32,
     /// The folder to write: kernels.png and kernels.json
     #[arg(long, value_name = "DIR")]
@@ -65,6 +65,8 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let density =
         Density::load(&arguments.density, arguments.texels as usize, arguments.layer.as_deref())?;
+    limits::density(density.size)?;
+    write::probe(&arguments.out)?;
     let (side, _) = padded(density.size, &density.texels);
     let base = Settings {
         map: side as u32,

@@ -4,6 +4,7 @@ pub(crate) mod choose;
 pub(crate) mod compare;
 pub(crate) mod docs;
 pub(crate) mod doctor;
+pub(crate) mod fuzz;
 pub(crate) mod gen_shaders;
 pub(crate) mod graph;
 pub(crate) mod kernels;

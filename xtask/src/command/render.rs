@@ -1,6 +1,6 @@
 //! `render`: a scene as a picture.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -12,12 +12,12 @@ use sglow_renderer::variants::Variants as _;
 use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::picture::{Layer, Picture, compare, exr, png, tone};
-use sglow_report::terminal;
+use sglow_report::{parse, terminal, write};
 use sglow_scene::Scene;
 
 use crate::options::Numbers;
 use crate::progress::Bars;
-use crate::{options, progress, say};
+use crate::{progress, say};
 
 /// What `--help` shows below the options.
 pub(crate) const EXAMPLES: &str = "\
@@ -60,7 +60,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     set: Vec<String>,
     /// Pixels of the picture
-    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = parse::size)]
     size: [u32; 2],
     /// The file to write: .png for the eye, .exr with all layers in linear units
     #[arg(long, value_name = "FILE")]
@@ -69,7 +69,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "LAYER", value_parser = layers())]
     layer: Option<Layer>,
     /// Exposure in stops; without it the picture's mean becomes mid-grey (.png)
-    #[arg(long, value_name = "STOPS", allow_hyphen_values = true)]
+    #[arg(long, value_name = "STOPS", allow_hyphen_values = true, value_parser = parse::stops)]
     exposure: Option<f32>,
     /// Also compute the picture by brute force, and compare
     #[arg(long, value_enum, value_name = "HOW", default_value = "none")]
@@ -80,6 +80,9 @@ pub(crate) struct Arguments {
     /// A package that `gen-shaders --out` wrote [default: made from the library, every variant]
     #[arg(long, value_name = "DIR")]
     package: Option<PathBuf>,
+    /// The file that receives times and errors as JSON [default: that of the picture, with .json]
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     #[command(flatten)]
     numbers: Numbers,
 }
@@ -101,9 +104,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         return Err(Failure::new("--layer and --exposure are for .png")
             .help("an .exr holds every layer, in linear units"));
     }
-    let package = arguments.numbers.over.package(arguments.package.as_deref())?;
+    // Everything that can be known before the work.
+    let others =
+        [write::named(&arguments.out, "reference.1"), write::named(&arguments.out, "comparison")];
+    let json = write::probe_pair(&arguments.out, arguments.json.as_deref(), &others)?;
     let shot = arguments.numbers.shot(&arguments.scene, &arguments.set, arguments.size)?;
     let gpu = arguments.numbers.gpu()?;
+    let package = arguments.numbers.over.package(arguments.package.as_deref())?;
     let bar = progress::spinner(format!("rendering {} on {}", shot.scene.name, gpu.adapter.name));
     let renderer = Renderer::new(&gpu, &package, &shot.scene, &shot.settings, 0)?;
     // The first frame compiles the shaders; its times are not reported.
@@ -168,15 +175,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             numbers["standard_error_of_mean"] = noise.mean.into();
         }
         report.detail(key, numbers)?;
-        let path = beside(&arguments.out, "reference");
+        let path = write::named(&arguments.out, "reference");
         if exr {
             exr::write(&path, &theirs, &comment)?;
             for (half, name) in halves.iter().flatten().zip(["reference.1", "reference.2"]) {
-                exr::write(&beside(&arguments.out, name), &picture(half)?, &comment)?;
+                exr::write(&write::named(&arguments.out, name), &picture(half)?, &comment)?;
             }
         } else {
             png::write(&path, &developed(&theirs)?)?;
-            let sheet = beside(&arguments.out, "comparison");
+            let sheet = write::named(&arguments.out, "comparison");
             let scale = if lit { 0.5 * error.reference_mean as f32 } else { 1.0 };
             let difference = compare::difference(&ours_light, &theirs_light, scale)?;
             let (ours, theirs) = (developed(&ours)?, developed(&theirs)?);
@@ -187,7 +194,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     }
     say::line(terminal::render::passes(&times));
     say::line(format!("by {clock} on {}, {}", gpu.adapter.name, gpu.adapter.driver));
-    report.write(&arguments.out.with_extension("json"))
+    report.write(&json)?;
+    say::line(format!("{}", json.display()));
+    Ok(())
 }
 
 /// The requested reference, if any.
@@ -206,10 +215,4 @@ fn reference(
         }
         Reference::Path => Some(paths(renderer, scene, frame, arguments.samples, &bars)?),
     })
-}
-
-/// `picture.png` as `picture.NAME.png`.
-fn beside(path: &Path, name: &str) -> PathBuf {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
-    path.with_extension(format!("{name}.{extension}"))
 }

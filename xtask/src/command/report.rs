@@ -15,13 +15,13 @@ use sglow_report::document::{self, Document};
 use sglow_report::failure::{self, Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::page::report as page;
-use sglow_report::{docs, presets, terminal, write};
+use sglow_report::{docs, parse, presets, terminal, write};
 use sglow_results::densities;
 use sglow_results::frontier::document::SceneReport;
 use sglow_results::frontier::promise;
 use sglow_runtime::settings::Settings;
 
-use crate::options::{self, Numbers, saved_folder};
+use crate::options::{Numbers, saved_folder};
 use crate::progress::Bars;
 use crate::{say, scene};
 
@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE|NAME")]
     scene: Vec<String>,
     /// Pixels of the pictures that are compared
-    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", default_value = "112x63", value_parser = parse::size)]
     size: [u32; 2],
     /// The folder that receives index.html and report.json
     #[arg(long, value_name = "DIR", default_value = "out/report")]

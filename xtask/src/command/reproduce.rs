@@ -10,11 +10,11 @@ use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::page::reproduce as page;
 use sglow_report::picture::reproduction;
-use sglow_report::{docs, terminal, write};
+use sglow_report::{docs, parse, terminal, write};
 use sglow_results::frontier::promise::named::PRINTED;
 use sglow_results::reproduction::{DOES_NOT_SHOW, checks};
 
-use crate::options::{self, Numbers};
+use crate::options::Numbers;
 use crate::progress::Bars;
 use crate::say;
 
@@ -35,10 +35,10 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE|NAME")]
     scene: Vec<String>,
     /// Pixels of the pictures
-    #[arg(long, value_name = "WxH", default_value = "240x136", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", default_value = "240x136", value_parser = parse::size)]
     size: [u32; 2],
     /// Pixels of the camera's map whose stages are timed; the paper's are the default
-    #[arg(long, value_name = "WxH", default_value = "1920x1088", value_parser = options::size)]
+    #[arg(long, value_name = "WxH", default_value = "1920x1088", value_parser = parse::size)]
     timed_size: [u32; 2],
     /// Paths per pixel of the reference, half of them in each of two independent halves
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(4..))]
