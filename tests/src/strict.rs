@@ -1,5 +1,7 @@
-//! Every legal variant on a device that takes nothing beyond WebGPU: its default limits, no optional feature.
+//! Every legal variant on a device that takes nothing beyond WebGPU, of cuts for each tile those of the package: its default
+//! limits, no optional feature.
 
+use sglow_runtime::package::Package;
 use sglow_runtime::pipeline::{guarded, module};
 
 use crate::common::whole_space;
@@ -16,11 +18,22 @@ fn device() -> wgpu::Device {
 }
 
 #[test]
-fn every_variant_is_taken_by_strict_webgpu() {
-    let (device, package) = (device(), whole_space());
+fn variants_are_taken_by_strict_webgpu() {
+    let package = whole_space();
+    let mut device = device();
     let mut refused = Vec::new();
     let mut pipelines = 0;
-    for id in package.variants() {
+    let committed = Package::embedded();
+    // Of cuts for each tile those that the package has: the rest would double the time, and differ from these in functions
+    // that variants without a cut have as well.
+    let (all, left_out): (Vec<&str>, Vec<&str>) =
+        package.variants().partition(|id| !id.ends_with("-tile") || committed.text(id).is_ok());
+    println!("{} variants, {} cuts for each tile left out", all.len(), left_out.len());
+    for (at, id) in all.into_iter().enumerate() {
+        if at % 64 == 63 {
+            // A driver keeps what it has compiled as long as its device: all variants take more memory than there is.
+            device = self::device();
+        }
         let module = match module(&device, package, id) {
             Ok(module) => module,
             Err(error) => {
