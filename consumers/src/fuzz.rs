@@ -88,14 +88,12 @@ pub fn run(minutes: u64, seed: u64, report: &mut Report) -> Result<Vec<Outcome>>
     report.detail("seed", seed)?;
     report.detail("targets", &found)?;
     if found.is_empty() || (missing.is_empty() && !output.status.success()) {
-        // Nothing was built, or a target has tried all and is not content.
+        // Nothing was built, or an assertion after all inputs failed.
         return Err(Failure::new(String::from_utf8_lossy(&output.stderr).into_owned()));
     }
     if !missing.is_empty() {
         eprintln!("{}", String::from_utf8_lossy(&output.stderr));
-        kept.iter().for_each(|path| {
-            eprintln!("an input that something is wrong with: {}", path.display())
-        });
+        kept.iter().for_each(|path| eprintln!("a failing input: {}", path.display()));
     }
     Ok(found)
 }

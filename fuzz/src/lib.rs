@@ -1,9 +1,9 @@
 //! Mutations of inputs with a fixed seed, for tests that nothing panics, runs long or takes much memory: on a stable compiler,
-//! in the test suite, for a number of mutations, or for as long as `cargo xtask fuzz` says.
+//! in the test suite, for a number of mutations, or for the duration of `cargo xtask fuzz`.
 //!
-//! A target is a test of the crate whose input it is: it has a corpus, words that its format gives a meaning to, and a
-//! function that takes an input. It caps its allocations by itself. An input that something is wrong with is written to a
-//! file, also where the process ends by it, and becomes a part of the corpus or a test of its own.
+//! A target is a test of the crate that reads the input: it has a corpus, a dictionary of its format, and a function that
+//! takes an input. It caps its own allocations. An input that fails stays in a file, also where it ends the process, and
+//! becomes part of the corpus or a test of its own.
 
 mod mutate;
 
@@ -17,14 +17,14 @@ use std::time::{Duration, Instant};
 
 pub use mutate::{Random, mutated};
 
-/// The longest that one input may take, in a debug build on a busy machine.
-pub const LONGEST: Duration = Duration::from_secs(10);
+/// The maximum time for one input, in a debug build on a busy machine.
+pub const MAXIMUM_TIME: Duration = Duration::from_secs(10);
 
-/// Bytes that an input may take while it is worked on.
-pub const MOST_MEMORY: usize = 2 << 30;
+/// The maximum memory in bytes while one input is read.
+pub const MAXIMUM_MEMORY: usize = 2 << 30;
 
-/// Bytes of an input at most: a mutation that made it longer is left out.
-pub const LARGEST: usize = 64 << 10;
+/// The maximum size of an input in bytes: longer mutations are left out.
+pub const MAXIMUM_SIZE: usize = 64 << 10;
 
 /// An input without a mutation.
 #[derive(Clone, Debug)]
@@ -89,16 +89,16 @@ impl Target {
         }
     }
 
-    /// The folder for inputs that something is wrong with.
+    /// The folder for inputs that fail.
     fn folder() -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/fuzz")
     }
 
-    /// Gives each case to `work`, as it is and mutated; `work` says whether it took it.
+    /// Runs `work` on each case, as it is and mutated; `work` returns whether it accepted the input.
     ///
     /// # Panics
     ///
-    /// When `work` panics, or takes longer than [`LONGEST`]; the message names the file that has the input then.
+    /// When `work` panics, or takes longer than [`MAXIMUM_TIME`]; the message names the file that has the input then.
     pub fn run(&self, cases: &[Case], words: &[&[u8]], work: impl Fn(&Case) -> bool) -> Tried {
         let file = Self::folder().join(format!("{}.input", self.name));
         let _ = fs::create_dir_all(Self::folder());
@@ -106,11 +106,11 @@ impl Target {
         let done = AtomicBool::new(false);
         let start = || started.lock().map_or_else(|error| *error.into_inner(), |start| *start);
         thread::scope(|scope| {
-            // What never ends is ended.
+            // A hang cannot be unwound.
             scope.spawn(|| {
                 while !done.load(Ordering::Relaxed) {
                     thread::sleep(Duration::from_millis(20));
-                    if start().elapsed() > 6 * LONGEST {
+                    if start().elapsed() > 6 * MAXIMUM_TIME {
                         eprintln!("{}: does not end: {}", self.name, file.display());
                         std::process::abort();
                     }
@@ -119,9 +119,11 @@ impl Target {
             let all =
                 catch_unwind(AssertUnwindSafe(|| self.all(cases, words, &work, &file, &started)));
             done.store(true, Ordering::Relaxed);
-            let _ = fs::remove_file(if all.is_ok() { file.as_path() } else { Path::new("") });
             match all {
-                Ok(tried) => tried,
+                Ok(tried) => {
+                    let _ = fs::remove_file(&file);
+                    tried
+                }
                 Err(panic) => std::panic::resume_unwind(panic),
             }
         })
@@ -158,12 +160,15 @@ impl Target {
                     println!("{}: {} refused, {} taken", self.name, tried.refused, tried.taken);
                     return tried;
                 }
-                let stream = (self.seed << 48) ^ ((number as u64) << 32) ^ mutation;
+                // An odd factor keeps all bits of the seed.
+                let stream = self.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)
+                    ^ ((number as u64) << 32)
+                    ^ mutation;
                 let bytes = match mutation {
                     0 => case.bytes.clone(),
                     _ => mutated(&case.bytes, words, &mut Random(stream)),
                 };
-                if bytes.len() > LARGEST {
+                if bytes.len() > MAXIMUM_SIZE {
                     continue;
                 }
                 // A file that is written over is flushed by some systems; a new one is not.
@@ -175,25 +180,23 @@ impl Target {
                 }
                 let begin = Instant::now();
                 let taken = catch_unwind(AssertUnwindSafe(|| work(&input)));
-                let at = format!(
-                    "{}: {}, mutation {mutation} of seed {}: {}",
-                    self.name,
-                    case.name,
-                    self.seed,
-                    file.display()
-                );
-                let Ok(taken) = taken else { panic_with(&format!("panics: {at}")) };
-                assert!(begin.elapsed() < LONGEST, "runs long: {at}");
+                let time = begin.elapsed();
+                let at = || {
+                    let (name, seed) = (&case.name, self.seed);
+                    format!(
+                        "{}: {name}, mutation {mutation} of seed {seed}: {}",
+                        self.name,
+                        file.display()
+                    )
+                };
+                assert!(taken.is_ok(), "panics: {}", at());
+                assert!(time < MAXIMUM_TIME, "runs long: {}", at());
+                let taken = taken.unwrap_or_default();
                 *(if taken { &mut tried.taken } else { &mut tried.refused }) += 1;
             }
         }
         tried
     }
-}
-
-#[expect(clippy::panic, reason = "a test fails by it")]
-fn panic_with(text: &str) -> ! {
-    panic!("{text}")
 }
 
 #[cfg(test)]
@@ -229,7 +232,10 @@ mod tests {
     #[test]
     fn what_panics_is_kept() {
         let failed = catch_unwind(|| {
-            target("kept").run(&cases(), &[], |case| !case.bytes.is_empty() || panic_with("empty"))
+            target("kept").run(&cases(), &[], |case| {
+                assert!(!case.bytes.is_empty(), "empty");
+                true
+            })
         });
         let text = *failed.unwrap_err().downcast::<String>().unwrap();
         assert!(text.contains("panics: kept: a, mutation"), "{text}");

@@ -1,6 +1,6 @@
 //! One input from another.
 
-/// A generator of numbers. [Steele et al. 2014, SplitMix64]
+/// A pseudo-random number generator. [Steele et al. 2014, SplitMix64]
 #[derive(Clone, Debug)]
 pub struct Random(pub u64);
 
@@ -19,7 +19,7 @@ impl Random {
     }
 }
 
-/// Words that every format gives a meaning to; the numbers come first.
+/// The dictionary for every format; the numbers come first.
 const WORDS: [&[u8]; 28] = [
     b"0",
     b"-1",
@@ -51,7 +51,7 @@ const WORDS: [&[u8]; 28] = [
     b"{\"a\":",
 ];
 
-/// As many of [`WORDS`] as stand for numbers.
+/// How many of [`WORDS`] are numbers.
 const NUMBERS: usize = 16;
 
 /// `whole` with one to five changes: of bytes and bits, stretches that go, come twice or repeat often, numbers and words.
@@ -72,7 +72,7 @@ pub fn mutated(whole: &[u8], words: &[&[u8]], random: &mut Random) -> Vec<u8> {
             }
             5 if random.below(8) == 0 => bytes.truncate(at),
             6 => {
-                // A number in the text is another one.
+                // The next number is replaced.
                 let digit = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
                 if let Some(first) = bytes.iter().skip(at).position(digit).map(|step| at + step) {
                     let length = bytes[first..].iter().take_while(|byte| digit(byte)).count();
@@ -81,7 +81,7 @@ pub fn mutated(whole: &[u8], words: &[&[u8]], random: &mut Random) -> Vec<u8> {
                 }
             }
             7 if random.below(8) == 0 => {
-                // What is said once is said very often.
+                // For limits of nesting and of counts.
                 let copy = bytes[span.clone()].repeat(1 << random.below(12));
                 bytes.splice(span.end..span.end, copy);
             }

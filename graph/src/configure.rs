@@ -10,7 +10,7 @@ impl Description {
     ///
     /// # Errors
     ///
-    /// An unknown preset, or a rule whose condition is none. Whether the result is legal, [`Self::evaluate`] says.
+    /// An unknown preset, or a rule whose condition is invalid. [`Self::evaluate`] checks whether the result is legal.
     pub fn configure(
         &self,
         facts: &Table<bool>,

@@ -1,4 +1,4 @@
-//! Holds functions against their oracles and references: on the device, on the CPU under every arithmetic, in f64.
+//! Compares functions with their oracles and references: on the device, on the CPU under every arithmetic, in f64.
 
 use std::collections::BTreeMap;
 
@@ -198,7 +198,7 @@ impl Expected {
     }
 }
 
-/// Holds a function against its oracle and its reference in every regime.
+/// Compares a function with its oracle and its reference in every regime.
 ///
 /// # Errors
 ///

@@ -38,10 +38,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn groups_come_in_order_and_stop_when_told_to() {
+    fn groups_come_in_order_and_stop_on_request() {
         let numbers: Vec<usize> = (0..1000).collect();
         let most = AtomicUsize::new(0);
-        let told = |done| {
+        let report = |done| {
             most.fetch_max(done, Ordering::Relaxed);
             true
         };
@@ -49,7 +49,7 @@ mod tests {
             assert_eq!(first, group[0]);
             group.to_vec()
         };
-        assert_eq!(in_groups(&numbers, 7, &told, same), Some(numbers.clone()));
+        assert_eq!(in_groups(&numbers, 7, &report, same), Some(numbers.clone()));
         assert_eq!(most.into_inner(), 1000);
         assert_eq!(in_groups(&numbers, 7, &|_| false, same), None);
         assert_eq!(in_groups(&[], 7, &|_| false, same), Some(Vec::new()));

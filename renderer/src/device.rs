@@ -100,7 +100,7 @@ pub fn list() -> Vec<AdapterFacts> {
     adapters().iter().map(facts).collect()
 }
 
-/// What a device says in several lines, as one.
+/// An error message of several lines, as one.
 fn one_line(text: &str) -> String {
     let lines = text.lines().map(str::trim);
     let lines = lines.filter(|line| !line.is_empty() && *line != "Caused by:");

@@ -64,17 +64,6 @@ pub enum FrameError {
     /// The scene's triangles cannot occlude virtual lights.
     #[error(transparent)]
     Occluders(#[from] GeometryError),
-    /// The vertices that have more than a position, a normal and texture coordinates are too many for one buffer.
-    #[error(
-        "the surfaces with normal maps, colours of vertices or second texture coordinates take a buffer of {needed} bytes; \
-         this device's are at most {limit}"
-    )]
-    Details {
-        /// Bytes.
-        needed: u64,
-        /// Bytes.
-        limit: u64,
-    },
     /// The scene has no such light.
     #[error("the scene has no light {index}; it has {count}, counted from 0")]
     NoSuchLight {
@@ -263,10 +252,6 @@ impl<'a> Renderer<'a> {
         let aspect = size[0] as f32 / size[1] as f32;
         let projection = perspective((0.5 * scene.camera.vertical_fov).tan(), aspect, near, far);
         let look = look_to_mat4(Vec3::ZERO, scene.camera.forward.into(), scene.camera.up.into());
-        let (needed, limit) = Raster::detail_bytes(gpu, scene, settings.complete);
-        if needed > limit {
-            return Err(FrameError::Details { needed, limit });
-        }
         let raster = Raster::new(gpu, scene, settings.complete);
         let occluders = occluders(gpu, scene, &settings)?;
         let mut configuration = settings.configuration();

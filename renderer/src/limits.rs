@@ -1,4 +1,4 @@
-//! What a frame takes of a device and of the machine, looked at before anything is taken.
+//! Limits of the device and the machine, checked before anything is allocated for a frame.
 
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -7,12 +7,13 @@ use thiserror::Error;
 
 use crate::device::Gpu;
 use crate::plan::{Plan, Surfaces};
+use crate::raster::{Raster, Vertex};
 
-/// More than there is.
+/// A limit that is exceeded.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum LimitError {
     /// A texture that is too large.
-    #[error("{what}: {} x {} texels; textures of {adapter} are at most {most} wide and high", size[0], size[1])]
+    #[error("{what}: {} x {} texels; textures of {adapter} are at most {maximum} wide and high", size[0], size[1])]
     Texture {
         /// What it is of.
         what: String,
@@ -21,10 +22,10 @@ pub enum LimitError {
         /// The device.
         adapter: String,
         /// The largest width and height.
-        most: u32,
+        maximum: u32,
     },
     /// A buffer that is too large.
-    #[error("{what}: {needed} bytes; buffers of {adapter} have at most {most}")]
+    #[error("{what}: {needed} bytes; buffers of {adapter} have at most {maximum}")]
     Buffer {
         /// What it is of.
         what: String,
@@ -32,8 +33,8 @@ pub enum LimitError {
         needed: u64,
         /// The device.
         adapter: String,
-        /// The most bytes of a buffer.
-        most: u64,
+        /// The maximum of a buffer.
+        maximum: u64,
     },
     /// More memory than the machine has left.
     #[error("{what} would take {:.1} GB of memory, and {:.1} GB are available", *needed as f64 / 1e9, *available as f64 / 1e9)]
@@ -42,12 +43,12 @@ pub enum LimitError {
         what: String,
         /// Its bytes.
         needed: u64,
-        /// Bytes that there are.
+        /// Bytes that are available.
         available: u64,
     },
     /// A density that no map can hold.
     #[error(
-        "a density of {} x {} pixels is padded to {side} x {side} texels, which would take {:.1} GB; at most {most} wide and high",
+        "a density of {} x {} pixels is padded to {side} x {side} texels, which would take {:.1} GB; at most {maximum} wide and high",
         size[0], size[1], *needed as f64 / 1e9
     )]
     Density {
@@ -58,7 +59,7 @@ pub enum LimitError {
         /// What that would take, in bytes.
         needed: u64,
         /// The largest width and height.
-        most: u32,
+        maximum: u32,
     },
 }
 
@@ -69,10 +70,7 @@ const PIXEL: u64 = 256;
 /// uploaded, and the sums of the oracle.
 const DENSITY_TEXEL: u64 = 200;
 
-/// Bytes of a vertex: position, normal, texture coordinates and tangent space.
-const VERTEX: u64 = 32;
-
-/// Bytes of memory that the system can give; nothing where it does not say.
+/// Bytes of memory that are available; nothing where the system has no `/proc/meminfo`.
 #[must_use]
 pub fn available() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
@@ -80,11 +78,11 @@ pub fn available() -> Option<u64> {
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
-/// Whether the machine has so much memory left.
+/// Checks that the machine has so much memory left.
 ///
 /// # Errors
 ///
-/// What it would take, and what there is.
+/// What is needed, and what is available.
 pub fn memory(what: &str, needed: u64) -> Result<(), LimitError> {
     within(what, needed, available())
 }
@@ -98,11 +96,11 @@ fn within(what: &str, needed: u64, available: Option<u64>) -> Result<(), LimitEr
     }
 }
 
-/// Whether a device and the machine can hold a frame.
+/// Checks that a device and the machine can hold a frame.
 ///
 /// # Errors
 ///
-/// The first of its textures and buffers that is too large; or that all of it is.
+/// The first of its textures and buffers that is too large, or the memory of all of them.
 pub fn frame(
     gpu: &Gpu,
     package: &Package,
@@ -117,30 +115,42 @@ pub fn frame(
         .images
         .iter()
         .map(|image| (format!("image '{}'", image.name), [image.width, image.height]));
-    let most = limits.max_texture_dimension_2d;
+    let maximum = limits.max_texture_dimension_2d;
     for (what, size) in picture.into_iter().chain(map).chain(images) {
-        if size.iter().any(|&side| side > most) {
-            return Err(LimitError::Texture { what, size, adapter: adapter(), most });
+        if size.iter().any(|&side| side > maximum) {
+            return Err(LimitError::Texture { what, size, adapter: adapter(), maximum });
         }
     }
+    let vertex = size_of::<Vertex>() as u64;
     let mut taken = 0_u64;
     let surfaces = Surfaces::of(scene, settings.complete);
     let sum =
         |of: fn(&sglow_scene::Mesh) -> usize| scene.meshes.iter().map(of).sum::<usize>() as u64;
     let all = [
-        ("vertices of all meshes", sum(|mesh| mesh.positions.len()).saturating_mul(VERTEX)),
+        ("vertices of all meshes", sum(|mesh| mesh.positions.len()).saturating_mul(vertex)),
         ("indices of all meshes", sum(|mesh| mesh.indices.len()).saturating_mul(4)),
     ];
-    let most = limits.max_buffer_size;
+    let maximum = limits.max_buffer_size;
     for (what, needed) in all {
-        if needed > most {
+        if needed > maximum {
             let what = what.to_owned();
-            return Err(LimitError::Buffer { what, needed, adapter: adapter(), most });
+            return Err(LimitError::Buffer { what, needed, adapter: adapter(), maximum });
         }
         taken = taken.saturating_add(needed);
     }
+    let (needed, detail_maximum) = Raster::detail_bytes(gpu, scene, settings.complete);
+    if needed > detail_maximum {
+        let what = "normal maps, colours of vertices and second texture coordinates".to_owned();
+        return Err(LimitError::Buffer {
+            what,
+            needed,
+            adapter: adapter(),
+            maximum: detail_maximum,
+        });
+    }
+    taken = taken.saturating_add(needed);
     let plan = package.description().and_then(|of| Plan::new(of, settings, &surfaces).ok());
-    // Whose memory is the machine's. What another device has left nobody says, until it has none.
+    // Its memory is the machine's. No API reports the free memory of another device.
     if gpu.adapter.software {
         for resource in plan.iter().flat_map(|plan| &plan.resources) {
             taken = taken.saturating_add(resource.bytes);
@@ -151,17 +161,17 @@ pub fn frame(
     memory(&format!("a frame of {width} x {height} pixels"), taken.saturating_add(pixels))
 }
 
-/// Whether a density of so many pixels can be padded to a square, and kernels be drawn on it.
+/// Checks that a density of so many pixels can be padded to a square, and kernels be drawn on it.
 ///
 /// # Errors
 ///
-/// What it would take, and what there is.
+/// What is needed, and what is available.
 pub fn density(size: [usize; 2]) -> Result<(), LimitError> {
     let side = size[0].max(size[1]).checked_next_power_of_two().unwrap_or(usize::MAX) as u64;
     let needed = side.saturating_mul(side).saturating_mul(DENSITY_TEXEL);
-    let most = wgpu::Limits::default().max_texture_dimension_2d;
-    if side > u64::from(most) {
-        return Err(LimitError::Density { size, side, needed, most });
+    let maximum = wgpu::Limits::default().max_texture_dimension_2d;
+    if side > u64::from(maximum) {
+        return Err(LimitError::Density { size, side, needed, maximum });
     }
     let [width, height] = size;
     memory(
@@ -175,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_there_is_not_is_said_with_what_there_is() {
+    fn errors_name_what_is_needed_and_what_is_available() {
         assert!(available().is_none_or(|bytes| bytes > 1 << 20));
         assert_eq!(within("it", 5, Some(5)), Ok(()));
         assert_eq!(within("it", u64::MAX, None), Ok(()));

@@ -21,7 +21,7 @@ use textures::{Reads, Textures};
 /// Position, normal, texture coordinates.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
-struct Vertex {
+pub(crate) struct Vertex {
     position: [f32; 3],
     normal: [f32; 3],
     uv: [f32; 2],
@@ -53,7 +53,7 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// The bytes of what few vertices have, and how many a buffer may have.
+    /// The bytes of the details of vertices, and the maximum of a buffer that holds them.
     pub fn detail_bytes(gpu: &Gpu, scene: &Scene, complete: bool) -> (u64, u64) {
         let traits = traits(scene, complete);
         let detailed = scene.meshes.iter().filter(|mesh| traits[mesh.material].detailed);
@@ -99,7 +99,7 @@ impl Raster {
         let layouts = MaterialAxis::ALL.map(|read| (read, shared_layout(&gpu.device, read, 1)));
         let layouts = BTreeMap::from(layouts);
         let details = traits.iter().any(|traits| traits.detailed).then(|| {
-            // Of materials that no mesh is made of, one that nothing reads.
+            // A binding has at least one element, also where no mesh has a material with details.
             details.resize(details.len().max(1), bytemuck::Zeroable::zeroed());
             filled(gpu, bytemuck::cast_slice(&details), wgpu::BufferUsages::STORAGE)
         });

@@ -320,7 +320,7 @@ pub fn sample_settings(settings: &Settings, view: &LightView) -> SampleSettings 
 /// The indirect light of a frame without visibility, by brute force: every texel of the reflective shadow map as a lit
 /// facet with the real BRDF at both ends, in f64. See [`sglow_oracle::vpl`].
 ///
-/// `progress` is told how many of the pixels are done, from several threads, and says whether to go on; the result is
+/// `progress` gets how many of the pixels are done, from several threads, and says whether to go on; the result is
 /// `None` if it said no.
 pub fn unshadowed(
     view: &LightView,
@@ -374,7 +374,7 @@ pub fn counted_facets(
     TexelFacets::of_counted_map(&light, &texels(rsm), size, ndf(settings.ndf), counted)
 }
 
-/// What is told of `total` pixels done: threads report out of order, progress only grows.
+/// Reports how many of `total` pixels are done: threads report out of order, progress only grows.
 fn growing(
     total: usize,
     progress: impl Fn(usize, usize) -> bool + Sync,

@@ -279,7 +279,7 @@ impl<'a> From<Inputs<'a>> for Seen<'a> {
     }
 }
 
-/// What lights are held in: as many as the settings say, and of a cut for each tile the tree below them.
+/// The buffers of lights: as many lights as the settings have, and of a cut for each tile the tree below them.
 pub const LIGHTS: [&str; 4] =
     [resource::VSGLS, resource::ROOTS, resource::CUT_VSGLS, resource::BRANCHES];
 

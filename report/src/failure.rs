@@ -69,7 +69,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// What a device says in several lines, as one; a message that shows code stays as it is.
+/// An error message of a device as one line; a message that shows code stays as it is.
 fn one_line(text: String) -> String {
     if !text.contains("Caused by:") || text.contains('┌') {
         return text;
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_device_says_is_one_line_unless_it_shows_code() {
+    fn errors_of_a_device_are_one_line_unless_they_show_code() {
         let wall =
             "refused: Validation Error\n\nCaused by:\n  In Device::create_texture\n    too wide\n";
         let line = "error: refused: Validation Error: In Device::create_texture: too wide";

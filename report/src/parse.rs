@@ -1,7 +1,7 @@
-//! What a person types as one word: sizes and numbers. The errors say what would do.
+//! Sizes and numbers on the command line. Errors name what is valid.
 
-/// No device has textures that are so wide.
-const LARGER: u32 = 32769;
+/// The maximum width and height: no device has larger textures.
+const LARGEST: u32 = 32768;
 
 /// `WxH` in pixels.
 ///
@@ -13,8 +13,8 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
     let (width, height) = text.split_once('x').ok_or_else(wrong)?;
     let size = [width, height].map(str::parse::<u32>);
     match size {
-        [Ok(LARGER..), Ok(_)] | [Ok(_), Ok(LARGER..)] => {
-            Err(format!("'{text}' is too large; give at most {0}x{0}", LARGER - 1))
+        [Ok(width), Ok(height)] if width.max(height) > LARGEST => {
+            Err(format!("'{text}' is too large; give at most {LARGEST}x{LARGEST}"))
         }
         [Ok(0), Ok(_)] | [Ok(_), Ok(0)] => Err(format!("'{text}' has no pixel; give at least 1x1")),
         [Ok(width), Ok(height)] => Ok([width, height]),

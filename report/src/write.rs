@@ -20,7 +20,7 @@ pub fn is_stdout(path: &Path) -> bool {
     ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| Path::new(name) == path)
 }
 
-/// Whether an argument of this process makes standard output a file that is written: what is said goes elsewhere then.
+/// Whether an argument of this process makes standard output a file that is written: messages go to standard error then.
 #[must_use]
 pub fn stdout_is_taken() -> bool {
     static TAKEN: LazyLock<bool> = LazyLock::new(|| {
@@ -60,7 +60,7 @@ pub fn file<E: Into<Failure>>(
     }
 }
 
-/// What is written where a path says.
+/// What a path leads to.
 #[derive(Debug, PartialEq)]
 enum Target {
     /// A file, which a rename replaces.
@@ -166,7 +166,7 @@ pub fn probe_pair(out: &Path, json: Option<&Path>, others: &[PathBuf]) -> Result
 }
 
 /// As [`probe_file`], for a report that is written beside something else without being named: what is there already has to be
-/// such a report, and no file of somebody's.
+/// such a report, and no file of the user's.
 ///
 /// # Errors
 ///
@@ -204,7 +204,8 @@ pub fn probe(folder: &Path) -> Result {
         )));
     }
     tempfile::Builder::new()
-        .prefix(BESIDE)
+        .prefix(BESIDE.0)
+        .rand_bytes(BESIDE.1)
         .tempfile_in(&there)
         .context(format!("{place}: cannot write"))?;
     Ok(())
@@ -245,9 +246,9 @@ fn beside<E: Into<Failure>>(
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     sweep(&folder);
-    let file = builder.prefix(BESIDE).tempfile_in(&folder);
+    let file = builder.prefix(BESIDE.0).rand_bytes(BESIDE.1).tempfile_in(&folder);
     let file = file.context(format!("{place}: cannot write"))?;
-    // Says that it is in use, until the process ends, however it ends.
+    // Marks it as in use until the process ends, however it ends.
     let _ = file.as_file().try_lock();
     let mut writer = BufWriter::new(file);
     fill(&mut writer).map_err(Into::into).context(format!("{place}: cannot write"))?;
@@ -257,15 +258,24 @@ fn beside<E: Into<Failure>>(
         .context(format!("{place}: cannot write"))
 }
 
-/// How files beside their place are called, before what is random of their names.
-const BESIDE: &str = ".sglow-";
+/// The prefix of files beside their place, and how many letters and digits follow it.
+const BESIDE: (&str, usize) = (".sglow-part-", 6);
 
-/// Removes files that runs that have ended left in a folder: nobody has locked them any more.
+/// Whether a file is named as those beside their place are: nobody else's file is to be taken for one.
+fn is_beside(name: &str) -> bool {
+    let random = name.strip_prefix(BESIDE.0);
+    random.is_some_and(|random| {
+        random.len() == BESIDE.1 && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
+    })
+}
+
+/// Removes files that runs that have ended left in a folder: they are no longer locked.
 fn sweep(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let is_beside = entry.file_name().to_string_lossy().starts_with(BESIDE);
-        let file = || entry.metadata().ok().filter(fs::Metadata::is_file);
-        let Some(found) = Some(()).filter(|()| is_beside).and_then(|()| file()) else { continue };
+        if !is_beside(&entry.file_name().to_string_lossy()) {
+            continue;
+        }
+        let Some(found) = entry.metadata().ok().filter(fs::Metadata::is_file) else { continue };
         let age = found.modified().ok().and_then(|time| time.elapsed().ok());
         // What is new may be about to be locked.
         let ended = || File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
@@ -376,18 +386,19 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         let old = std::time::SystemTime::now() - Duration::from_hours(1);
-        let files = [".sglow-ended", ".sglow-locked", ".sglow-new", "mine"].map(|name| {
+        let names =
+            [".sglow-part-ended1", ".sglow-part-locked", ".sglow-part-new123", ".sglow-notes"];
+        let files = names.map(|name| {
             let file = File::create(path(name)).unwrap();
-            if name != ".sglow-new" {
+            if name != names[2] {
                 file.set_modified(old).unwrap();
             }
             file
         });
         files[1].lock().unwrap();
         text(&path("out"), "out").unwrap();
-        let there = [".sglow-ended", ".sglow-locked", ".sglow-new", "mine", "out"];
-        let there = there.map(|name| path(name).exists());
-        assert_eq!(there, [false, true, true, true, true]);
+        assert_eq!(names.map(|name| path(name).exists()), [false, true, true, true]);
+        assert!(path("out").exists());
     }
 
     #[test]

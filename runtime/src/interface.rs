@@ -170,7 +170,7 @@ pub enum Scalar {
 pub(crate) type Place = (u32, Scalar);
 
 impl Interface {
-    /// An entry point or a binding that a text in WGSL lacks.
+    /// The first entry point or binding that a text in WGSL lacks.
     pub(crate) fn missing(&self, text: &str) -> Option<String> {
         let bound = self.bindings.iter().map(|of| (of.group, of.entry.binding, of.name.as_str()));
         sglow_seal::missing(text, &self.entry_points, bound)

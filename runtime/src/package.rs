@@ -58,7 +58,8 @@ pub struct Assumption {
 #[derive(Clone, Debug)]
 pub struct Package {
     origin: String,
-    texts: BTreeMap<String, String>,
+    /// Shared by copies, of which each [`crate::indirect::Indirect`] keeps one.
+    texts: Arc<BTreeMap<String, String>>,
     manifest: Arc<Manifest>,
     requested: Requested,
 }
@@ -259,7 +260,7 @@ impl Package {
     ) -> Self {
         Self {
             origin: origin.into(),
-            texts: texts.into_iter().collect(),
+            texts: Arc::new(texts.into_iter().collect()),
             manifest: Arc::default(),
             requested: Requested::default(),
         }
@@ -295,7 +296,7 @@ impl Package {
 
     /// Replaces the text of one variant: how a test runs a shader that is broken on purpose.
     pub fn with_text(mut self, id: &str, text: String) -> Self {
-        self.texts.insert(id.to_owned(), text);
+        Arc::make_mut(&mut self.texts).insert(id.to_owned(), text);
         self
     }
 

@@ -9,16 +9,16 @@ use std::fs;
 use std::path::Path;
 
 use cap::Cap;
-use sglow_fuzz::{Case, MOST_MEMORY, Target, corpus};
+use sglow_fuzz::{Case, MAXIMUM_MEMORY, Target, corpus};
 use sglow_graph::Configuration;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_seal::{MANIFEST, SUMS};
 use sglow_shader_gen::package::{Options, generate};
 
-/// Beyond this the allocator says no, and the process ends.
+/// Beyond this limit allocation fails, and the process ends.
 #[global_allocator]
-static ALLOCATOR: Cap<System> = Cap::new(System, MOST_MEMORY);
+static ALLOCATOR: Cap<System> = Cap::new(System, MAXIMUM_MEMORY);
 
 const WORDS: [&[u8]; 24] = [
     b"../",

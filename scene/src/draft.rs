@@ -16,8 +16,8 @@ use crate::options::Taken;
 use crate::origin::{self, Placed};
 use crate::scene::Scene;
 
-/// The rounding of positions in a file that needs no note, in units of the scene's radius.
-const MOST_ROUNDING: f64 = 1e-3;
+/// Beyond this the rounding of positions in a file is noted, in units of the scene's radius.
+const NOTED_ROUNDING: f64 = 1e-3;
 
 /// What a loader makes: a scene that is not checked yet and may lack a camera and lights.
 #[derive(Debug, Default)]
@@ -73,10 +73,10 @@ impl Draft {
         if meshes.is_empty() && faults.is_empty() {
             faults.push(SceneError::NoTriangles { file: file.into() });
         }
-        // A light that is off beside others is no fault; where all are, there is nothing to see.
         let relative = |light: Placed<Light>| light.relative_to(origin);
         let mut lights: Vec<_> = self.lights.into_iter().map(relative).collect();
         let camera = self.camera.map(|camera| camera.relative_to(origin));
+        // A light that is off beside others is no fault; where all are, there is nothing to see.
         if lights.iter().any(|light| !light.is_off()) {
             for light in lights.extract_if(.., |light| light.is_off()) {
                 let text = "light without power: it lights nothing";
@@ -124,7 +124,7 @@ impl Draft {
             self.notes.add(NoteKind::Derived, text, "");
         }
         let radius = (0.5 * max - 0.5 * min).length();
-        for mesh in self.meshes.iter().filter(|mesh| mesh.rounding > MOST_ROUNDING * radius) {
+        for mesh in self.meshes.iter().filter(|mesh| mesh.rounding > NOTED_ROUNDING * radius) {
             let text = "the file has its positions in 32 bits, which so far from its origin are \
                         rounded by more than a thousandth of the scene's radius";
             self.notes.add(NoteKind::Assumed, text, &mesh.name);

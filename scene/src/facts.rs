@@ -65,7 +65,7 @@ pub struct Traits {
     pub alpha: [f32; 2],
 }
 
-/// The least and the greatest value of each channel of images, of those that were requested.
+/// The minimum and the maximum of each channel of images, of those that were requested.
 pub(crate) struct Texels<'a> {
     images: &'a [Image],
     ranges: RefCell<BTreeMap<usize, [[u8; 2]; 4]>>,
@@ -86,8 +86,8 @@ impl<'a> Texels<'a> {
         let range = ranges.entry(index).or_insert_with(|| {
             let mut range = [[u8::MAX, 0]; 4];
             for texel in image.rgba8.as_chunks::<4>().0 {
-                for ([least, most], value) in range.iter_mut().zip(texel) {
-                    (*least, *most) = ((*least).min(*value), (*most).max(*value));
+                for ([minimum, maximum], value) in range.iter_mut().zip(texel) {
+                    (*minimum, *maximum) = ((*minimum).min(*value), (*maximum).max(*value));
                 }
             }
             range
@@ -103,20 +103,20 @@ impl<'a> Texels<'a> {
             .all(|(channel, factor)| *factor == 0.0 || self.range(texture, channel)[1] == 0.0)
     }
 
-    /// The least opacity of a material, and of its vertices if they have any.
-    fn least_opacity(&self, material: &Material, vertices: Option<f32>) -> f32 {
+    /// The minimum opacity of a material: `vertices` is that of its vertices, if they have any.
+    fn minimum_opacity(&self, material: &Material, vertices: Option<f32>) -> f32 {
         let texture = self.range(material.base_color_texture.as_ref(), 3)[0];
         material.base_color[3] * texture * vertices.unwrap_or(1.0)
     }
 
-    /// What a material asks of the passes, the least opacity of whose vertices is `vertices`, if they have any.
+    /// What a material needs of the passes; `vertices` is the minimum opacity of its vertices, if they have any.
     pub(crate) fn traits(&self, material: &Material, vertices: Option<f32>) -> Traits {
         let Material { metallic, dielectric, base_color: [r, g, b, _], .. } = *material;
         let (color, surface) =
             (material.base_color_texture.as_ref(), material.metallic_roughness_texture.as_ref());
         // A filter's weights may sum to a little less than 1.
         let cutout = material.alpha_cutoff.is_some_and(|cutoff| {
-            self.least_opacity(material, vertices) * (255.0 / 256.0) < cutoff
+            self.minimum_opacity(material, vertices) * (255.0 / 256.0) < cutoff
         });
         let emits =
             material.emits() && !self.black(material.emission, material.emission_texture.as_ref());
@@ -144,21 +144,21 @@ impl<'a> Texels<'a> {
 }
 
 impl Scene {
-    /// What each material asks of the passes, in their order.
+    /// What each material needs of the passes, in their order.
     pub fn traits(&self) -> Vec<Traits> {
         let texels = Texels::new(&self.images);
         let materials = self.materials.iter().zip(self.opacity_of_vertices());
         materials.map(|(material, vertices)| texels.traits(material, vertices)).collect()
     }
 
-    /// For each material the least opacity of its meshes' vertices; none where no mesh has colours of vertices.
+    /// For each material the minimum opacity of its meshes' vertices; none where no mesh has colours of vertices.
     fn opacity_of_vertices(&self) -> Vec<Option<f32>> {
         let mut all = vec![None; self.materials.len()];
         for mesh in self.meshes.iter().filter(|mesh| !mesh.detail.colors.is_empty()) {
             let opacities = mesh.detail.colors.iter().map(|color| color[3]);
-            let least = opacities.fold(1.0, f32::min);
-            if let Some(known) = all.get_mut(mesh.material) {
-                *known = Some(known.map_or(least, |known: f32| known.min(least)));
+            let own = opacities.fold(1.0, f32::min);
+            if let Some(minimum) = all.get_mut(mesh.material) {
+                *minimum = Some(minimum.map_or(own, |minimum: f32| minimum.min(own)));
             }
         }
         all
@@ -215,9 +215,9 @@ impl Scene {
                 "cutout",
                 |traits| traits.cutout,
                 &|material, vertices| {
-                    let least = texels.least_opacity(material, vertices);
+                    let opacity = texels.minimum_opacity(material, vertices);
                     let cutoff = material.alpha_cutoff.unwrap_or_default();
-                    format!("has an opacity of {least:.3}, its cutoff is {cutoff}")
+                    format!("has an opacity of {opacity:.3}, its cutoff is {cutoff}")
                 },
                 "is less opaque than its cutoff anywhere",
             ),

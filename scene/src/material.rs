@@ -3,10 +3,10 @@
 use super::note::{NoteKind, Notes};
 
 /// The largest and the smallest positive half float: what is emitted is drawn into textures of them. [IEEE 754 binary16]
-const MOST_EMISSION: f32 = 65504.0;
-const LEAST_EMISSION: f32 = 5.960_464_5e-8;
-/// The smallest half that has all its bits.
-const LEAST_NORMAL: f32 = 6.103_515_6e-5;
+const LARGEST_HALF: f32 = 65504.0;
+const SMALLEST_HALF: f32 = 5.960_464_5e-8;
+/// The smallest normal half: below it steps are as wide as there. [IEEE 754 binary16]
+const SMALLEST_NORMAL_HALF: f32 = 6.103_515_6e-5;
 
 /// A surface of the metallic-roughness model.
 ///
@@ -84,16 +84,16 @@ impl Material {
             notes.add(NoteKind::Assumed, "factors clamped to their range", &self.name);
         }
         let brightest = self.emission.iter().copied().fold(0.0, f32::max);
-        if brightest > MOST_EMISSION {
+        if brightest > LARGEST_HALF {
             // All channels alike, so that the hue stays.
-            let scale = f64::from(MOST_EMISSION) / f64::from(brightest);
+            let scale = f64::from(LARGEST_HALF) / f64::from(brightest);
             self.emission = self.emission.map(|channel| (f64::from(channel) * scale) as f32);
             let text = "emission above 65504, the largest half, scaled to it";
             notes.add(NoteKind::Assumed, text, format!("{}: {brightest}", self.name));
-        } else if brightest > 0.0 && brightest < LEAST_EMISSION {
-            let text = "emission below 6e-8, the least half: it is not seen";
+        } else if brightest > 0.0 && brightest < SMALLEST_HALF {
+            let text = "emission below 6e-8, the smallest half: it is not seen";
             notes.add(NoteKind::Ignored, text, format!("{}: {brightest}", self.name));
-        } else if brightest > 0.0 && brightest < LEAST_NORMAL {
+        } else if brightest > 0.0 && brightest < SMALLEST_NORMAL_HALF {
             let text = "emission below 6.1e-5, where halves are coarse: it may be off by half a step of 6e-8";
             notes.add(NoteKind::Assumed, text, format!("{}: {brightest}", self.name));
         }
@@ -118,10 +118,9 @@ impl Material {
 
     /// The textures it uses.
     pub fn textures(&self) -> impl Iterator<Item = &TextureUse> {
-        let Self { base_color_texture, metallic_roughness_texture, .. } = self;
         [
-            base_color_texture,
-            metallic_roughness_texture,
+            &self.base_color_texture,
+            &self.metallic_roughness_texture,
             &self.emission_texture,
             &self.normal_texture,
         ]

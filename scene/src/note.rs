@@ -1,4 +1,4 @@
-//! What the user is told about a scene.
+//! Notes to the user about a scene.
 
 use std::collections::{BTreeMap, HashSet};
 use std::fmt;

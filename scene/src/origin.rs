@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::{Camera, Light};
 
 /// How many of its radii the middle of a scene may lie from 0 and be left where it is: there, 32-bit floats round
-/// positions by up to 1e-6 of the radius, a hundredth of the distance within which nothing hides a virtual light.
+/// positions by up to 1e-6 of the radius, a hundredth of the distance within which nothing occludes a virtual light.
 const NEAR: f64 = 16.0;
 
 /// The origin of a scene by the two corners of the box around it: 0, where the box is near it; else the middle of the
@@ -125,10 +125,7 @@ mod tests {
                 .map(|_| DVec3::splat(distance) + DVec3::new(random(), random(), random()) * 5.0)
                 .map(|point| point.as_vec3().as_dvec3())
                 .collect();
-            let (min, max) = points
-                .iter()
-                .fold((points[0], points[0]), |(min, max), &p| (min.min(p), max.max(p)));
-            let origin = of([min, max]);
+            let origin = of(box_around(points.iter().copied()).unwrap());
             assert_ne!(origin, DVec3::ZERO);
             for &point in &points {
                 let found = DVec3::from(relative(point, origin).map(f64::from));

@@ -12,11 +12,8 @@ impl Scene {
         let own = DVec3::from(self.origin);
         let world = |position: [f32; 3]| DVec3::from(position.map(f64::from)) + own;
         let corners = self.meshes.iter().flat_map(|mesh| mesh.triangles().flatten()).map(world);
-        let origin = match (given, origin::box_around(corners)) {
-            (Some(given), _) => given.into(),
-            (None, Some(corners)) => origin::of(corners),
-            (None, None) => return,
-        };
+        let near = || origin::box_around(corners).map(origin::of);
+        let Some(origin) = given.map(DVec3::from).or_else(near) else { return };
         let positions = self.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions);
         let positions = positions.chain(self.lights.iter_mut().map(|light| &mut light.position));
         for position in positions.chain([&mut self.camera.position]) {

@@ -15,68 +15,65 @@ struct Side {
 impl Mesh {
     /// Makes [`super::Detail::tangents`] for a normal map that is read in this way. Vertices at which a texture and its
     /// mirror image meet become two. Without texture coordinates there are none.
+    ///
+    /// As in MikkTSpace, without its welding of vertices: of a triangle the direction of rising u, of a vertex the mean over its
+    /// triangles, each weighed by its angle there. [Mikkelsen 2008]
     pub fn derive_tangents(&mut self, map: &TextureUse) {
-        derive(self, map);
-    }
-}
-
-///
-/// As MikkTSpace has it: of a triangle the direction of rising u, of a vertex the mean over its triangles, each weighed by
-/// its angle there. [Mikkelsen 2008]
-fn derive(mesh: &mut Mesh, map: &TextureUse) {
-    let uvs = if map.second { &mesh.detail.uvs } else { &mesh.uvs };
-    mesh.detail.tangents.clear();
-    if uvs.is_empty() {
-        return;
-    }
-    let uvs: Vec<Vec2> = uvs.iter().map(|&uv| transformed(&map.transform, uv)).collect();
-    let count = mesh.positions.len();
-    let mut sides = vec![[Side::default(); 2]; count];
-    let mut of_triangle = Vec::with_capacity(mesh.triangle_count());
-    for corners in mesh.indices.as_chunks::<3>().0 {
-        let at = corners.map(|index| index as usize);
-        let positions = at.map(|index| Vec3::from(mesh.positions[index]).as_dvec3());
-        let normal = at.iter().map(|&index| Vec3::from(mesh.normals[index]).as_dvec3()).sum();
-        let (tangent, mirrored) = of(positions, at.map(|index| uvs[index]), normal);
-        of_triangle.push(mirrored);
-        for corner in 0..3 {
-            let side = &mut sides[at[corner]][usize::from(mirrored)];
-            side.used = true;
-            let [from, to, other] = [0, 1, 2].map(|step| positions[(corner + step) % 3]);
-            let own = Vec3::from(mesh.normals[at[corner]]).as_dvec3();
-            let weight = (to - from).angle_between(other - from);
-            let along = (tangent - own * own.dot(tangent)).normalize_or_zero();
-            if weight.is_finite() {
-                side.sum += weight * along;
+        let uvs = if map.second { &self.detail.uvs } else { &self.uvs };
+        self.detail.tangents.clear();
+        if uvs.is_empty() {
+            return;
+        }
+        let uvs: Vec<Vec2> = uvs.iter().map(|&uv| transformed(&map.transform, uv)).collect();
+        let count = self.positions.len();
+        let mut sides = vec![[Side::default(); 2]; count];
+        let mut of_triangle = Vec::with_capacity(self.triangle_count());
+        for corners in self.indices.as_chunks::<3>().0 {
+            let at = corners.map(|index| index as usize);
+            let positions = at.map(|index| Vec3::from(self.positions[index]).as_dvec3());
+            let normal = at.iter().map(|&index| Vec3::from(self.normals[index]).as_dvec3()).sum();
+            let (tangent, mirrored) = of(positions, at.map(|index| uvs[index]), normal);
+            of_triangle.push(mirrored);
+            for corner in 0..3 {
+                let side = &mut sides[at[corner]][usize::from(mirrored)];
+                side.used = true;
+                let [from, to, other] = [0, 1, 2].map(|step| positions[(corner + step) % 3]);
+                let own = Vec3::from(self.normals[at[corner]]).as_dvec3();
+                let weight = (to - from).angle_between(other - from);
+                let along = (tangent - own * own.dot(tangent)).normalize_or_zero();
+                if weight.is_finite() {
+                    side.sum += weight * along;
+                }
             }
         }
-    }
-    // Of a vertex with both sides, the mirrored one is a new vertex.
-    let mut second = vec![0; count];
-    for (vertex, [plain, mirrored]) in sides.iter().enumerate() {
-        if plain.used && mirrored.used {
-            second[vertex] = mesh.copy(vertex);
+        // Of a vertex with both sides, the mirrored one is a new vertex.
+        let mut second = vec![0; count];
+        for (vertex, [plain, mirrored]) in sides.iter().enumerate() {
+            if plain.used && mirrored.used {
+                second[vertex] = self.copy(vertex);
+            }
         }
-    }
-    for (corners, &mirrored) in mesh.indices.as_chunks_mut::<3>().0.iter_mut().zip(&of_triangle) {
-        for corner in corners.iter_mut().filter(|_| mirrored) {
-            let moved = second[*corner as usize];
-            *corner = if moved > 0 { moved } else { *corner };
+        for (corners, &mirrored) in self.indices.as_chunks_mut::<3>().0.iter_mut().zip(&of_triangle)
+        {
+            for corner in corners.iter_mut().filter(|_| mirrored) {
+                let moved = second[*corner as usize];
+                *corner = if moved > 0 { moved } else { *corner };
+            }
         }
-    }
-    let tangent =
-        |side: &Side, sign: f32| side.sum.normalize_or_zero().as_vec3().extend(sign).to_array();
-    let mut tangents = vec![[0.0; 4]; mesh.positions.len()];
-    for (vertex, [plain, mirrored]) in sides.iter().enumerate() {
-        if plain.used || !mirrored.used {
-            tangents[vertex] = tangent(plain, 1.0);
+        let tangent =
+            |side: &Side, sign: f32| side.sum.normalize_or_zero().as_vec3().extend(sign).to_array();
+        let mut tangents = vec![[0.0; 4]; self.positions.len()];
+        for (vertex, [plain, mirrored]) in sides.iter().enumerate() {
+            if plain.used || !mirrored.used {
+                tangents[vertex] = tangent(plain, 1.0);
+            }
+            if mirrored.used {
+                let own = if second[vertex] > 0 { second[vertex] as usize } else { vertex };
+                tangents[own] = tangent(mirrored, -1.0);
+            }
         }
-        if mirrored.used {
-            let own = if second[vertex] > 0 { second[vertex] as usize } else { vertex };
-            tangents[own] = tangent(mirrored, -1.0);
-        }
+        self.detail.tangents = tangents;
     }
-    mesh.detail.tangents = tangents;
 }
 
 /// The direction of rising u on a triangle, of unit length, and whether the texture is seen mirrored; none where the texture
@@ -119,20 +116,20 @@ mod tests {
     }
 
     #[test]
-    fn tangents_follow_u_and_know_mirror_images() {
+    fn tangents_follow_u_and_its_mirror_images() {
         let map = TextureUse::repeating(0);
         let mut plain = square();
-        derive(&mut plain, &map);
+        plain.derive_tangents(&map);
         assert_eq!(plain.detail.tangents, [[1.0, 0.0, 0.0, 1.0]; 4]);
         let mut mirrored = square();
         mirrored.uvs.iter_mut().for_each(|uv| uv[0] = 1.0 - uv[0]);
-        derive(&mut mirrored, &map);
+        mirrored.derive_tangents(&map);
         assert_eq!(mirrored.detail.tangents, [[-1.0, 0.0, 0.0, -1.0]; 4]);
         // A quarter turn of the texture's coordinates.
         let mut turned = square();
         let transform =
             UvTransform { rotation: std::f32::consts::FRAC_PI_2, ..UvTransform::default() };
-        derive(&mut turned, &TextureUse { transform, ..map });
+        turned.derive_tangents(&TextureUse { transform, ..map });
         for tangent in &turned.detail.tangents {
             let [x, y, z, w] = *tangent;
             assert!(
@@ -142,10 +139,10 @@ mod tests {
         }
         // None without texture coordinates, and none in lines.
         let mut bare = Mesh { uvs: Vec::new(), ..square() };
-        derive(&mut bare, &map);
+        bare.derive_tangents(&map);
         assert!(bare.detail.tangents.is_empty());
         let mut line = Mesh { uvs: vec![[0.5; 2]; 4], ..square() };
-        derive(&mut line, &map);
+        line.derive_tangents(&map);
         assert_eq!(line.detail.tangents, [[0.0, 0.0, 0.0, 1.0]; 4]);
     }
 
@@ -157,7 +154,7 @@ mod tests {
         mesh.normals.extend([[0.0, 0.0, 1.0]; 2]);
         mesh.uvs.extend([[1.0, 1.0], [1.0, 0.0]]);
         mesh.indices.extend([4, 0, 3, 4, 3, 5]);
-        derive(&mut mesh, &TextureUse::repeating(0));
+        mesh.derive_tangents(&TextureUse::repeating(0));
         assert_eq!(mesh.positions.len(), 8);
         for (triangle, corners) in mesh.indices.as_chunks::<3>().0.iter().enumerate() {
             let expected = if triangle < 2 { [1.0, 0.0, 0.0, 1.0] } else { [-1.0, 0.0, 0.0, -1.0] };

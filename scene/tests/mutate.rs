@@ -12,14 +12,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use cap::Cap;
-use sglow_fuzz::{Case, LARGEST, LONGEST, Random, Target, corpus};
+use sglow_fuzz::{Case, MAXIMUM_SIZE, MAXIMUM_TIME, Random, Target, corpus};
 use sglow_scene::{Limits, Options, Scene};
 
 /// Beyond this the allocator says no, and the process ends: of inputs below 64 KB.
-const MOST_MEMORY: usize = 256 << 20;
+const MAXIMUM_MEMORY: usize = 256 << 20;
 
 #[global_allocator]
-static ALLOCATOR: Cap<System> = Cap::new(System, MOST_MEMORY);
+static ALLOCATOR: Cap<System> = Cap::new(System, MAXIMUM_MEMORY);
 
 /// What a loaded file may take; an ordinary scene of 64 KB takes less.
 const OPTIONS: Options = Options {
@@ -158,7 +158,7 @@ fn no_mutated_file_panics_runs_long_or_takes_much_memory() {
 /// Inputs of at most 64 KB that would take much more than they are.
 #[test]
 fn no_crafted_file_panics_runs_long_or_takes_much_memory() {
-    const SIZE: usize = LARGEST;
+    const SIZE: usize = MAXIMUM_SIZE;
     let fill = |piece: &str| piece.repeat(SIZE / piece.len());
     let many = |of: &dyn Fn(usize) -> String| {
         let mut text = String::new();
@@ -259,7 +259,7 @@ fn no_crafted_file_panics_runs_long_or_takes_much_memory() {
     {
         let start = Instant::now();
         let loaded = Scene::from_file_with(&folder.path().join(name), &OPTIONS);
-        assert!(start.elapsed() < LONGEST, "{name}: runs long");
+        assert!(start.elapsed() < MAXIMUM_TIME, "{name}: runs long");
         if let Ok(scene) = &loaded {
             sound(scene);
         }

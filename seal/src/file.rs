@@ -1,13 +1,13 @@
-//! Files of packages: regular ones, of a limited size, by paths that stay inside.
+//! Regular files of a limited size, and paths that stay inside a folder.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
 
-/// Bytes that a file of a package has at most: the manifest of a whole space has a tenth of that.
-const LARGEST: u64 = 256 << 20;
+/// The maximum size of a file of a package in bytes. The largest one is the manifest.
+const MAXIMUM: u64 = 256 << 20;
 
-/// What the system says of a file.
+/// A file that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {source}", path.display())]
 pub struct Fault {
@@ -17,33 +17,46 @@ pub struct Fault {
     pub source: io::Error,
 }
 
-/// Says which file a fault is about.
+/// Adds the path to an error of the system.
 pub fn at(path: &Path) -> impl Fn(io::Error) -> Fault {
     let path = path.to_owned();
     move |source| Fault { path: path.clone(), source }
 }
 
-/// The bytes of a file; nothing where there is none.
+/// The bytes of a regular file: pipes and devices may never end.
 ///
 /// # Errors
 ///
-/// When it cannot be read, is larger than files of packages are, or no regular file: pipes and devices may never end.
-pub fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>, Fault> {
-    let refuse = |why: String| Err(at(path)(io::Error::new(io::ErrorKind::InvalidInput, why)));
-    // Asked before it is opened, for opening a pipe waits for its writer.
-    match fs::metadata(path) {
-        Ok(found) if !found.is_file() => return refuse("is no regular file".to_owned()),
-        Ok(_) => {}
-        Err(error) if missing(&error) => return Ok(None),
-        Err(error) => return Err(at(path)(error)),
+/// When it cannot be read; [`io::ErrorKind::InvalidInput`] if it is no regular file, or larger than `maximum` bytes.
+pub fn read_regular(path: &Path, maximum: u64) -> io::Result<Vec<u8>> {
+    let refuse = |why: String| Err(io::Error::new(io::ErrorKind::InvalidInput, why));
+    // Before it is opened: opening a pipe waits for its writer.
+    let found = fs::metadata(path)?;
+    if !found.is_file() {
+        return refuse("is no regular file".to_owned());
     }
     let mut bytes = Vec::new();
-    let file = File::open(path).map_err(at(path))?;
-    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(at(path))?;
-    if bytes.len() as u64 > LARGEST {
-        return refuse(format!("is larger than {LARGEST} bytes"));
+    if found.len() <= maximum {
+        // The file may grow meanwhile.
+        File::open(path)?.take(maximum.saturating_add(1)).read_to_end(&mut bytes)?;
     }
-    Ok(Some(bytes))
+    if found.len().max(bytes.len() as u64) > maximum {
+        return refuse(format!("is larger than {maximum} bytes"));
+    }
+    Ok(bytes)
+}
+
+/// The bytes of a file of a package; nothing where there is none.
+///
+/// # Errors
+///
+/// As [`read_regular`].
+pub fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>, Fault> {
+    match read_regular(path, MAXIMUM) {
+        Ok(bytes) => Ok(Some(bytes)),
+        Err(error) if missing(&error) => Ok(None),
+        Err(error) => Err(at(path)(error)),
+    }
 }
 
 /// Whether there is no such file: also where one of its folders is a file.
@@ -123,5 +136,17 @@ mod tests {
         }
         std::os::unix::fs::symlink("/dev/zero", folder.path().join("link")).unwrap();
         assert!(read_if_there(&folder.path().join("link")).is_err());
+    }
+
+    #[test]
+    fn large_files_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large");
+        fs::write(&path, "four").unwrap();
+        assert_eq!(read_regular(&path, 4).unwrap(), b"four");
+        assert!(read_regular(&path, 3).is_err());
+        File::create(&path).unwrap().set_len(MAXIMUM + 1).unwrap();
+        let text = read_if_there(&path).unwrap_err().to_string();
+        assert!(text.contains(&format!("is larger than {MAXIMUM} bytes")), "{text}");
     }
 }

@@ -14,13 +14,13 @@ use std::path::{Path, PathBuf};
 use base16ct::lower::encode_string;
 use sha2::{Digest, Sha256};
 
-pub use file::{Fault, at, is_inside, listed, read_if_there};
+pub use file::{Fault, at, is_inside, listed, read_if_there, read_regular};
 pub use text::missing;
 
-/// Where the hashes of all other files stand.
+/// The file with the hashes of all others.
 pub const SUMS: &str = "SHA256SUMS";
 
-/// What a package says of itself.
+/// The file that describes a package.
 pub const MANIFEST: &str = "manifest.json";
 
 /// Why a file of a package cannot be used.
@@ -29,7 +29,7 @@ pub enum Error {
     /// It cannot be read.
     #[error("{0}; a package is a folder that `cargo xtask gen-shaders --out DIR` wrote")]
     Unreadable(#[from] Fault),
-    /// The list of hashes is none.
+    /// The list of hashes is invalid.
     #[error("{}: {reason}; generate the package again", path.display())]
     Sums {
         /// The list.
@@ -37,9 +37,9 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
-    /// It is not what was written.
+    /// Its hash is not the one in the list.
     #[error(
-        "{}: was changed after it was generated (its SHA-256 is {found}, SHA256SUMS says {expected}); edit the sources and \
+        "{}: was changed after it was generated (its SHA-256 is {found}, the one in SHA256SUMS {expected}); edit the sources and \
          generate the package again",
         path.display()
     )]
@@ -71,7 +71,7 @@ pub fn sums(files: &BTreeMap<String, Vec<u8>>) -> String {
     files.iter().map(|(path, bytes)| format!("{}  {path}\n", sha256(bytes))).collect()
 }
 
-/// A line of `SHA256SUMS` that is none.
+/// An invalid line of `SHA256SUMS`.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {0} is no SHA-256 and path in the package, or its path is there already")]
 pub struct BadLine(pub usize);
@@ -97,7 +97,7 @@ pub fn read_sums(text: &str) -> Result<BTreeMap<&str, &str>, BadLine> {
     Ok(sums)
 }
 
-/// The files of a package by path, each compared with its hash. Files that the list does not name are none of it.
+/// The files of a package by path, each compared with its hash. Files that the list does not name are left out.
 ///
 /// # Errors
 ///
@@ -111,7 +111,7 @@ pub fn open(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>, Vec<Error>> {
         let missing = || at(path)(io::Error::new(io::ErrorKind::NotFound, "is missing"));
         read_if_there(path).and_then(|bytes| bytes.ok_or_else(missing))
     };
-    // What is no package at all lacks its manifest.
+    // First, so that the error for a folder that is no package names the manifest.
     there(&folder.join(MANIFEST)).map_err(|fault| one(fault.into()))?;
     let text = there(&list).map_err(|fault| one(fault.into()))?;
     let text = String::from_utf8(text).map_err(|error| wrong(error.to_string()))?;
@@ -123,11 +123,13 @@ pub fn open(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>, Vec<Error>> {
     let (mut files, mut errors) = (BTreeMap::new(), Vec::new());
     for (name, expected) in sums {
         let path = folder.join(name);
+        // Before it is read. Where there is no such path, reading has the error.
+        if fs::canonicalize(&path).is_ok_and(|path| !path.starts_with(&real)) {
+            errors.push(Error::Outside { path });
+            continue;
+        }
         match there(&path) {
             Err(fault) => errors.push(fault.into()),
-            Ok(_) if !fs::canonicalize(&path).is_ok_and(|path| path.starts_with(&real)) => {
-                errors.push(Error::Outside { path });
-            }
             Ok(bytes) => {
                 let found = sha256(&bytes);
                 if found == expected {
@@ -187,12 +189,12 @@ mod tests {
     fn a_package_opens_as_it_was_written() {
         let folder = package();
         assert_eq!(open(folder.path()).unwrap().len(), 2);
-        // What it does not name is none of it.
+        // A file that the list does not name.
         fs::write(folder.path().join("notes.txt"), "mine").unwrap();
         assert_eq!(open(folder.path()).unwrap().len(), 2);
     }
 
-    /// What is said of a package after something was done to it.
+    /// The errors of a package after a change.
     fn after(change: impl FnOnce(&Path)) -> String {
         let folder = package();
         change(folder.path());
@@ -230,16 +232,18 @@ mod tests {
         use std::os::unix::fs::symlink;
         let elsewhere = package();
         let away = elsewhere.path().join("wgsl/a.wgsl");
-        for (target, wanted) in [
-            (away.as_path(), "leads out of the package"),
-            (Path::new("/dev/zero"), "no regular file"),
-        ] {
+        for target in [away.as_path(), Path::new("/dev/zero")] {
             let said = after(|folder| {
                 fs::remove_file(folder.join("wgsl/a.wgsl")).unwrap();
                 symlink(target, folder.join("wgsl/a.wgsl")).unwrap();
             });
-            assert!(said.contains(wanted), "{said}");
+            assert!(said.contains("leads out of the package"), "{said}");
         }
+        let said = after(|folder| {
+            fs::remove_file(folder.join("wgsl/a.wgsl")).unwrap();
+            std::os::unix::net::UnixListener::bind(folder.join("wgsl/a.wgsl")).unwrap();
+        });
+        assert!(said.contains("no regular file"), "{said}");
         // The folder itself may be a link.
         let folder = package();
         symlink(folder.path(), elsewhere.path().join("link")).unwrap();

@@ -1,6 +1,6 @@
-//! Whether a text is the one that a manifest speaks of.
+//! Whether a shader has the entry points and bindings of its manifest entry.
 
-/// An entry point or a binding (its group, number and name) that a text in WGSL lacks.
+/// The first entry point or binding (group, number, name) that a text in WGSL lacks.
 pub fn missing<'a>(
     text: &str,
     entry_points: &[String],

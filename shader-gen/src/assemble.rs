@@ -56,8 +56,8 @@ pub(crate) struct Piece {
     pub(crate) names: Vec<(usize, usize)>,
 }
 
-/// Declarations that need each other in a row, at most.
-const DEEPEST: usize = 200;
+/// The maximum length of a chain of declarations that each use the next.
+const MAXIMUM_CHAIN: usize = 200;
 
 /// The pieces of a text in their order, and how many of them stand above the functions.
 pub(crate) struct Order {
@@ -68,7 +68,7 @@ pub(crate) struct Order {
 }
 
 impl Order {
-    /// The pieces for which `keep` says so as modules import each other, what is imported first.
+    /// The pieces that `keep` marks, as modules import each other, what is imported first.
     pub(crate) fn of_imports(keep: &[bool]) -> Self {
         let pieces = (0..keep.len()).filter(|piece| keep[*piece]).collect();
         Self { pieces, interface: 0 }
@@ -188,8 +188,8 @@ impl<'a> Assembled<'a> {
         if errors.is_empty() { Ok(assembled) } else { Err(errors) }
     }
 
-    /// A declaration that needs more than [`DEEPEST`] others, each for the one before: what reads them goes from one to the
-    /// next. Circles are left to naga.
+    /// The first declaration with a chain of more than [`MAXIMUM_CHAIN`] others below it, into which pruning and naga recurse.
+    /// Circles are left to naga.
     fn too_deep(&self) -> Option<Diagnostic> {
         let mut depths = vec![None; self.pieces.len()];
         for start in 0..self.pieces.len() {
@@ -208,9 +208,10 @@ impl<'a> Assembled<'a> {
                 let below = names.iter().filter_map(|(_, name)| depths[*name]).max();
                 let depth = below.map_or(0, |below| below + 1);
                 depths[*piece] = Some(depth);
-                if depth > DEEPEST {
+                if depth > MAXIMUM_CHAIN {
                     let piece = &self.pieces[*piece];
-                    let text = format!("more than {DEEPEST} declarations, each used by the next");
+                    let text =
+                        format!("more than {MAXIMUM_CHAIN} declarations, each used by the next");
                     let range = self.declaration(piece).item.whole.clone();
                     let error = Diagnostic::new(Code::Declaration, text);
                     return Some(error.at(self.file(piece), range, "up to this one"));
@@ -413,7 +414,7 @@ fn missing(
         }
     }
     // One import may bring several candidates.
-    let mut told = HashSet::new();
-    error.labels.retain(|label| told.insert(label.clone()));
+    let mut reported = HashSet::new();
+    error.labels.retain(|label| reported.insert(label.clone()));
     error
 }

@@ -112,7 +112,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Sorts `diagnostics` by place and drops repetitions; what several variants share is told once.
+    /// Sorts `diagnostics` by place and drops repetitions; what several variants share is reported once.
     pub(crate) fn new(mut diagnostics: Vec<Diagnostic>, sources: Arc<Sources>) -> Self {
         diagnostics
             .sort_by(|a, b| (&a.labels, a.code, &a.message).cmp(&(&b.labels, b.code, &b.message)));

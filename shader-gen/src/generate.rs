@@ -13,10 +13,10 @@ use crate::parse::Kind;
 use crate::prune::{Difference, Whole, prove, prune};
 use crate::validate::{Validated, validate};
 
-/// Bytes of a stack on which texts are read and written: naga goes down into what nests, and takes much for each level.
+/// Bytes of the stack of a thread: naga recurses into nested expressions and blocks, with large stack frames.
 const STACK: usize = 64 << 20;
 
-/// Runs `work` on all cores, where stacks are deep.
+/// Runs `work` on threads with [`STACK`], one for each core.
 pub(crate) fn deep<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
     let pool = || ThreadPoolBuilder::new().stack_size(STACK).build().ok();
@@ -39,7 +39,7 @@ pub fn variants(library: &Library, variants: &[Variant]) -> Result<Vec<Validated
 ///
 /// # Errors
 ///
-/// Everything that is wrong with any of them; what several share is told once.
+/// Everything that is wrong with any of them; what several share is reported once.
 pub fn variants_against(
     library: &Library,
     variants: &[Variant],

@@ -78,7 +78,7 @@ impl Graph {
             let links = graph.modules[index].declarations.iter().map(link).collect();
             graph.links.push(links);
         }
-        // An unreadable file hides declarations; only what is certain is told then.
+        // An unreadable file hides declarations; only what is certain is reported then.
         if resolve {
             errors.append(&mut found);
         }

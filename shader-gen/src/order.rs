@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use crate::assemble::{Assembled, Order, Piece};
 use crate::parse::{Declaration, Kind};
 
-/// The pieces for which `keep` says so as a person reads them, from `entry_points` on.
+/// The pieces that `keep` marks, in the order in which a person reads them, from `entry_points` on.
 pub(crate) fn of_reading(
     assembled: &Assembled<'_>,
     keep: &[bool],

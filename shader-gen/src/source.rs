@@ -1,11 +1,11 @@
 //! The files of a library, and places in them.
 
-use std::io::Read as _;
 use std::ops::Range;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use codespan_reporting::files::SimpleFiles;
+use sglow_seal::read_regular;
 
 /// A stretch of bytes of one file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -75,19 +75,18 @@ impl Sources {
     }
 }
 
-/// Bytes that a file of a library has at most: the largest of ours has a hundredth of that.
-const LARGEST: u64 = 8 << 20;
+/// The maximum size of a file of a library in bytes.
+const MAXIMUM_SIZE: u64 = 8 << 20;
 
-/// Files and folders that a folder of sources has at most.
-const MOST: usize = 10_000;
+/// The maximum number of files and folders in a folder of sources.
+const MAXIMUM_COUNT: usize = 10_000;
 
-/// Whether a path that a file names stays in its folder, on every system.
-pub(crate) fn is_inside(path: &str) -> bool {
-    let plain = |part| matches!(part, Component::Normal(_) | Component::CurDir);
-    !path.is_empty() && !path.contains(['\\', ':']) && Path::new(path).components().all(plain)
+/// Whether a path that a file names stays in its folder, which is `.`, on every system.
+fn is_inside(path: &str) -> bool {
+    matches!(path, "." | "./") || sglow_seal::is_inside(path.strip_prefix("./").unwrap_or(path))
 }
 
-/// What a path in `folder` means that one of its files names. By no name and no link it leads out of it.
+/// The path in `folder` that one of its files names; an error if it leads out of the folder, by its name or by a link.
 pub(crate) fn find(folder: &Path, name: &str) -> io::Result<PathBuf> {
     let outside =
         || io::Error::new(io::ErrorKind::InvalidInput, "leads out of the library's folder");
@@ -103,19 +102,9 @@ pub(crate) fn find(folder: &Path, name: &str) -> io::Result<PathBuf> {
     }
 }
 
-/// The text of a file. Pipes and devices, which may never end, and files that are no sources by their size are refused.
+/// The text of a regular file of limited size.
 pub(crate) fn read(path: &Path) -> io::Result<String> {
-    // Asked before it is opened, for opening a pipe waits for its writer.
-    if !fs::metadata(path)?.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "is no regular file"));
-    }
-    let mut bytes = Vec::new();
-    fs::File::open(path)?.take(LARGEST + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LARGEST {
-        let text = format!("is larger than {LARGEST} bytes");
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, text));
-    }
-    String::from_utf8(bytes).map_err(|error| {
+    String::from_utf8(read_regular(path, MAXIMUM_SIZE)?).map_err(|error| {
         let text = format!("is not UTF-8 from byte {} on", error.utf8_error().valid_up_to());
         io::Error::new(io::ErrorKind::InvalidData, text)
     })
@@ -130,8 +119,8 @@ pub(crate) fn modules_below(folder: &Path) -> io::Result<Vec<PathBuf>> {
             let entry = entry?;
             let path = entry.path();
             count += 1;
-            if count > MOST {
-                let text = format!("has more than {MOST} files and folders in it");
+            if count > MAXIMUM_COUNT {
+                let text = format!("has more than {MAXIMUM_COUNT} files and folders in it");
                 return Err(io::Error::new(io::ErrorKind::QuotaExceeded, text));
             }
             if entry.file_type()?.is_dir() {
@@ -162,10 +151,10 @@ mod tests {
 
     #[test]
     fn paths_stay_inside() {
-        for path in ["a", "a/b.txt", "..a/b"] {
+        for path in ["a", "./a/b.txt", ".", "./"] {
             assert!(is_inside(path), "{path}");
         }
-        for path in ["", "/a", "../a", "a/../b", "a\\..\\b", "c:/a", "c:a"] {
+        for path in ["", "..", "./..", ".//a", "a/../b"] {
             assert!(!is_inside(path), "{path}");
         }
     }
@@ -191,5 +180,21 @@ mod tests {
         fs::write(inside.join("latin.wesl"), b"a\xfcb").unwrap();
         let text = read(&inside.join("latin.wesl")).unwrap_err().to_string();
         assert!(text.contains("not UTF-8 from byte 1"), "{text}");
+    }
+
+    #[test]
+    fn large_files_and_folders_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("large.wesl");
+        fs::File::create(&path).unwrap().set_len(MAXIMUM_SIZE + 1).unwrap();
+        let text = read(&path).unwrap_err().to_string();
+        assert!(text.contains("is larger than"), "{text}");
+        for number in 1..MAXIMUM_COUNT {
+            fs::write(folder.path().join(format!("{number}.wesl")), "").unwrap();
+        }
+        assert_eq!(modules_below(folder.path()).unwrap().len(), MAXIMUM_COUNT);
+        fs::create_dir(folder.path().join("one more")).unwrap();
+        let text = modules_below(folder.path()).unwrap_err().to_string();
+        assert!(text.contains("files and folders"), "{text}");
     }
 }

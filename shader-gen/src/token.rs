@@ -166,14 +166,14 @@ mod tests {
     }
 
     #[test]
-    fn an_endless_comment_is_told() {
+    fn an_endless_comment_is_reported() {
         let mut errors = Vec::new();
         tokenize(0, "a /* b /* c */", &mut errors);
         assert_eq!(errors.len(), 1);
     }
 
     #[test]
-    fn a_hexadecimal_float_is_told() {
+    fn a_hexadecimal_float_is_reported() {
         let mut errors = Vec::new();
         tokenize(0, "0x1p+1 0x1.8 0x1f 0xep", &mut errors);
         assert_eq!(errors.len(), 3);

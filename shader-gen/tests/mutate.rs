@@ -9,15 +9,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cap::Cap;
-use sglow_fuzz::{Case, LARGEST, LONGEST, MOST_MEMORY, Target, corpus};
+use sglow_fuzz::{Case, MAXIMUM_MEMORY, MAXIMUM_SIZE, MAXIMUM_TIME, Target, corpus};
 use sglow_shader_gen::functions::functions;
 use sglow_shader_gen::generate;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::package::{self, Parts};
 
-/// Beyond this the allocator says no, and the process ends.
+/// Beyond this limit allocation fails, and the process ends.
 #[global_allocator]
-static ALLOCATOR: Cap<System> = Cap::new(System, MOST_MEMORY);
+static ALLOCATOR: Cap<System> = Cap::new(System, MAXIMUM_MEMORY);
 
 const WORDS: [&[u8]; 72] = [
     b"@if(",
@@ -178,12 +178,12 @@ fn no_mutated_library_panics_runs_long_or_takes_much_memory() {
 /// Sources of at most 64 KB that nest, repeat or refer to each other as far as that goes.
 #[test]
 fn no_crafted_library_panics_runs_long_or_takes_much_memory() {
-    let fill = |piece: &str| piece.repeat(LARGEST / piece.len());
+    let fill = |piece: &str| piece.repeat(MAXIMUM_SIZE / piece.len());
     let many = |of: &dyn Fn(usize) -> String| {
         let mut text = String::new();
         for number in 0.. {
             let next = of(number);
-            if text.len() + next.len() > LARGEST {
+            if text.len() + next.len() > MAXIMUM_SIZE {
                 break;
             }
             text += &next;
@@ -294,7 +294,7 @@ fn no_crafted_library_panics_runs_long_or_takes_much_memory() {
         let shown = &input[input.len().saturating_sub(60)..];
         println!("{number}: {name}: …{shown}");
         refused += usize::from(!made(folder.path(), &[]));
-        assert!(start.elapsed() < LONGEST, "{name}: runs long: …{shown}");
+        assert!(start.elapsed() < MAXIMUM_TIME, "{name}: runs long: …{shown}");
         fs::write(&file, whole).unwrap();
     }
     assert!(refused > 40 && refused < inputs.len(), "{refused} of {}", inputs.len());

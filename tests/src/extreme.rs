@@ -72,7 +72,7 @@ fn moments_about_the_worlds_origin_lose_the_variance() {
 }
 
 #[test]
-fn scenes_far_away_look_as_at_the_origin() {
+fn scenes_far_from_the_origin_look_as_at_the_origin() {
     for name in ["spot light, 1e5 away", "directional light, 1e3 away", "point light, 1e6 away"] {
         let report = report(name, whole_space());
         let failing: Vec<_> = report.variants.iter().filter(|variant| !variant.holds).collect();

@@ -24,7 +24,7 @@ const CRATES: [(&str, &[&str]); 16] = [
         "measure",
         &["graph", "oracle", "renderer", "results", "runtime", "scene", "shader-gen", "shaders"],
     ),
-    ("report", &["graph", "oracle", "results", "scene", "shader-gen"]),
+    ("report", &["graph", "oracle", "results", "scene", "seal", "shader-gen"]),
     ("consumers", &["report", "results", "seal", "shader-gen"]),
     (
         "xtask",

@@ -1,5 +1,5 @@
-//! Scenes far from the world's origin: the picture is that of the scene at the origin, its vertices rounded as the file
-//! far away has them.
+//! Scenes far from the world's origin: the picture is that of the scene at the origin whose vertices are rounded as
+//! in the file far from it.
 
 use std::path::Path;
 
@@ -33,8 +33,8 @@ fn lit_by(kind: &str) -> Scene {
     scene
 }
 
-/// Writes a scene as glTF, its vertices where `vertex` says, rounded to 32 bits, its camera and its light where `other`
-/// says, in 64.
+/// Writes a scene as glTF: its vertices mapped by `vertex` and rounded to 32 bits, its camera and its light mapped by `other`
+/// in 64.
 fn write(
     folder: &Path,
     scene: &Scene,
@@ -201,7 +201,7 @@ const CONFIGURATIONS: [(Set, bool); 5] = [
 
 /// The origins of the two scenes are other points, so that everything is rounded otherwise.
 #[test]
-fn pictures_far_away_are_those_of_the_origin() {
+fn pictures_far_from_the_origin_are_those_at_the_origin() {
     for kind in ["spot", "directional", "point"] {
         let scene = lit_by(kind);
         for distance in [1e5, 1e6] {
@@ -212,8 +212,8 @@ fn pictures_far_away_are_those_of_the_origin() {
                 let found = difference(&scenes, &settings(set));
                 println!("{kind} at {distance:e}, {set:?}: {found:?}");
                 let Difference { indirect, all, pixels } = found;
-                let most = if exactly { ROUNDING } else { 2e-2 };
-                assert!(indirect.abs() <= most && all.abs() <= most, "{kind}: {indirect} {all}");
+                let bound = if exactly { ROUNDING } else { 2e-2 };
+                assert!(indirect.abs() <= bound && all.abs() <= bound, "{kind}: {indirect} {all}");
                 assert!(pixels == 0.0 || !exactly, "{kind}, {set:?}: {pixels}");
             }
         }
@@ -245,7 +245,7 @@ fn pictures_about_the_worlds_origin_are_others() {
     assert!(found.indirect.abs() > 1e3 * ROUNDING && found.pixels > 0.2, "{found:?}");
 }
 
-/// What an engine with an origin of its own gives, far away and near: only what is relative to it counts.
+/// Lights that an engine gives with its own origin, far from the world's and near: only the difference from its origin counts.
 #[test]
 fn lights_of_an_engine_are_relative_to_its_origin() {
     let position = DVec3::new(0.3, 2.5, -0.2);

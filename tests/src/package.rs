@@ -178,7 +178,7 @@ fn what_was_changed_by_hand_is_named() {
     assert!(matches!(errors[..], [PackageError::File(Unreadable(_))]), "{errors:?}");
 }
 
-/// What is said of the committed package after `change` to a copy of it, with new hashes of all that is there or not.
+/// The errors of loading a copy of the committed package after `change`; if `sealed`, with new hashes of all its files.
 fn after(sealed: bool, change: impl FnOnce(&Path)) -> String {
     let folder = tempfile::tempdir().unwrap();
     copy(&Path::new(LIBRARY).join("packages/sglow"), folder.path());

@@ -1,4 +1,4 @@
-//! What `docs/reliability.md` promises: each test that it names exists; nothing opens a connection.
+//! `docs/reliability.md`: each test that it names exists; nothing opens a connection.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -42,34 +42,43 @@ fn settings(diffuse: Diffuse, specular: Specular, ndf: Ndf, lobes: Lobes) -> Set
 
 #[test]
 fn agrees_with_the_oracle() {
+    let mut count = 0;
     for emitter in Emitter::ALL {
-        for lobes in [Lobes::Diffuse, Lobes::Both] {
+        for (lobes, precision) in Lobes::ALL
+            .into_iter()
+            .flat_map(|lobes| Precision::ALL.map(|precision| (lobes, precision)))
+        {
             for diffuse in Diffuse::ALL {
                 for specular in Specular::ALL {
-                    // Forms of the cosine and of specular reflection meet in the lobe alone: elsewhere one at a time.
-                    let both = diffuse != Diffuse::Fitted && specular != Specular::None;
-                    if emitter != Emitter::Lobe && both && diffuse != Diffuse::None {
+                    // Forms of the cosine and of specular reflection are functions of their own: they are crossed once, and
+                    // elsewhere one at a time.
+                    let crossed = emitter == Emitter::Lobe
+                        && lobes == Lobes::Both
+                        && precision == Precision::F32;
+                    let single = [Diffuse::Fitted, Diffuse::None].contains(&diffuse)
+                        || specular == Specular::None;
+                    if !crossed && !single {
                         continue;
                     }
                     for ndf in Ndf::ALL {
                         let own = settings(diffuse, specular, ndf, lobes);
-                        agrees(&Settings { emitter, ..own });
+                        count += usize::from(agrees(&Settings { emitter, precision, ..own }));
                     }
                 }
             }
         }
     }
+    println!("{count} variants");
 }
 
-fn agrees(settings: &Settings) {
+/// Whether there is such a variant; it agrees with the oracle then.
+fn agrees(settings: &Settings) -> bool {
     if settings.shade().excluded().is_some() {
-        return;
+        return false;
     }
-    for precision in Precision::ALL {
-        let settings = Settings { precision, ..settings.clone() };
-        let run = Run::new(&settings, KINDS[0], whole_space(), 4);
-        compare(&run).assert_holds(&settings.shade().id());
-    }
+    let run = Run::new(settings, KINDS[0], whole_space(), 4);
+    compare(&run).assert_holds(&settings.shade().id());
+    true
 }
 
 #[test]

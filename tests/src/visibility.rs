@@ -319,7 +319,7 @@ impl Run<'_> {
         comparison
     }
 
-    /// Compares the shading with the oracle's, which looks into the device's atlas, or is told by `seen` of light and
+    /// Compares the shading with the oracle's, which looks into the device's atlas, or asks `seen` about light and
     /// pixel. Returns the shares of lights that are seen, and of those where rounding decides.
     fn compare_shading(
         &self,

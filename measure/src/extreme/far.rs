@@ -10,7 +10,7 @@ use sglow_scene::{LightKind, Scene};
 use super::outcome::{ExtremeError, render, verdict};
 use crate::bound;
 
-/// A light on a scene that is so far away.
+/// A light on a scene at a distance from the origin.
 pub(super) struct Far {
     pub(super) name: &'static str,
     light: Kind,
@@ -47,8 +47,8 @@ pub(super) const ALL: [Far; 12] = [
 /// Values of axes by their names.
 type Set = &'static [(&'static str, &'static str)];
 
-/// The configurations whose passes have positions of their own; what is not said is the default. Where clusters are close
-/// by distance, texels at equal distances of two centres go to either, which the bound is not about.
+/// The configurations whose passes have positions of their own, and whether the bound applies: clusters in world space assign
+/// a texel at equal distances of two centres to either, by rounding.
 const CONFIGURATIONS: [(&str, Set, bool); 7] = [
     ("default", &[], true),
     ("visibility=shadow_map", &[("visibility", "shadow_map")], true),
@@ -81,8 +81,7 @@ impl Far {
         Ok(scene)
     }
 
-    /// The scene where it is far away, its positions rounded; and where these positions are moved back. Both sums are of
-    /// what 32 bits hold, and the second one's is exact.
+    /// The scene far away, with rounded positions, and with these positions moved back, which is exact in single precision.
     fn far_and_near(&self) -> Result<[Scene; 2], ExtremeError> {
         let mut far = self.scene()?;
         move_by(&mut far, self.distance);
@@ -118,8 +117,8 @@ impl Far {
     }
 }
 
-/// By how much a far scene whose positions stay relative to the world's origin is off, in the configuration of shadow maps
-/// of virtual lights: mean over that of the scene at the origin, less 1.
+/// The relative deviation of the mean of a far scene without a rebased origin, with shadow maps of virtual lights, from that
+/// of the scene at the origin.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! What comes of a frame, and what is said of it.
+//! Renders an extreme case, and compares its mean with the expected one.
 
 use sglow_oracle::Vector3;
 use sglow_oracle::vsgl::{Lobe, Vsgl};
@@ -31,7 +31,7 @@ pub enum ExtremeError {
     Package(#[from] PackageError),
 }
 
-/// What a frame came to.
+/// Statistics of a frame.
 pub(super) struct Outcome {
     pub(super) not_finite: usize,
     pub(super) negative: usize,
@@ -83,7 +83,7 @@ fn of_frame(frame: &Frame) -> Outcome {
     outcome
 }
 
-/// What is said of an outcome, by what the mean should be and how far it may be off.
+/// Compares the mean of an outcome with the expected one; `bound` is the maximum relative deviation.
 pub(super) fn verdict(
     name: String,
     outcome: &Outcome,

@@ -4,12 +4,11 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 use sglow_graph::Description;
-use sglow_graph::description::{Choice, Step};
+use sglow_graph::description::{Choice, Exclusion, Step};
 use sglow_renderer::stages::{LIGHTS, is_map};
 use sglow_runtime::execute::Stage;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::frame::{parameter, part};
-use sglow_shaders::{Cut, Space};
 
 /// Names of axes and parameters.
 pub type Names = BTreeSet<String>;
@@ -21,12 +20,14 @@ pub struct Depends {
     maps: Names,
     /// Everything that makes lights.
     lights: Names,
-    /// How lights are held.
-    held: Names,
+    /// The layout of lights in memory.
+    layout: Names,
     /// Their shadow maps.
     visibility: Names,
     /// Their shadow maps and their reflection.
     shading: Names,
+    /// What each rule on whole configurations names.
+    rules: Vec<Names>,
 }
 
 impl Depends {
@@ -39,45 +40,66 @@ impl Depends {
                 .chain(Settings::PARAMETERS)
                 .map(|name| (*name).to_owned())
                 .collect();
-            let [maps, lights, held, visibility, shading] = std::array::from_fn(|_| all.clone());
-            return Self { maps, lights, held, visibility, shading };
+            let [maps, lights, layout, visibility, shading] = std::array::from_fn(|_| all.clone());
+            return Self { maps, lights, layout, visibility, shading, rules: Vec::new() };
         };
         let stage = |counts: &dyn Fn(Stage<'_>) -> bool| steps(description, counts);
-        let mut held = Walk::new(description);
+        let mut layout = Walk::new(description);
         for lights in LIGHTS {
-            held.entry("resource", lights);
+            layout.entry("resource", lights);
         }
         Self {
             maps: stage(&|stage| stage.part == part::LIGHTS && is_map(stage)),
             lights: stage(&|stage| stage.part == part::LIGHTS),
-            held: held.names,
+            layout: layout.names,
             visibility: stage(&|stage| stage.part == part::VISIBILITY),
             shading: stage(&|stage| [part::VISIBILITY, part::SHADING].contains(&stage.part)),
+            rules: rules(description),
         }
+    }
+
+    /// The default with some values of settings and what the rules name with these, with what the scene and the host have, and
+    /// with what a library that was laid over this one adds.
+    fn only(&self, settings: &Settings, names: &Names) -> Settings {
+        let Settings { size, complete, assumed, others, .. } = settings.clone();
+        let mut own = Settings { size, complete, assumed, others, ..Settings::default() };
+        let usual = own.clone();
+        let changed = |name: &String| names.contains(name) && settings.get(name) != usual.get(name);
+        let ruled = self.rules.iter().filter(|rule| rule.iter().any(changed)).flatten();
+        let compared = |axis: &&&str| Settings::COMPARED.contains(*axis);
+        let given = Settings::AXES.iter().filter(|axis| !compared(axis)).copied();
+        let given = given.chain([parameter::MAP]);
+        for name in names.iter().chain(ruled).map(String::as_str).chain(given) {
+            if let Some(value) = settings.get(name) {
+                // What is known by name takes its own value.
+                let _ = own.set(name, &value);
+            }
+        }
+        own
     }
 
     /// The settings on which maps depend, all else as by default.
     #[must_use]
     pub fn of_maps(&self, settings: &Settings) -> Settings {
-        only(settings, &self.maps)
+        self.only(settings, &self.maps)
     }
 
     /// The settings of what makes lights, whatever shadows and reflects them.
     #[must_use]
     pub fn of_lights(&self, settings: &Settings) -> Settings {
-        only(settings, &self.lights)
+        self.only(settings, &self.lights)
     }
 
     /// The settings of what shadows and reflects lights, whatever makes them.
     #[must_use]
     pub fn of_shading(&self, settings: &Settings) -> Settings {
-        only(settings, &self.shading)
+        self.only(settings, &self.shading)
     }
 
     /// The values on which the shadow maps of lights depend.
     #[must_use]
     pub fn visibility_id(&self, settings: &Settings) -> String {
-        format!("{:?}", only(settings, &self.visibility))
+        format!("{:?}", self.only(settings, &self.visibility))
     }
 
     /// The values on which the time of visibility and of reflection depends.
@@ -86,10 +108,10 @@ impl Depends {
         format!("{:?}", self.of_shading(settings))
     }
 
-    /// Whether two configurations' lights are held alike, so that what reflects the ones reflects the others.
+    /// Whether the lights of two configurations have the same layout, so that the same shading reads both.
     #[must_use]
-    pub fn held_alike(&self, one: &Settings, other: &Settings) -> bool {
-        only(one, &self.held) == only(other, &self.held)
+    pub fn same_layout(&self, one: &Settings, other: &Settings) -> bool {
+        self.only(one, &self.layout) == self.only(other, &self.layout)
     }
 
     /// An order in which configurations that share maps follow each other, and of those the ones that share lights.
@@ -98,26 +120,6 @@ impl Depends {
         let stages = [self.of_maps(settings), self.of_lights(settings), settings.clone()];
         stages.map(|one| format!("{one:?}"))
     }
-}
-
-/// The default with some values of settings, with what the scene and the host have, and with what a library that was laid over
-/// this one adds.
-fn only(settings: &Settings, names: &Names) -> Settings {
-    let Settings { size, complete, assumed, others, .. } = settings.clone();
-    let mut own = Settings { size, complete, assumed, others, ..Settings::default() };
-    let compared = |axis: &&&str| Settings::COMPARED.contains(*axis);
-    let given = Settings::AXES.iter().filter(|axis| !compared(axis)).copied();
-    // What refines the nodes of a tree takes no other lights.
-    let tree = names.contains(Cut::AXIS) && settings.cut != Cut::None;
-    let tree = tree.then_some(Space::AXIS);
-    let names = names.iter().map(String::as_str).chain(given).chain([parameter::MAP]).chain(tree);
-    for name in names {
-        if let Some(value) = settings.get(name) {
-            // What is known by name takes its own value.
-            let _ = own.set(name, &value);
-        }
-    }
-    own
 }
 
 /// The labels of the stages that depend on an axis or a parameter; a stage without one is called as its pass.
@@ -138,9 +140,20 @@ pub fn labels(description: &Description, name: &str) -> BTreeSet<String> {
     found
 }
 
+/// What each rule on whole configurations names.
+fn rules(description: &Description) -> Vec<Names> {
+    let whole = description.exclusion.iter().filter(|rule| rule.passes.is_empty());
+    let names = |rule: &Exclusion| {
+        let mut walk = Walk::new(description);
+        walk.value(&serde_json::to_value(&rule.when).unwrap_or_default());
+        walk.names
+    };
+    whole.map(names).collect()
+}
+
 /// What the steps of some stages depend on.
 fn steps(description: &Description, counts: &dyn Fn(Stage<'_>) -> bool) -> Names {
-    let mut walk = Walk::new(description);
+    let mut walk = Walk { conditions: false, ..Walk::new(description) };
     for step in &description.step {
         walk.step(step, counts, &[]);
     }
@@ -153,11 +166,13 @@ struct Walk<'d> {
     names: Names,
     /// Lets, uniforms and resources that were looked at.
     seen: BTreeSet<(&'static str, String)>,
+    /// Whether conditions of resources count. Those of a step that runs exist.
+    conditions: bool,
 }
 
 impl<'d> Walk<'d> {
     fn new(description: &'d Description) -> Self {
-        Self { description, names: Names::new(), seen: BTreeSet::new() }
+        Self { description, names: Names::new(), seen: BTreeSet::new(), conditions: true }
     }
 
     /// A step with the steps in it; `outer` are the groups that it stands in.
@@ -202,7 +217,12 @@ impl<'d> Walk<'d> {
             "uniform" => uniform.get(name).map(serde_json::to_value),
             _ => resource.get(name).map(serde_json::to_value),
         };
-        if let Some(Ok(value)) = entry {
+        if let Some(Ok(mut value)) = entry {
+            if let (false, "resource", Some(entry)) =
+                (self.conditions, table, value.as_object_mut())
+            {
+                entry.remove("when");
+            }
             self.value(&value);
         }
     }
@@ -268,15 +288,9 @@ mod tests {
             ("size_factor", "0.5"),
             ("iterations", "3"),
         ] {
-            let mut same = base.clone();
-            if same.set(name, value).is_ok() {
-                assert_eq!(
-                    depends.shading_id(&same),
-                    id,
-                    "how lights are made does not count: {name}"
-                );
-                assert_ne!(depends.of_lights(&same), depends.of_lights(&base), "{name}");
-            }
+            let same = with(&base, name, value);
+            assert_eq!(depends.shading_id(&same), id, "how lights are made does not count: {name}");
+            assert_ne!(depends.of_lights(&same), depends.of_lights(&base), "{name}");
         }
         for (name, value) in
             [("lights", "64"), ("tile", "32"), ("visibility", "imperfect"), ("denoise", "blur")]
@@ -290,9 +304,14 @@ mod tests {
             assert_eq!(depends.of_lights(&other), depends.of_lights(&base), "{name}");
             assert_eq!(depends.of_maps(&other), depends.of_maps(&base), "{name}");
         }
+        // A rule needs the tree of a cut: what reflects it is measured with it.
+        let tree = with(&with(&base, "space", "tree"), "lights", "64");
+        let cut = depends.of_shading(&with(&tree, "cut", "tile"));
+        assert_eq!(cut.get("space").as_deref(), Some("tree"));
+        assert_eq!(depends.of_shading(&tree).get("space"), base.get("space"));
         let kernels = with(&base, "size_factor", "0.5");
-        assert!(depends.held_alike(&kernels, &base));
-        assert!(!depends.held_alike(&with(&base, "lights", "64"), &base));
+        assert!(depends.same_layout(&kernels, &base));
+        assert!(!depends.same_layout(&with(&base, "lights", "64"), &base));
     }
 
     #[test]

@@ -56,7 +56,7 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         (named::BARE_256, Settings { lights: 256, ..bare.clone() }),
         (named::BARE_16384, Settings { lights: 16_384, ..bare.clone() }),
         (named::CUT_BARE, cut(16, &bare)),
-        (named::CUT, cut(256, base)),
+        (named::CUT, cut(screen::ROOTS, base)),
         (named::BARE, bare),
         (named::LOBE, emitter("lobe")),
         (named::COSINE, emitter("cosine")),

@@ -50,15 +50,15 @@ fn choices() -> Vec<(&'static str, Vec<String>)> {
 }
 
 /// The number of lights that a cut for each tile begins with.
-const ROOTS: u32 = 256;
+pub(super) const ROOTS: u32 = 256;
 
 /// Axes and parameters of kernels, which clusters have none of.
 const OF_KERNELS: [&str; 6] =
     ["kernel", "solver", "filter", "precision", "size_factor", "iterations"];
 
 /// `base` with one value, and with what goes with it: clusters have no kernels to size and are held in 32 bits, so that
-/// a value of kernels goes with no clusters; a cut for each tile has its tree; previous kernels have no equation to solve, and a distribution goes with
-/// specular reflection. None if the base has it already, or there is no such value.
+/// a value of kernels goes with no clusters; a cut for each tile has its tree; previous kernels have no equation to solve, and
+/// a distribution goes with specular reflection. None if the base has it already, or there is no such value.
 #[must_use]
 pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
     let mut settings = base.clone();
@@ -69,7 +69,7 @@ pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
     if OF_KERNELS.contains(&axis) {
         settings.space = Space::None;
     }
-    // A cut for each tile begins with a few nodes of a tree, which are discs nearly.
+    // A cut for each tile begins with a few nodes of a tree, whose emitters are discs.
     if axis == Cut::AXIS && settings.cut != Cut::None {
         (settings.space, settings.emitter) = (Space::Tree, Emitter::Disc);
         settings.lights = settings.lights.min(ROOTS);

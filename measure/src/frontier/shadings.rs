@@ -93,7 +93,7 @@ fn in_turns(
     Ok(())
 }
 
-/// Lights that are made by default, once for each way of holding them.
+/// Lights that are made by default, once for each layout.
 #[derive(Default)]
 struct DefaultLights(Vec<(Settings, Indirect)>);
 
@@ -103,7 +103,7 @@ impl DefaultLights {
         subject: &Subject<'_>,
         settings: &Settings,
     ) -> Result<&Indirect, FrontierError> {
-        let alike = |made: &Settings| subject.depends.held_alike(settings, made);
+        let alike = |made: &Settings| subject.depends.same_layout(settings, made);
         let at = match self.0.iter().position(|(made, _)| alike(made)) {
             Some(at) => at,
             None => {

@@ -130,7 +130,7 @@ fn integral_reference(sharpness: f64) -> f64 {
     2.0 * PI * 0.5 * reach * terms.sum::<f64>()
 }
 
-/// The quadrature is held to the exact identities up to this sharpness; beyond it there is no reference.
+/// The quadrature is tested against the exact identities up to this sharpness; beyond it there is no reference.
 const REFERENCE_UP_TO: f64 = 1e9;
 
 fn with_reference(sharpness: f64, reference: impl Fn(f64) -> f64) -> Results<f64> {

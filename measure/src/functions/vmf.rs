@@ -74,7 +74,7 @@ fn sharpness_reference(x: Numbers<f64>) -> Results<f64> {
     one(inverse(x))
 }
 
-/// Up to sharpness 1e9, where the quadrature is held to; beyond it there is no reference.
+/// Up to sharpness 1e9, the maximum at which the quadrature is tested; beyond it there is no reference.
 fn with_reference(sharpness: f64) -> [f64; 2] {
     if sharpness <= 1e9 { moments(sharpness) } else { [f64::NAN; 2] }
 }

@@ -7,17 +7,17 @@
 //! these nodes for the pixels of a tile, as far as their estimated error ([`estimate`]) is too large.
 
 pub mod estimate;
-pub mod forest;
 pub mod global;
 pub mod key;
+pub mod nodes;
 pub mod sum;
 pub mod tile;
 pub mod tree;
 
 pub use estimate::Branch;
-pub use forest::Forest;
 pub use global::{Cut, cut, lights};
 pub use key::{Grid, Key};
+pub use nodes::LightTree;
 pub use sum::{CentralMoments, Sums};
 pub use tree::{Node, Tree};
 

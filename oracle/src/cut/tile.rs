@@ -1,25 +1,25 @@
-//! A cut for a tile of pixels: nodes are refined where any of five pixels wants it, and pixels blend by their votes.
+//! A cut for a tile of pixels: the votes of five pixels refine nodes, and each pixel blends by them.
 
 use crate::Vector3;
-use crate::cut::Forest;
+use crate::cut::LightTree;
 use crate::cut::estimate::{Receiver, estimate};
 use crate::shade::{Model, shade};
 use crate::surface::SurfaceTexel;
 
 /// Width and height of a tile in pixels.
 pub const SIDE: usize = 8;
-/// The most nodes in the list of a tile.
+/// Maximum number of nodes in the list of a tile.
 pub const NODES: usize = 704;
-/// The most nodes that wait to be looked at.
-pub const WAITING: usize = 448;
-/// Nodes that are looked at before any of their children.
+/// Maximum number of nodes that are still to be estimated.
+pub const QUEUE: usize = 448;
+/// Number of nodes that are estimated before any of their children.
 pub const BATCH: usize = 64;
-/// From what part of the limit on a node begins to be refined.
+/// A node is refined from 1/1.5 of the limit on, and its children alone are left at the limit.
 pub const BAND: f64 = 1.5;
-/// What a vote for all of a node's children is.
+/// The vote for a node's children alone.
 pub const ALL: u8 = 255;
 
-/// How far each vote refines a node: of the four corners, of the middle, and the greatest of them.
+/// How far each vote refines a node: of the four corners, of the middle, and the maximum of these.
 pub type Votes = [u8; 6];
 
 /// A node in the list of a tile.
@@ -76,10 +76,10 @@ pub fn voters(tile: [usize; 2], size: [usize; 2], present: &dyn Fn(usize) -> boo
 
 /// The limit of each voter: the tolerance times the radiance of the global cut, or of a hundredth of what all lights would
 /// send to a sphere as wide as they are. None without a surface.
-fn limits(forest: &Forest, votes: &[SurfaceTexel; 5], how: &How<'_>) -> [Option<f64>; 5] {
-    let lights = forest.roots.iter().flatten().map(|&node| forest.lights[node]);
-    let least = forest.top.map_or(0.0, |top| {
-        let (branch, light) = (&forest.branches[top], &forest.lights[top]);
+fn limits(tree: &LightTree, votes: &[SurfaceTexel; 5], how: &How<'_>) -> [Option<f64>; 5] {
+    let lights = tree.roots.iter().flatten().map(|&node| tree.lights[node]);
+    let least = tree.top.map_or(0.0, |top| {
+        let (branch, light) = (&tree.branches[top], &tree.lights[top]);
         0.01 * branch.power / (2.0 * core::f64::consts::TAU * light.variance)
     });
     votes.each_ref().map(|surface| {
@@ -100,30 +100,30 @@ fn receiver(surface: &SurfaceTexel, how: &How<'_>) -> Receiver {
 
 /// The list of a tile's nodes: breadth first, in the order in which they are looked at.
 #[must_use]
-pub fn list(forest: &Forest, votes: &[SurfaceTexel; 5], how: &How<'_>) -> Vec<Entry> {
-    let limits = limits(forest, votes, how);
+pub fn list(tree: &LightTree, votes: &[SurfaceTexel; 5], how: &How<'_>) -> Vec<Entry> {
+    let limits = limits(tree, votes, how);
     let receivers = votes.each_ref().map(|surface| receiver(surface, how));
-    let mut waiting: std::collections::VecDeque<(usize, usize, Votes)> = (0..)
-        .zip(&forest.roots)
+    let mut queue: std::collections::VecDeque<(usize, usize, Votes)> = (0..)
+        .zip(&tree.roots)
         .filter_map(|(root, node)| Some((node.as_ref().copied()?, root, [ALL; 6])))
         .collect();
     let mut list = Vec::new();
-    while !waiting.is_empty() {
-        let batch: Vec<_> = waiting.drain(..waiting.len().min(BATCH)).collect();
+    while !queue.is_empty() {
+        let batch: Vec<_> = queue.drain(..queue.len().min(BATCH)).collect();
         let own: Vec<Votes> = batch
             .iter()
             .map(|&(node, _, above)| {
                 let mut own = [0; 6];
-                if forest.branches[node].children.is_none() {
+                if tree.branches[node].children.is_none() {
                     return own;
                 }
                 for vote in 0..5 {
                     let Some(limit) = limits[vote] else { continue };
-                    let (light, branch) = (&forest.lights[node], &forest.branches[node]);
+                    let (light, branch) = (&tree.lights[node], &tree.branches[node]);
                     let error = estimate(light, branch, &receivers[vote], how.slack);
-                    // Without any tolerance all leaves are wanted, those too that are estimated to be dark.
-                    let wanted = if how.tolerance > 0.0 { refinement(error, limit) } else { 1.0 };
-                    own[vote] = above[vote].min(quantised(wanted));
+                    // A tolerance of 0 refines to the leaves, also where the estimate is 0.
+                    let refined = if how.tolerance > 0.0 { refinement(error, limit) } else { 1.0 };
+                    own[vote] = above[vote].min(quantised(refined));
                     own[5] = own[5].max(own[vote]);
                 }
                 own
@@ -131,18 +131,18 @@ pub fn list(forest: &Forest, votes: &[SurfaceTexel; 5], how: &How<'_>) -> Vec<En
             .collect();
         let refined = own.iter().filter(|own| own[5] > 0).count();
         let kept = batch.iter().zip(&own).filter(|((_, _, above), own)| above != *own).count();
-        let more = waiting.len() + 2 * refined;
-        // What waits has its place in the list, so that no light is left out.
-        let full = more > WAITING || more + list.len() + kept > NODES;
+        let more = queue.len() + 2 * refined;
+        // The list has room for all that is in the queue, so that no light is lost.
+        let full = more > QUEUE || more + list.len() + kept > NODES;
         for ((node, root, above), own) in batch.into_iter().zip(own) {
             let own = if full { [0; 6] } else { own };
             if above != own {
                 list.push(Entry { node, root, above, own });
             }
             if own[5] > 0
-                && let Some(children) = forest.branches[node].children
+                && let Some(children) = tree.branches[node].children
             {
-                waiting.extend(children.map(|child| (child, root, own)));
+                queue.extend(children.map(|child| (child, root, own)));
             }
         }
     }
@@ -154,10 +154,9 @@ fn quantised(share: f64) -> u8 {
     (share * f64::from(ALL) + 0.5) as u8
 }
 
-/// How much each vote counts at a pixel of a tile: those of the corners, of the middle, and the greatest; one in all.
+/// The weights of the votes and of their maximum at a pixel of a tile; their sum is 1.
 ///
-/// Votes are interpolated over four triangles about the middle, where the surface goes on to the voters'; where it does
-/// not, the greatest counts.
+/// Votes are interpolated over four triangles about the middle, by similarity; the maximum has the rest of the weight.
 #[must_use]
 pub fn shares(at: [usize; 2], surface: &SurfaceTexel, votes: &[SurfaceTexel; 5]) -> [f64; 6] {
     let [x, y] = at.map(|at| at as f64 / SIDE as f64);
@@ -174,14 +173,14 @@ pub fn shares(at: [usize; 2], surface: &SurfaceTexel, votes: &[SurfaceTexel; 5])
         0.0,
     ];
     for (share, vote) in shares.iter_mut().zip(votes) {
-        *share *= likeness(surface, vote);
+        *share *= similarity(surface, vote);
     }
     shares[5] = (1.0 - shares.iter().sum::<f64>()).max(0.0);
     shares
 }
 
-/// Whether a surface goes on to another: 1 on a plane, 0 across an edge.
-fn likeness(surface: &SurfaceTexel, vote: &SurfaceTexel) -> f64 {
+/// How similar two surfaces are: 1 on a plane, 0 across an edge of normals or of depth.
+fn similarity(surface: &SurfaceTexel, vote: &SurfaceTexel) -> f64 {
     if !vote.present {
         return 0.0;
     }
@@ -193,7 +192,7 @@ fn likeness(surface: &SurfaceTexel, vote: &SurfaceTexel) -> f64 {
 }
 
 impl Entry {
-    /// How much of the node's light a pixel takes.
+    /// The share of the node's light that a pixel takes.
     #[must_use]
     pub fn weight(&self, shares: &[f64; 6]) -> f64 {
         let of = |vote: usize| f64::from(self.above[vote] - self.own[vote]) / f64::from(ALL);

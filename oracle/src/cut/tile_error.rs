@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::estimate::SLACK;
 use super::room::Room;
 use super::tile::{Entry, How, SIDE, list, shares, voters};
-use super::{Forest, cut};
+use super::{LightTree, cut};
 use crate::Vector3;
 use crate::brdf::Ndf;
 use crate::metrics::{Metrics, compare_exact};
@@ -39,7 +39,7 @@ struct Shaded {
 /// One tile in `every` along each axis by a cut.
 fn shaded(
     room: &Room,
-    forest: &Forest,
+    tree: &LightTree,
     [tolerance, slack]: [f64; 2],
     voting: Voting,
     every: usize,
@@ -57,12 +57,11 @@ fn shaded(
         if voting == Voting::Middle {
             votes = [votes[4]; 5];
         }
-        let entries = list(forest, &votes, &how);
+        let entries = list(tree, &votes, &how);
         let pixel = |at: usize| {
             let at = [at % SIDE, at / SIDE];
             let pixel = (SIDE * tile[1] + at[1]) * width + SIDE * tile[0] + at[0];
-            let reflected =
-                reflected(forest, &entries, &room.receivers[pixel], &votes, at, room.eye);
+            let reflected = reflected(tree, &entries, &room.receivers[pixel], &votes, at, room.eye);
             (pixel, reflected.to_array())
         };
         let taken = (0..SIDE * SIDE).map(|at| {
@@ -92,7 +91,7 @@ fn lit(room: &Room, lights: &[crate::vsgl::Vsgl], pixels: &[usize]) -> Vec<[f64;
 }
 
 fn reflected(
-    forest: &Forest,
+    tree: &LightTree,
     entries: &[Entry],
     surface: &SurfaceTexel,
     votes: &[SurfaceTexel; 5],
@@ -101,21 +100,21 @@ fn reflected(
 ) -> Vector3 {
     let shares = shares(at, surface, votes);
     let of = |entry: &Entry| {
-        let lights = core::iter::once(forest.lights[entry.node]);
+        let lights = core::iter::once(tree.lights[entry.node]);
         shade(surface, eye, lights, &MODEL).diffuse * entry.weight(&shares)
     };
     entries.iter().map(of).fold(Vector3::zero(), |sum, one| sum + one)
 }
 
-fn forest(room: &Room, roots: usize) -> Forest {
+fn tree(room: &Room, roots: usize) -> LightTree {
     let map = room.map();
-    Forest::of(&cut(&map, roots), &map)
+    LightTree::of(&cut(&map, roots), &map)
 }
 
 /// The lights of all leaves.
-fn all_leaves(forest: &Forest) -> Vec<crate::vsgl::Vsgl> {
-    let leaves = |at: &usize| forest.branches[*at].children.is_none();
-    (0..forest.lights.len()).filter(leaves).map(|at| forest.lights[at]).collect()
+fn all_leaves(tree: &LightTree) -> Vec<crate::vsgl::Vsgl> {
+    let leaves = |at: &usize| tree.branches[*at].children.is_none();
+    (0..tree.lights.len()).filter(leaves).map(|at| tree.lights[at]).collect()
 }
 
 /// Root mean square over the mean.
@@ -146,23 +145,23 @@ fn show(name: &str, shaded: &Shaded, reference: &[[f64; 3]]) -> Metrics {
 #[test]
 fn the_weights_on_each_path_add_up_to_one() {
     for room in [Room::boxes(64), Room::columns(64)] {
-        let forest = forest(&room, 16);
+        let tree = tree(&room, 16);
         let how = How { tolerance: 0.02, slack: SLACK, model: &MODEL, eye: room.eye };
         for tile in [[0, 0], [2, 1], [5, 3]] {
             let at = voters(tile, room.image, &|pixel| room.receivers[pixel].present);
             let votes = at.map(|pixel| room.receivers[pixel]);
-            let entries = list(&forest, &votes, &how);
+            let entries = list(&tree, &votes, &how);
             assert!(entries.iter().any(Entry::blends));
             let shares = shares([3, 6], &votes[4], &votes);
             assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
             let sums = |entries: &[Entry]| {
-                let mut sums = vec![0.0; forest.lights.len()];
+                let mut sums = vec![0.0; tree.lights.len()];
                 for entry in entries {
-                    for leaf in forest.leaves(entry.node) {
+                    for leaf in tree.leaves(entry.node) {
                         sums[leaf] += entry.weight(&shares);
                     }
                 }
-                let leaves = forest.leaves(forest.top.unwrap());
+                let leaves = tree.leaves(tree.top.unwrap());
                 leaves.iter().map(|&leaf| (sums[leaf] - 1.0).abs()).fold(0.0, f64::max)
             };
             assert!(sums(&entries) < 1e-12);
@@ -181,11 +180,11 @@ fn the_weights_on_each_path_add_up_to_one() {
 #[test]
 fn tolerances_at_their_ends_are_all_leaves_and_the_global_cut() {
     let room = Room::boxes(16);
-    let forest = forest(&room, 8);
-    let finest = shaded(&room, &forest, [0.0, SLACK], Voting::All, 1);
-    let all = lit(&room, &all_leaves(&forest), &finest.pixels);
-    let roots: Vec<_> = forest.roots.iter().flatten().map(|&node| forest.lights[node]).collect();
-    let coarsest = shaded(&room, &forest, [f64::INFINITY, SLACK], Voting::All, 1);
+    let tree = tree(&room, 8);
+    let finest = shaded(&room, &tree, [0.0, SLACK], Voting::All, 1);
+    let all = lit(&room, &all_leaves(&tree), &finest.pixels);
+    let roots: Vec<_> = tree.roots.iter().flatten().map(|&node| tree.lights[node]).collect();
+    let coarsest = shaded(&room, &tree, [f64::INFINITY, SLACK], Voting::All, 1);
     assert!(apart(&coarsest.picture, &lit(&room, &roots, &coarsest.pixels)) < 1e-12);
     assert_eq!(coarsest.most, 8);
     assert!(apart(&finest.picture, &all) < 1e-12, "{}", apart(&finest.picture, &all));
@@ -209,10 +208,10 @@ fn a_few_nodes_are_as_good_as_all_texels() {
     {
         // As many pixels as 1344 by 896.
         let room = room.finely(32);
-        let forest = forest(&room, 16);
-        let of = |tolerance, slack, voting| shaded(&room, &forest, [tolerance, slack], voting, 24);
+        let tree = tree(&room, 16);
+        let of = |tolerance, slack, voting| shaded(&room, &tree, [tolerance, slack], voting, 24);
         let usual = of(TOLERANCE, SLACK, Voting::All);
-        let all = lit(&room, &all_leaves(&forest), &usual.pixels);
+        let all = lit(&room, &all_leaves(&tree), &usual.pixels);
         for tolerance in [4.0, 2.0, 0.5] {
             show(
                 &format!("{name}, {tolerance} times"),

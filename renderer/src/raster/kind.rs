@@ -13,7 +13,7 @@ pub(super) struct Kind {
 }
 
 impl Kind {
-    /// The least that a material needs.
+    /// What a material needs, and no more.
     pub(super) fn of(material: &sglow_scene::Material, traits: &Traits) -> Self {
         let (read, opacity) = axes(traits);
         let cutout = opacity == Opacity::Cutout;

@@ -67,12 +67,12 @@ impl Materials for SceneMaterials<'_> {
 
     fn counts(&self, crossing: &Crossing) -> bool {
         let material = self.of(crossing);
+        let Some(cutoff) = material.alpha_cutoff else { return true };
         let [.., of_vertices] = self.color(crossing);
-        let varies = material.textures().next().is_some() || of_vertices < 1.0;
         // An untextured material has one opacity; a mask then keeps all of it.
-        let Some(cutoff) = material.alpha_cutoff.filter(|_| varies) else {
+        if material.textures().next().is_none() && of_vertices >= 1.0 {
             return true;
-        };
+        }
         let [.., alpha] = self.read(material, &material.base_color_texture, crossing);
         alpha * f64::from(material.base_color[3]) * of_vertices >= f64::from(cutoff)
     }
@@ -83,10 +83,11 @@ impl Materials for SceneMaterials<'_> {
         else {
             return hit.normal;
         };
-        let of = |list: &[[f32; 4]]| mixed(list, corners, hit.weights);
-        let Some([tx, ty, tz, sign]) = of(&mesh.detail.tangents) else { return hit.normal };
-        let normals = corners.map(|corner| vector(mesh.normals[corner]));
         let weights = hit.weights;
+        let Some([tx, ty, tz, sign]) = mixed(&mesh.detail.tangents, corners, weights) else {
+            return hit.normal;
+        };
+        let normals = corners.map(|corner| vector(mesh.normals[corner]));
         let normal = normals[0] * weights[0] + normals[1] * weights[1] + normals[2] * weights[2];
         let tangent = Vector3::new(tx, ty, tz);
         let texel = self.read(material, &Some(*map), crossing).map(|channel| 2.0 * channel - 1.0);
@@ -100,7 +101,7 @@ impl Materials for SceneMaterials<'_> {
     }
 }
 
-/// The mean of what three vertices have; none where vertices have none.
+/// An attribute interpolated between three vertices; none where the mesh lacks it.
 fn mixed<const N: usize>(
     list: &[[f32; N]],
     corners: [usize; 3],
@@ -231,7 +232,7 @@ fn linear(image: &Image, channel: usize, value: u8) -> f64 {
 /// The indirect light of a frame by `samples` paths of one bounce per pixel, in f64, with exact visibility: see
 /// [`sglow_oracle::path`]. The same `seed` gives the same numbers.
 ///
-/// `progress` is told how many of the pixels are done, from several threads, and says whether to go on; the result is
+/// `progress` gets how many of the pixels are done, from several threads, and says whether to go on; the result is
 /// `None` if it said no.
 ///
 /// # Errors

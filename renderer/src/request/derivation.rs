@@ -65,7 +65,7 @@ impl Request {
     }
 }
 
-/// A line for each name that is given values of which no two are the same.
+/// A line for each value that differs from the first one of the same name.
 pub fn contradictions<'a>(given: impl Iterator<Item = &'a String>) -> Vec<String> {
     let mut known = BTreeMap::new();
     let given = given.filter_map(|one| one.split_once('='));

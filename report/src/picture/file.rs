@@ -1,7 +1,6 @@
-//! The files of pictures: regular ones, whose size is looked at before anything is taken for it.
+//! The files of pictures: regular ones, whose size is checked before memory is allocated.
 
-use std::fs::{self, File};
-use std::io::{Cursor, Read as _};
+use std::io::Cursor;
 use std::panic::catch_unwind;
 use std::path::Path;
 
@@ -39,7 +38,7 @@ pub(super) fn exr(path: &Path) -> Result<Image<Layers<AnyChannels<FlatSamples>>>
             "{place}: would take {unpacked} bytes when it is unpacked; at most {UNPACKED}"
         )));
     }
-    // A tile that says of itself that it is of a smaller copy is none of the picture; the reader takes that for its own fault.
+    // The reader panics at a tile whose own level is not that of its place.
     let largest =
         |_: &MetaData, tile: TileCoordinates, _: BlockIndex| tile.is_largest_resolution_level();
     let chunks = exr::block::read(Cursor::new(&bytes), false).map_err(cannot)?;
@@ -54,7 +53,7 @@ pub(super) fn exr(path: &Path) -> Result<Image<Layers<AnyChannels<FlatSamples>>>
     }
     let layers = read().no_deep_data().largest_resolution_level().all_channels().all_layers();
     let layers = layers.all_attributes().non_parallel();
-    // What its reader does not expect is a fault of the file.
+    // The reader panics at some damaged files.
     let image = catch_unwind(|| layers.from_buffered(Cursor::new(bytes)));
     let damaged = || Failure::new(format!("{place}: cannot read: the file is damaged"));
     image.map_err(|_| damaged())?.map_err(cannot)
@@ -91,24 +90,13 @@ fn bounded(path: &Path, [width, height]: [u64; 2]) -> Result<u64> {
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>> {
-    let place = path.display();
-    let cannot = || format!("{place}: cannot read");
-    // Asked before it is opened, for opening a pipe waits for its writer.
-    let found = fs::metadata(path).context(cannot())?;
-    if !found.is_file() {
-        return Err(Failure::new(format!("{place}: is no regular file")));
-    }
-    let mut bytes = Vec::new();
-    let file = File::open(path).context(cannot())?;
-    file.take(FILE + 1).read_to_end(&mut bytes).context(cannot())?;
-    if bytes.len() as u64 > FILE {
-        return Err(Failure::new(format!("{place}: is larger than {FILE} bytes")));
-    }
-    Ok(bytes)
+    sglow_seal::read_regular(path, FILE).context(format!("{}: cannot read", path.display()))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[cfg(unix)]
@@ -126,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_picture_would_take_is_said_before_it_is_taken() {
+    fn large_pictures_are_refused_before_memory_is_allocated() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("wide.png");
         image::GrayImage::new(1 << 16, 1).save(&path).unwrap();

@@ -1,6 +1,6 @@
-//! The name that somebody may have meant who got an error for another one.
+//! The known name that an unknown one is probably a misspelling of.
 
-/// What errors say before the names that are known.
+/// What errors have before the list of known names.
 const BEFORE_NAMES: [&str; 6] = [
     "expected one of:",
     "expected one of",
@@ -10,7 +10,7 @@ const BEFORE_NAMES: [&str; 6] = [
     "scenes are",
 ];
 
-/// How alike names have to be, from 0 to 1: a letter too many, missing or another one is.
+/// The minimum Jaro-Winkler similarity: one letter added, removed or replaced is above it.
 const ALIKE: f64 = 0.85;
 
 /// The known name that is most like the unknown one, if any is. An error quotes the unknown name first and lists the known ones

@@ -108,10 +108,10 @@ impl Resources {
             one.begin(queue);
             one.changed = true;
         }
-        let most = device.limits().max_storage_buffer_binding_size;
-        let over = |r: &&Resource| r.of.external && !r.buffer.is_empty() && r.of.bytes > most;
+        let limit = device.limits().max_storage_buffer_binding_size;
+        let over = |r: &&Resource| r.of.external && !r.buffer.is_empty() && r.of.bytes > limit;
         let found = self.list.iter().filter(over);
-        faults.extend(found.map(|one| one.refused(format!("it binds up to {most} bytes"))));
+        faults.extend(found.map(|one| one.refused(format!("it binds up to {limit} bytes"))));
         self.make_views();
     }
 

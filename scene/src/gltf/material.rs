@@ -34,9 +34,15 @@ impl Converted {
         sets.filter(|(texture, _)| texture.is_some()).map(|(_, set)| set).next().unwrap_or(0)
     }
 
+    /// In the order of [`slots`].
     pub(super) fn textures(&self) -> [Option<TextureUse>; 4] {
-        let mut material = self.material.clone();
-        slots(&mut material).map(|texture| *texture)
+        let material = &self.material;
+        [
+            material.base_color_texture,
+            material.metallic_roughness_texture,
+            material.emission_texture,
+            material.normal_texture,
+        ]
     }
 }
 

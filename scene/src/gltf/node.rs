@@ -3,7 +3,7 @@
 use glam::{DMat4, DQuat, DVec3};
 use serde::Deserialize;
 
-/// The part of a document that says where its nodes are.
+/// The part of a document that has the transforms of its nodes.
 #[derive(Deserialize)]
 pub(super) struct Nodes {
     #[serde(default)]

@@ -64,7 +64,7 @@ pub(super) fn read(
     let positions = accessor::vectors::<3>(views, &positions)
         .map_err(|reason| fault(positions.index(), "POSITION", reason))?;
     let positions: Vec<_> = positions.into_iter().map(|position| position.map(f64::from)).collect();
-    // Integers are where the file wants them to be.
+    // Quantized positions are exact: what was lost before is not known here.
     let rounding = if floats { rounding(&positions) } else { 0.0 };
     let source = |semantic: &Semantic, label: &str| match primitive.get(semantic) {
         Some(source) if source.count() != count => {
@@ -271,7 +271,7 @@ pub(super) fn placed(mesh: &RawMesh, world: DMat4, copies: &[DMat4]) -> RawMesh 
         placed.uvs.extend(&mesh.uvs);
         placed.detail.uvs.extend(&mesh.detail.uvs);
         placed.detail.colors.extend(&mesh.detail.colors);
-        let sign = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let sign = if turned { -1.0 } else { 1.0 };
         let tangent = |&[x, y, z, w]: &[f32; 4]| {
             let along = linear * DVec3::new(x.into(), y.into(), z.into());
             along.normalize_or_zero().as_vec3().extend(sign * w).to_array()

@@ -219,7 +219,7 @@ fn emission_beyond_halves_keeps_its_hue() {
         &scene,
         "emission above 65504, the largest half, scaled to it (material 3: 100000)"
     ));
-    // Dim ones are said to be coarse, or not to be seen.
+    // Of dim ones a note reports the rounding, or that they are not seen.
     let folder = crate::common::Folder::new();
     let text = std::fs::read_to_string(case("gltf/emissive_1e5.gltf")).unwrap();
     let document: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -231,14 +231,14 @@ fn emission_beyond_halves_keeps_its_hue() {
         folder.load("scene.gltf", document.to_string()).unwrap()
     };
     assert!(said(&dim(1e-5), "emission below 6.1e-5, where halves are coarse"));
-    assert!(said(&dim(1e-8), "emission below 6e-8, the least half: it is not seen"));
+    assert!(said(&dim(1e-8), "emission below 6e-8, the smallest half: it is not seen"));
     for fine in [1e-4, 1.0, 6e4] {
         assert!(!said(&dim(fine), "emission"), "{fine}");
     }
 }
 
 #[test]
-fn positions_far_away_are_relative_to_an_origin_near_the_scene() {
+fn positions_far_from_the_origin_are_relative_to_one_near_the_scene() {
     let base = load("gltf/meta_base.gltf");
     assert_eq!(base.origin, [0.0; 3]);
     for (name, away) in [("gltf/offset_1000.gltf", 1e3), ("gltf/offset_10000.gltf", 1e4)] {
@@ -266,7 +266,7 @@ fn positions_far_away_are_relative_to_an_origin_near_the_scene() {
     }
 }
 
-/// Positions far away are rounded by more than the eye would miss, which is said; those of nodes are not.
+/// Vertices in 32 bits are rounded by more than a thousandth of the radius, which is noted; transforms of nodes are read in 64.
 #[test]
 fn rounding_in_a_file_is_noted() {
     let folder = crate::common::Folder::new();

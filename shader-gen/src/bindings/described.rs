@@ -1,4 +1,4 @@
-//! What bindings are made of.
+//! The input of the generator of bindings.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use crate::manifest::{self, Layout};
 
 /// A variant with the layouts of the structs in its buffers.
 pub struct Described<'a> {
-    /// What the manifest says of it.
+    /// Its entry in the manifest.
     pub variant: &'a manifest::Described,
     /// Its structs.
     pub layouts: &'a [Arc<Layout>],

@@ -1,4 +1,4 @@
-//! What the bindings of a library can lack.
+//! Errors of bindings.
 
 /// Why there are no bindings.
 #[derive(Debug, thiserror::Error)]
@@ -25,7 +25,7 @@ pub enum Error {
         /// Its type in WGSL.
         ty: String,
     },
-    /// What was generated is no Rust.
+    /// The generated text is invalid Rust.
     #[error("the generated bindings are not Rust: {0}")]
     Syntax(#[from] syn::Error),
 }

@@ -85,7 +85,7 @@ fn value(library: &Library, frame: &Frame, axis: &str, of: &TokenStream) -> Toke
             None => value,
             Some(Ok(when)) => match condition(library, &when, of) {
                 Some(when) => quote!(if #when { #value } else { #otherwise }),
-                // What depends on a number, settings alone do not say.
+                // A condition on a parameter or a fact is known in a frame alone.
                 None => otherwise,
             },
             Some(Err(_)) => otherwise,

@@ -51,11 +51,11 @@ const FUNCTIONS: [(&str, usize); 7] = [
     ("select", 3),
 ];
 
-/// Characters of a formula at most.
-const LONGEST: usize = 4096;
+/// The maximum length of a formula in characters.
+const MAXIMUM_LENGTH: usize = 4096;
 
-/// Operations in each other at most. Each is two levels in JSON, of which its readers take 128.
-const DEEPEST: usize = 40;
+/// The maximum depth of operations. Each is two levels in JSON, of which serde_json reads 128.
+const MAXIMUM_DEPTH: usize = 40;
 
 /// How many operations nest in each other.
 fn depth(of: &Formula) -> usize {
@@ -71,16 +71,18 @@ impl Text {
     /// What is no formula.
     pub fn parse(&self) -> Result<Formula, String> {
         let text = self.0.trim();
-        if text.len() > LONGEST {
-            return Err(format!("is longer than {LONGEST} characters"));
+        if text.len() > MAXIMUM_LENGTH {
+            return Err(format!("is longer than {MAXIMUM_LENGTH} characters"));
         }
         let mut parser = Parser { text, rest: text, depth: 0 };
         let tree = parser.binary(0)?;
         if !parser.rest.is_empty() {
             return Err(parser.expected("an operator or the end"));
         }
-        if depth(&tree) > DEEPEST {
-            return Err(format!("nests more than {DEEPEST} operations; give parts of it names"));
+        if depth(&tree) > MAXIMUM_DEPTH {
+            return Err(format!(
+                "nests more than {MAXIMUM_DEPTH} operations; give parts of it names"
+            ));
         }
         Ok(tree)
     }
@@ -277,5 +279,22 @@ pub(super) fn simple(of: Formula) -> Formula {
         ("==", [Number(a), Number(b)]) => Number(u64::from(a == b)),
         ("%", [Number(a), Number(b @ 1..)]) => Number(a % b),
         _ => of,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formulas_are_bounded() {
+        let parsed = |text: String| Text(text).parse();
+        let nested = |depth: usize| format!("{}1{}", "max(a, ".repeat(depth), ")".repeat(depth));
+        assert!(parsed(nested(MAXIMUM_DEPTH)).is_ok());
+        let text = parsed(nested(MAXIMUM_DEPTH + 1)).unwrap_err();
+        assert!(text.contains("nests more than"), "{text}");
+        assert!(parsed("a".repeat(MAXIMUM_LENGTH)).is_ok());
+        let text = parsed("a".repeat(MAXIMUM_LENGTH + 1)).unwrap_err();
+        assert!(text.contains("is longer than"), "{text}");
     }
 }

@@ -8,7 +8,7 @@ use super::place::Places;
 use crate::error::{Code, Diagnostic};
 use crate::validate::{features, is_feature};
 
-/// Combinations of values that all passes have at most, legal or not: ours have a hundredth of that.
+/// The maximum number of combinations of values of all passes, legal or not.
 const VARIANTS: u64 = 1 << 20;
 
 impl Library {
@@ -115,7 +115,7 @@ impl Library {
         }
     }
 
-    /// Whether the space of variants is small enough to be gone through, before anything does.
+    /// Whether the space of variants is small enough to enumerate.
     pub(super) fn is_bounded(&self, places: &Places<'_>, errors: &mut Vec<Diagnostic>) -> bool {
         let mut total = 0_u64;
         for (index, pass) in self.pass.iter().enumerate() {

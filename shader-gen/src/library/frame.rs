@@ -35,7 +35,7 @@ pub struct Frame {
 /// So many configurations are all tried.
 const ALL: usize = 1 << 10;
 
-/// Kinds of draws that a list of the host has at most, legal or not.
+/// The maximum number of kinds of draws in a list of the host, legal or not.
 const KINDS: usize = 1 << 12;
 
 impl Library {

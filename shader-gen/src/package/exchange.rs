@@ -1,4 +1,4 @@
-//! A folder takes the place of another at once.
+//! Replaces a folder by another atomically, where the system can.
 //!
 //! The new folder is filled beside the old one. Where the system exchanges two names in one rename, there is no moment at
 //! which the place has neither; elsewhere two renames do it, and the next run puts the old folder back if this one ends
@@ -12,15 +12,15 @@ use std::time::Duration;
 
 use sglow_seal::{Fault, at};
 
-/// How folders beside the place are called, before what is random of their names.
+/// The prefix of temporary folders beside the place.
 pub(super) const BESIDE: &str = ".sglow-package-";
 
-/// Folders within it, each with a folder of the name of the place.
+/// The part of a temporary folder that has the new folder, under the name of the place.
 const NEW: &str = "new";
 /// As [`NEW`], for what was there before.
 const OLD: &str = "old";
 
-/// What is so old is in no use, whoever has made it.
+/// Without a lock, temporary folders of this age are taken to be abandoned.
 const ABANDONED: Duration = Duration::from_hours(1);
 
 /// How a folder takes the place of another.
@@ -37,7 +37,7 @@ pub(super) enum Means {
 pub(super) struct Place {
     parent: PathBuf,
     name: OsString,
-    /// Held as long as this lives, and given back by the system when the process ends, however it ends.
+    /// Released with this, or by the system when the process ends, however it ends.
     lock: Option<File>,
 }
 
@@ -75,40 +75,40 @@ impl Place {
         let beside = beside.map_err(at(&self.parent))?;
         let [new, old] = [NEW, OLD].map(|part| beside.path().join(part).join(&self.name));
         fs::create_dir_all(&new).map_err(at(&new))?;
-        moment();
+        failpoint();
         fill(&new)?;
         if let Ok(found) = fs::metadata(&folder) {
             fs::set_permissions(&new, found.permissions()).map_err(at(&new))?;
         }
-        moment();
+        failpoint();
         if !folder.exists() {
             fs::rename(&new, &folder).map_err(at(&folder))?;
         } else if means == Means::TwoRenames || exchange(&new, &folder).is_err() {
             let around = beside.path().join(OLD);
             fs::create_dir(&around).map_err(at(&around))?;
             fs::rename(&folder, &old).map_err(at(&folder))?;
-            moment();
+            failpoint();
             fs::rename(&new, &folder).map_err(|error| {
                 // What was there comes back; if it cannot, the next run puts it back.
                 let _ = fs::rename(&old, &folder);
                 at(&folder)(error)
             })?;
         }
-        moment();
+        failpoint();
         // What stays of it is removed by the next run.
         let _ = beside.close();
         Ok(())
     }
 
-    /// Puts back what a run that ended between two renames has moved away, and removes what such runs left. Whoever has
-    /// the place knows that none of it is in use.
+    /// Puts back what a run that ended between two renames has moved away, and removes what such runs left. With the lock
+    /// none of it is in use.
     fn mend(&self) -> Result<(), Fault> {
         let entries = fs::read_dir(&self.parent).map_err(at(&self.parent))?;
         for entry in entries.filter_map(Result::ok) {
             let path = entry.path();
             let ours = entry.file_name().to_string_lossy().starts_with(BESIDE);
             let folder = entry.metadata().ok().filter(|found| found.is_dir() && ours);
-            // Without a lock it may be in use; then age alone tells.
+            // Without a lock it may be in use; then age decides.
             let age = folder.and_then(|found| found.modified().ok()?.elapsed().ok());
             let ended = age.is_some_and(|age| self.lock.is_some() || age > ABANDONED);
             if !ended || !is_beside(&path) {
@@ -120,7 +120,7 @@ impl Place {
                     fs::rename(moved.path(), &home).map_err(at(&home))?;
                 }
             }
-            moment();
+            failpoint();
             fs::remove_dir_all(&path).map_err(at(&path))?;
         }
         Ok(())
@@ -159,12 +159,12 @@ fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// A moment at which a run may end. Tests let it end there.
+/// A point at which a run may be cut off. Tests end the process there.
 #[cfg(not(test))]
-fn moment() {}
+fn failpoint() {}
 
 #[cfg(test)]
-use tests::moment;
+use tests::failpoint;
 
 #[cfg(test)]
 mod tests {
@@ -179,11 +179,17 @@ mod tests {
     use crate::package::folder::{verify_hashes, write_by};
     use crate::package::{Change, Difference};
 
-    /// Which moment a process ends at, the folder that it writes, and whether by two renames.
+    /// The test that [`run`] starts again in a process of its own.
+    const CRASH_TEST: &str = concat!(
+        "package::exchange::tests::",
+        "a_run_that_ends_at_any_moment_leaves_what_the_next_one_mends"
+    );
+
+    /// Of that process: which failpoint it ends at, the folder that it writes, and whether by two renames.
     const SETTINGS: [&str; 3] = ["SGLOW_TEST_MOMENT", "SGLOW_TEST_FOLDER", "SGLOW_TEST_RENAMES"];
 
-    /// Ends the process, without cleaning up, at the moment that its environment names.
-    pub(super) fn moment() {
+    /// Ends the process, without cleaning up, at the failpoint whose number its environment has.
+    pub(super) fn failpoint() {
         static PASSED: AtomicUsize = AtomicUsize::new(0);
         let end = env::var(SETTINGS[0]).ok().and_then(|number| number.parse().ok());
         if end == Some(PASSED.fetch_add(1, Ordering::Relaxed)) {
@@ -202,21 +208,22 @@ mod tests {
         files
     }
 
-    #[test]
-    #[ignore = "what another test starts, and ends in the middle"]
-    fn one_run() {
-        if let [Ok(_), Ok(folder), Ok(renames)] = SETTINGS.map(env::var) {
-            let means = if renames == "1" { Means::TwoRenames } else { Means::Exchange };
-            write_by(means, Path::new(&folder), &package("new")).unwrap();
-        }
+    /// Writes the package if this is a process that [`run`] started.
+    fn is_started_by_run() -> bool {
+        let [Ok(_), Ok(folder), Ok(renames)] = SETTINGS.map(env::var) else { return false };
+        let means = if renames == "1" { Means::TwoRenames } else { Means::Exchange };
+        write_by(means, Path::new(&folder), &package("new")).unwrap();
+        true
     }
 
-    /// Runs [`one_run`] up to a moment; whether it came to its end.
+    /// Writes the package in a process that ends at a failpoint; whether it came to its end.
     fn run(out: &Path, means: Means, end: usize) -> bool {
         let renames = if means == Means::TwoRenames { "1" } else { "0" };
-        let line = ["--exact", "package::exchange::tests::one_run", "--ignored"];
         let mut command = Command::new(env::current_exe().unwrap());
-        command.args(line).env(SETTINGS[0], end.to_string()).env(SETTINGS[1], out);
+        command
+            .args(["--exact", CRASH_TEST])
+            .env(SETTINGS[0], end.to_string())
+            .env(SETTINGS[1], out);
         command.env(SETTINGS[2], renames).stdout(Stdio::null()).stderr(Stdio::null());
         command.status().unwrap().success()
     }
@@ -229,6 +236,9 @@ mod tests {
 
     #[test]
     fn a_run_that_ends_at_any_moment_leaves_what_the_next_one_mends() {
+        if is_started_by_run() {
+            return;
+        }
         for means in [Means::Exchange, Means::TwoRenames] {
             let (mut ended, mut gaps) = (0, 0);
             // The run after a run that has ended may end, too.

@@ -72,11 +72,13 @@ fn fill(
             .map_err(at(&file))?;
     }
     let (present, empty) = listed(old)?;
-    let goes = |path: &String| outcome.written.contains(path) || outcome.removed.contains(path);
-    for path in present.iter().filter(|path| !goes(path)) {
+    // Both are sorted, as the tables that they were made from.
+    let has = |list: &[String], path: &String| list.binary_search(path).is_ok();
+    let stays = |path: &&String| !has(&outcome.written, path) && !has(&outcome.removed, path);
+    for path in present.iter().filter(stays) {
         let (from, to) = (old.join(path), new.join(path));
         create(&to)?;
-        // A second name where the file system has such; so times and whatever else it knows of a file stay.
+        // A hard link where the file system has them: times and other attributes stay.
         if fs::hard_link(&from, &to).is_err() {
             fs::copy(&from, &to).map_err(at(&from))?;
         }
@@ -220,14 +222,14 @@ fn recorded(package: &Path) -> Result<Option<BTreeMap<String, String>>, Fault> {
     Ok(sums.map(|sums| sums.into_iter().map(owned).collect()))
 }
 
-/// Where it is remembered what a folder was made of.
+/// The file of the cache for a folder.
 fn stamp(options: &Options) -> Option<PathBuf> {
     let folder = std::path::absolute(&options.out).ok()?;
     let name = hash::sha256(folder.to_string_lossy().as_bytes());
     Some(options.cache.as_ref()?.join(name))
 }
 
-/// All that decides on the files of a folder, the folder's own hashes included.
+/// A hash of all that decides on the files of a folder, the folder's own hashes included.
 fn state(source: &str, sums: &[u8]) -> String {
     hash::of_parts([
         ("source", source),
@@ -236,7 +238,7 @@ fn state(source: &str, sums: &[u8]) -> String {
     ])
 }
 
-/// The outcome, if the folder is known to be what would be written.
+/// The outcome, if by the cache the folder is what would be written.
 pub(super) fn remembered(options: &Options, source: &str) -> Option<Outcome> {
     let known = fs::read_to_string(stamp(options)?).ok()?;
     let sums = fs::read(options.out.join(SUMS)).ok()?;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Characters of a line at most, unless a single key or value has more.
+/// The maximum length of a line in characters, unless a single key or value has more.
 const WIDTH: usize = 120;
 
 /// A value as JSON, with a space for each level and a newline at the end.

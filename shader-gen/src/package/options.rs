@@ -57,7 +57,7 @@ impl FromStr for Target {
     }
 }
 
-/// What variants were chosen for, and what was left out for that. Nothing here is looked at: it goes into the manifest.
+/// What variants were chosen for, and what was left out for that. It goes into the manifest unchanged.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Purpose {
     /// The input.

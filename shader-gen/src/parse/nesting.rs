@@ -1,22 +1,22 @@
-//! How deep a source may nest: so deep that nobody gets there who writes shaders, and not so deep that what reads it, here or
-//! in naga, runs out of stack.
+//! Limits of nesting: far above what shaders written by hand need, and low enough that recursive readers, here and in naga, do
+//! not run out of stack.
 
 use crate::error::{Code, Diagnostic};
 use crate::token::{Token, TokenKind};
 
-/// Brackets in brackets.
+/// The maximum depth of brackets.
 const BRACKETS: usize = 64;
 
-/// Operators between two separators (`,`, `;` or a brace): each may nest one deeper than the one before.
+/// The maximum number of operators between two separators (`,`, `;` or a brace): each may nest one deeper than the one before.
 const OPERATORS: usize = 512;
 
-/// Branches behind an `if` or an `@if`, each of which nests in the one before.
+/// The maximum number of branches after an `if` or an `@if`, each of which nests in the one before.
 const BRANCHES: usize = 100;
 
 /// The first place of `code` that nests too deep.
 pub(super) fn too_deep(file: usize, text: &str, code: &[Token]) -> Option<Diagnostic> {
-    let fault = |token: &Token, what: &str, most: usize| {
-        Diagnostic::new(Code::Syntax, format!("more than {most} {what}"))
+    let fault = |token: &Token, what: &str, limit: usize| {
+        Diagnostic::new(Code::Syntax, format!("more than {limit} {what}"))
             .at(file, token.range(), "here")
             .help("take it apart: into functions, or with `let`")
     };
@@ -30,7 +30,7 @@ pub(super) fn too_deep(file: usize, text: &str, code: &[Token]) -> Option<Diagno
             (TokenKind::Symbol(b'(' | b'[' | b'{'), _) => {
                 branches.push(0);
                 if branches.len() > BRACKETS + 1 {
-                    return Some(fault(token, "brackets in each other", BRACKETS));
+                    return Some(fault(token, "nested brackets", BRACKETS));
                 }
             }
             (TokenKind::Symbol(b')' | b']' | b'}'), _) if branches.len() > 1 => {
@@ -70,7 +70,7 @@ fn set(numbers: &mut [usize], change: impl FnOnce(usize) -> usize) -> usize {
 mod tests {
     use crate::parse::parse;
 
-    /// What is said of a text.
+    /// The first error of a text.
     fn said(text: &str) -> Option<String> {
         let mut errors = Vec::new();
         parse(0, "a", text, &mut errors);

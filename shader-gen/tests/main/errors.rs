@@ -222,3 +222,18 @@ fn presets_that_a_program_wrote_are_read_and_those_that_are_none_refused() {
     std::fs::write(&path, "preset = 3").unwrap();
     assert!(load().unwrap_err().to_string().contains("more.toml"));
 }
+
+#[test]
+fn chains_of_declarations_are_bounded() {
+    let chain = |length: usize| {
+        let import = "import package::image::bin::{TALLY_BINS};\n";
+        let link = |n: usize| format!("const TALLY_C{} = TALLY_C{n} + 1;\n", n + 1);
+        let links: String = (0..length).map(link).collect();
+        let text = format!("{import}const TALLY_C0 = 1;\n{links}");
+        report(&[("src/sum/scan.wesl", import, &text)])
+    };
+    let limit = "more than 200 declarations";
+    let (longest, longer) = (chain(200), chain(201));
+    assert!(!longest.contains(limit), "{longest}");
+    assert!(longer.contains(limit), "{longer}");
+}

@@ -270,7 +270,7 @@ fn refusal(options: &Options) -> String {
 }
 
 #[test]
-fn somebody_elses_folder_is_left_alone() {
+fn a_folder_that_is_no_package_is_left_alone() {
     let (folder, own) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let out = folder.path();
     generate_into(own.path(), None);
@@ -351,7 +351,7 @@ fn the_committed_package_takes_no_other_and_is_mended_whatever_it_is() {
 #[test]
 fn names_and_paths_of_a_library_stay_in_its_folder() {
     let load = |edits: &[(&str, &str, &str)]| Library::load(crate::edited(edits).path());
-    for name in ["../../x", "/tmp/x", "", "a/b", "..", ".git"] {
+    for name in ["../../x", "/x", "", "a/b", "..", ".git"] {
         for table in ["library", "package"] {
             let text = load(&[(
                 "library.toml",

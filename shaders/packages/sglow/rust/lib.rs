@@ -2073,13 +2073,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_nodes-trace-exact-both-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes.wgsl"),
-        sha256: "e82dd9b8fbb611bde1ff4fcef32db194a995986fe9981980317ceb3e09811c58",
+        sha256: "712a81596a7c2efa88052919f059e3ba9f7efd0c56b5b08e89e69310642c3593",
     },
     Embedded {
         id: "cut_nodes-trace-exact-diffuse-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes-lobes_diffuse.wgsl"),
-        sha256: "7120bdf6018dd9a11e1c9de94c79ddbf48f6564e55d49c71b178fa8048539a40",
+        sha256: "dcfd18641060ff4c10343558842e2c87b11caeaf9d730074f93c070d1b834533",
     },
     Embedded {
         id: "cut_ranks",
@@ -2103,13 +2103,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_tree-both",
         pass: cut_tree::PASS,
         text: include_str!("../wgsl/cut_tree.wgsl"),
-        sha256: "6a5abe5da6978cfb11376e2af6a8fdabcb001fa74ac3152ec6a20154ec70c5f3",
+        sha256: "fe8ca7e8c26b7ae75ba2cc1778a59aefa10c0e8b0e7fe573d2d703dc8dd6b075",
     },
     Embedded {
         id: "cut_tree-diffuse",
         pass: cut_tree::PASS,
         text: include_str!("../wgsl/cut_tree-lobes_diffuse.wgsl"),
-        sha256: "328ebc845cb31954f19a913d2838db8a55aea3076783034411133e6a060d3776",
+        sha256: "5629dede73841386593f957a75a37066b39d2315a86aec458ea029f7607e6dd9",
     },
     Embedded {
         id: "density-bidirectional-cosine-both-f0",
@@ -3027,7 +3027,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "b86c558970fb8fe10f59a3def14c59c5a5013f5f317122b07d3f32119abd80cd",
+        sha256: "b46e935c6fd69e8b1a83f6cc3dc12c789e49c9aca590b04659356f02175acbc2",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -3049,7 +3049,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "dbeb32b26009161924345927d2a054676a97cfaea9c770f1f89b75c8679a6ece",
+        sha256: "241d1756af24d05652d243e75938e51fa2e6814d4cbd288be02dc9c43cf3ea5a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3069,7 +3069,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "cb4b5cf0abce633baa8fa6e1f89e0143750ee0f365bff5a888eb46c29654da7e",
+        sha256: "003a910b19c8ed4545e63da1cf636fc88f31d0b8da3fb2ea56cb0f39338b9f48",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3093,7 +3093,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "141580d788035e1193ea0c05866c958e67ce2d3c41e6cb617712312b76e7f485",
+        sha256: "553de641602d172f622921615a7a08b7a2a794be7bff2d08e4dbd743b980457b",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3109,7 +3109,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "02ed21cafb078b77cc390d1cf01c6edf98c1f5532d2d9de16af2812f003af0a0",
+        sha256: "fd64ad96851365d57f784b942756e9f5f26cb0be47c0c29946d68e8ca2410cd0",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3125,7 +3125,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "2c0dfa6c1266e9d1fa1fa5c8f65162051ab27c80da2c5bd7ba6550a0776d4177",
+        sha256: "a509921a8ca81ff349061556a8eabff7b8fd426d844f4b026ae96cf144575335",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3141,7 +3141,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "89efe29435baf41cde2160b5eefbb5f587415a0f9b7ede8f90f06346de7100cb",
+        sha256: "89b231e11b35e0c0b6b2ac5a9f0e3dd43727fa230321dcdc3d00d82bcec6b959",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3157,7 +3157,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "a065c53e301c24bd17a0b77f3eee70598b22977099e1306511042cc066ddd704",
+        sha256: "b23a607ca2f90643dec71079f66f763dc3bbd85b06c4c1057853e3ada5fcc513",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3179,7 +3179,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "701e143c787ae8ee512374ac0da528a3c9cb08a8e4150e1aa8319e82cf8437c1",
+        sha256: "879928946d3ee7c061ae6df847d43bdd1d95f88c110704dea641487bcfdf738b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3203,7 +3203,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "11c8338a0d6811ffdd0362b2954deaaf108de09d996b298c9a21b272782bd19e",
+        sha256: "90c99bf003ab81c9825e3631957b1f97dd1fb55b6f1d68102747ef83dfb1cbcb",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3227,7 +3227,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "25d1c941c3251f91fe4046f3c86917f9c9eafdb23bb5b7416321e2cacabdf1a9",
+        sha256: "14e77552dc661e1b662a168f6fec3a54c0542c4f744855aa212f9cbd715feddc",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3251,7 +3251,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "d5302f5584705991667330475cf55ee2fce4ef3bdbd7f4a39632f3c003ed5b96",
+        sha256: "ff82ae4cfc2afa808f2114cadf08f837aff696b484478c34517cff157789813d",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -9116,7 +9116,7 @@ pub mod cut_nodes {
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 80),
-            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 20),
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[
@@ -11337,7 +11337,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -11479,7 +11479,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -11748,7 +11748,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -11874,7 +11874,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -12725,31 +12725,64 @@ const _: () = {
     equal(size_of::<SglowCodesParameters>(), 4);
     equal(core::mem::offset_of!(SglowCodesParameters, count), 0);
 };
-/// What a cut knows of a node besides its light: an inner node by its number, a leaf by its number behind all places.
+/// What a cut reads of a node besides its light. Leaf i has the number places + i.
+///
+/// `SglowCutBranch` of the variants with lobes = both.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SglowCutBranch {
+pub struct SglowCutBranchBoth {
     /// Its children; of a leaf the leaf itself. (`u32` at byte 0)
     pub left: u32,
     /// `u32` at byte 4.
     pub right: u32,
-    /// Luminance of the power that it reflects diffusely, W. (`f32` at byte 8)
+    /// Luminance of the power that is reflected diffusely, W. (`f32` at byte 8)
     pub power: f32,
     /// Variance of its children's mean normals about its own mean normal, 0 to 1. (`f32` at byte 12)
     pub spread: f32,
+    /// Luminance of the power that is reflected specularly, W. (`f32` at byte 16)
+    pub specular_power: f32,
 }
-impl Default for SglowCutBranch {
+impl Default for SglowCutBranchBoth {
     /// All bytes zero.
     fn default() -> Self {
         bytemuck::Zeroable::zeroed()
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutBranch>(), 16);
-    equal(core::mem::offset_of!(SglowCutBranch, left), 0);
-    equal(core::mem::offset_of!(SglowCutBranch, right), 4);
-    equal(core::mem::offset_of!(SglowCutBranch, power), 8);
-    equal(core::mem::offset_of!(SglowCutBranch, spread), 12);
+    equal(size_of::<SglowCutBranchBoth>(), 20);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, left), 0);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, right), 4);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, power), 8);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, spread), 12);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, specular_power), 16);
+};
+/// What a cut reads of a node besides its light. Leaf i has the number places + i.
+///
+/// `SglowCutBranch` of the variants with lobes = diffuse.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutBranchDiffuse {
+    /// Its children; of a leaf the leaf itself. (`u32` at byte 0)
+    pub left: u32,
+    /// `u32` at byte 4.
+    pub right: u32,
+    /// Luminance of the power that is reflected diffusely, W. (`f32` at byte 8)
+    pub power: f32,
+    /// Variance of its children's mean normals about its own mean normal, 0 to 1. (`f32` at byte 12)
+    pub spread: f32,
+}
+impl Default for SglowCutBranchDiffuse {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutBranchDiffuse>(), 16);
+    equal(core::mem::offset_of!(SglowCutBranchDiffuse, left), 0);
+    equal(core::mem::offset_of!(SglowCutBranchDiffuse, right), 4);
+    equal(core::mem::offset_of!(SglowCutBranchDiffuse, power), 8);
+    equal(core::mem::offset_of!(SglowCutBranchDiffuse, spread), 12);
 };
 /// `SglowCutKeysParameters` of the shaders.
 #[repr(C)]

@@ -82,15 +82,17 @@ struct SglowVsgl {
     specular_coefficient: vec3<f32>,
 }
 
-/// What a cut knows of a node besides its light: an inner node by its number, a leaf by its number behind all places.
+/// What a cut reads of a node besides its light. Leaf i has the number places + i.
 struct SglowCutBranch {
     /// Its children; of a leaf the leaf itself.
     left: u32,
     right: u32,
-    /// Luminance of the power that it reflects diffusely, W.
+    /// Luminance of the power that is reflected diffusely, W.
     power: f32,
     /// Variance of its children's mean normals about its own mean normal, 0 to 1.
     spread: f32,
+    /// Luminance of the power that is reflected specularly, W.
+    specular_power: f32,
 }
 
 @group(0) @binding(0) var<uniform> sglow_cut_nodes_parameters: SglowCutNodesParameters;
@@ -101,10 +103,10 @@ struct SglowCutBranch {
 @group(0) @binding(3) var<storage, read> sglow_cut_leaf_count: array<u32>;
 /// The light of each inner node, and from the number of places on of each leaf.
 @group(0) @binding(4) var<storage, read_write> sglow_cut_vsgls: array<SglowVsgl>;
-/// What a cut has to know of them, likewise.
+/// Children, power and spread of normals, likewise.
 @group(0) @binding(5) var<storage, read_write> sglow_cut_branches: array<SglowCutBranch>;
 
-/// Makes the light of each node and leaf of the tree, and tells its parent of it.
+/// Makes the light of each node and leaf of the tree, and writes its number into its parent.
 @compute @workgroup_size(64)
 fn sglow_cut_make_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
     let places = sglow_cut_nodes_parameters.places;
@@ -151,6 +153,7 @@ fn sglow_cut_make_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
         spread = (left.diffuse_weight / weight) * (right.diffuse_weight / weight) * dot(apart, apart);
     }
     sglow_cut_branches[id.x].power = sglow_luminance(sum.diffuse_power);
+    sglow_cut_branches[id.x].specular_power = sglow_luminance(sum.specular_power);
     sglow_cut_branches[id.x].spread = spread;
     if has_parent {
         // The left child ends at its parent's gap at the latest.

@@ -99,8 +99,8 @@ fn sglow_cut_make_tree(@builtin(global_invocation_id) id: vec3<u32>) {
 /// test what_directions_count_is_near_the_best).
 const SGLOW_CUT_DIRECTIONS: f32 = 0.2;
 
-/// The length of the prefix that the keys of two leaves share; -1 where there is no second leaf. Equal keys are told
-/// apart by the leaves' numbers. [Karras 2012, Section 4]
+/// The length of the prefix that the keys of two leaves share; -1 where there is no second leaf. Equal keys are
+/// distinguished by the leaves' numbers. [Karras 2012, Section 4]
 fn sglow_cut_shared_prefix(count: u32, leaf: u32, other: i32) -> i32 {
     if other < 0 || other >= i32(count) {
         return -1;

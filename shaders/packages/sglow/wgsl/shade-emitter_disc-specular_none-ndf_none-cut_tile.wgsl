@@ -62,15 +62,17 @@ struct SglowVsgl {
     specular_coefficient: vec3<f32>,
 }
 
-/// What a cut knows of a node besides its light: an inner node by its number, a leaf by its number behind all places.
+/// What a cut reads of a node besides its light. Leaf i has the number places + i.
 struct SglowCutBranch {
     /// Its children; of a leaf the leaf itself.
     left: u32,
     right: u32,
-    /// Luminance of the power that it reflects diffusely, W.
+    /// Luminance of the power that is reflected diffusely, W.
     power: f32,
     /// Variance of its children's mean normals about its own mean normal, 0 to 1.
     spread: f32,
+    /// Luminance of the power that is reflected specularly, W.
+    specular_power: f32,
 }
 
 @group(0) @binding(0) var<uniform> sglow_shade_parameters: SglowShadeParameters;
@@ -82,29 +84,31 @@ struct SglowCutBranch {
 @group(0) @binding(5) var sglow_diffuse_output: texture_storage_2d<rgba32float, write>;
 /// The light of each node and leaf, as the pass cut_nodes makes them.
 @group(0) @binding(9) var<storage, read> sglow_cut_vsgls: array<SglowVsgl>;
-/// What the cut has to know of them.
+/// Children, power and spread of normals of each node.
 @group(0) @binding(10) var<storage, read> sglow_cut_branches: array<SglowCutBranch>;
 /// The nodes of the lights of the global cut, and behind them the root of the tree.
 @group(0) @binding(11) var<storage, read> sglow_cut_roots: array<u32>;
 
-/// A node in the list of a tile. How far each pixel that votes refines it is a number of 0 to 255 (all of it).
+/// A node in the list of a tile. A vote is how far a pixel refines it: 0 to 255, to its children alone.
 struct SglowTileNode {
     node: u32,
     /// Four votes: of the tile's corners, left to right, then downwards.
     corners: u32,
-    /// The middle's vote and the greatest of all votes; from bit 16 on the root above the node, and which votes see it.
+    /// The middle's vote and the maximum of all; from bit 16 on the light of the global cut that the node is below (11
+    /// bits), and a bit for each vote that this light reaches.
     rest: u32,
 }
 
-/// The most nodes of a tile. With more to come nodes stay as they are: light is never left out.
+/// Maximum number of nodes of a tile, by the 16 KiB of workgroup memory that WebGPU grants. Beyond it nodes are not
+/// refined any further, so that no light is lost.
 const SGLOW_TILE_NODES: u32 = 704u;
 
 var<workgroup> sglow_tile_nodes: array<SglowTileNode, SGLOW_TILE_NODES>;
 
-/// The most nodes that wait to be looked at.
-const SGLOW_TILE_WAITING: u32 = 448u;
+/// Maximum number of nodes that are still to be estimated.
+const SGLOW_TILE_QUEUE: u32 = 448u;
 
-var<workgroup> sglow_tile_waiting: array<SglowTileNode, SGLOW_TILE_WAITING>;
+var<workgroup> sglow_tile_queue: array<SglowTileNode, SGLOW_TILE_QUEUE>;
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
 struct SglowSurface {
@@ -119,29 +123,30 @@ struct SglowSurface {
     alpha: f32,
 }
 
-/// Votes: of the four corners and of the middle.
+/// Number of votes: those of the four corners and of the middle.
 const SGLOW_TILE_VOTES: u32 = 5u;
 
 var<workgroup> sglow_tile_surfaces: array<SglowSurface, SGLOW_TILE_VOTES>;
 
-/// A pixel that votes on how fine the nodes of its tile are to be.
+/// A pixel that the error of nodes is estimated at.
 struct SglowCutReceiver {
     position: vec3<f32>,
     /// Luminance of the diffuse reflectance over pi; 0 where nothing is reflected diffusely.
     diffuse: f32,
     /// Unit.
     normal: vec3<f32>,
-    /// What a node may be wrong by: the tolerance times the radiance. Negative without a surface.
+    /// Maximum error of a node: the tolerance times the radiance.
     limit: f32,
 }
 
 var<workgroup> sglow_tile_receivers: array<SglowCutReceiver, SGLOW_TILE_VOTES>;
-/// Radiance at each vote, summed by each invocation.
+/// Each invocation's part of the radiance at each vote.
 var<workgroup> sglow_tile_sums: array<f32, 320>;
-/// Bits of the invocations that refine their node, and of those that put it into the list; for turns in turn.
+/// Bits of the invocations that refine their node, and of those that put it into the list; two words for even rounds
+/// and two for odd ones.
 var<workgroup> sglow_tile_refined: array<atomic<u32>, 4>;
 var<workgroup> sglow_tile_kept: array<atomic<u32>, 4>;
-/// How many nodes wait, how many are in the list, where the first one waits, and which turn it is.
+/// Length of the queue, length of the list, first place of the queue, and whether the round is odd.
 var<workgroup> sglow_tile_state: vec4<u32>;
 /// The pixel that votes for the middle: 0 for the middle itself, else one more than its number.
 var<workgroup> sglow_tile_middle: atomic<u32>;
@@ -199,7 +204,8 @@ fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
     textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
 }
 
-/// From what part of the limit on a node begins to be refined; its children are blended in up to the limit.
+/// A node is refined from 1/1.5 of the limit on, and its children alone are left at the limit: without this band the
+/// change from a node to its children would be seen at the borders of tiles and in motion.
 const SGLOW_TILE_BAND: f32 = 1.5;
 
 /// The light of a node.
@@ -207,7 +213,8 @@ fn sglow_cut_vsgl(node: u32) -> SglowVsgl {
     return sglow_cut_vsgls[node];
 }
 
-/// Lets the first pixel that has a surface vote where the middle has none, or a thing might go unseen by all votes.
+/// Finds which pixel votes for the middle: the first one with a surface where the middle has none, since a small object
+/// may lie between all other votes.
 fn sglow_tile_start(lane: u32, present: bool) {
     if lane == 0u {
         atomicStore(&sglow_tile_middle, 0xffffffffu);
@@ -256,8 +263,7 @@ fn sglow_tile_radiance(vote: u32, vsgl: SglowVsgl) -> f32 {
     return radiance;
 }
 
-/// How far a vote refines a node: 0 to 255, all of it. Without any tolerance it wants all leaves, those too that are
-/// estimated to be dark.
+/// How far a vote refines a node, 0 to 255. A tolerance of 0 refines to the leaves, also where the estimate is 0.
 fn sglow_tile_refinement(error: f32, limit: f32) -> u32 {
     if !(sglow_shade_parameters.tolerance > 0.0) {
         return 255u;
@@ -267,7 +273,7 @@ fn sglow_tile_refinement(error: f32, limit: f32) -> u32 {
     return u32(step * step * (3.0 - 2.0 * step) * 255.0 + 0.5);
 }
 
-/// How many bits are set below one, and in all.
+/// The number of bits that are set below that of an invocation.
 fn sglow_tile_rank(words: vec2<u32>, lane: u32) -> u32 {
     let below = (1u << (lane & 31u)) - 1u;
     if lane < 32u {
@@ -276,11 +282,11 @@ fn sglow_tile_rank(words: vec2<u32>, lane: u32) -> u32 {
     return countOneBits(words.x) + countOneBits(words.y & below);
 }
 
-/// Makes the list of a tile's nodes; how many there are.
+/// Makes the list of a tile's nodes and returns its length. [Walter 2005] for one pixel; tiles and blending are ours.
 ///
-/// Nodes of the tree are refined breadth first, each by one invocation, from those of the global cut on. Votes refine
-/// a node by degrees; no vote refines it further than its parent, so that the differences along each path down the tree
-/// add up to all of it, whatever mean or maximum of the votes a pixel takes.
+/// Nodes are refined breadth first from those of the global cut on, each by one invocation. A vote refines no node
+/// further than its parent, so that its differences along each path down the tree add up to one: a pixel that takes a
+/// mean or the maximum of the votes takes each texel once.
 fn sglow_tile_list(lane: u32) -> u32 {
     let count = sglow_shade_parameters.count;
     var sums: array<f32, SGLOW_TILE_VOTES>;
@@ -293,7 +299,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
             }
             sums[vote] += sglow_tile_radiance(vote, vsgl);
         }
-        sglow_tile_waiting[root] =
+        sglow_tile_queue[root] =
             SglowTileNode(sglow_cut_roots[root], 0xffffffffu, 0xffffu | (root << 16u) | (seen << 27u));
     }
     for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
@@ -310,7 +316,8 @@ fn sglow_tile_list(lane: u32) -> u32 {
         }
         let receiver = sglow_tile_receivers[lane];
         let root = sglow_cut_roots[count];
-        // A hundredth of what all lights would send to a sphere as wide as they are, lest the dark takes all leaves.
+        // At least a hundredth of what all lights would send to a sphere as wide as they are: in the dark the limit
+        // would be 0 and every leaf refined.
         var least = 0.0;
         if root != SGLOW_CUT_NONE {
             least = 0.01 * sglow_cut_branches[root].power / (SGLOW_FOUR_PI * sglow_cut_vsgl(root).variance);
@@ -319,7 +326,9 @@ fn sglow_tile_list(lane: u32) -> u32 {
         sglow_tile_receivers[lane].limit = sglow_shade_parameters.tolerance * max(radiance, least * reflectance);
     }
     workgroupBarrier();
-    for (var turn = 0u; turn < 4096u; turn += 1u) {
+    // At most 704 nodes are refined, so no more than 448 + 2 * 704 are taken from the queue; the bound ends the loop
+    // on buffers that are no tree.
+    for (var round = 0u; round < 4096u; round += 1u) {
         let state = workgroupUniformLoad(&sglow_tile_state);
         if state.x == 0u {
             break;
@@ -330,7 +339,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
         var corners = 0u;
         var rest = 0u;
         if lane < batch {
-            node = sglow_tile_waiting[(state.z + lane) % SGLOW_TILE_WAITING];
+            node = sglow_tile_queue[(state.z + lane) % SGLOW_TILE_QUEUE];
         }
         var branch: SglowCutBranch;
         if node.node != SGLOW_CUT_NONE {
@@ -344,9 +353,9 @@ fn sglow_tile_list(lane: u32) -> u32 {
                     if vote < 4u {
                         above = (node.corners >> (8u * vote)) & 0xffu;
                     }
-                    let receiver = sglow_tile_receivers[vote];
                     let counts = sglow_tile_surfaces[vote].present && ((node.rest >> (27u + vote)) & 1u) == 1u;
                     if counts && above > 0u {
+                        let receiver = sglow_tile_receivers[vote];
                         let error = sglow_cut_estimate(vsgl, branch, receiver);
                         votes[vote] = min(above, sglow_tile_refinement(error, receiver.limit));
                         most = max(most, votes[vote]);
@@ -373,10 +382,10 @@ fn sglow_tile_list(lane: u32) -> u32 {
         var refined = vec2<u32>(atomicLoad(&sglow_tile_refined[words]), atomicLoad(&sglow_tile_refined[words + 1u]));
         var kept = vec2<u32>(atomicLoad(&sglow_tile_kept[words]), atomicLoad(&sglow_tile_kept[words + 1u]));
         let children = 2u * (countOneBits(refined.x) + countOneBits(refined.y));
-        let waiting = state.x - batch + children;
-        if waiting > SGLOW_TILE_WAITING
-            || waiting + state.y + countOneBits(kept.x) + countOneBits(kept.y) > SGLOW_TILE_NODES {
-            // Full: these nodes stay as they are. Each one that waits has its place in the list.
+        let queued = state.x - batch + children;
+        if queued > SGLOW_TILE_QUEUE
+            || queued + state.y + countOneBits(kept.x) + countOneBits(kept.y) > SGLOW_TILE_NODES {
+            // Full: these nodes are not refined. The list has room for all that is in the queue.
             refined = vec2<u32>(0u);
             kept = select(vec2<u32>(0u), vec2<u32>(0xffffffffu), vec2<u32>(batch) >= vec2<u32>(32u, 64u));
             if batch < 32u {
@@ -399,15 +408,15 @@ fn sglow_tile_list(lane: u32) -> u32 {
         if any((refined & mask) != vec2<u32>(0u)) {
             let place = state.z + state.x + 2u * sglow_tile_rank(refined, lane);
             let passed = rest | (node.rest & 0xffff0000u);
-            sglow_tile_waiting[place % SGLOW_TILE_WAITING] = SglowTileNode(branch.left, corners, passed);
-            sglow_tile_waiting[(place + 1u) % SGLOW_TILE_WAITING] = SglowTileNode(branch.right, corners, passed);
+            sglow_tile_queue[place % SGLOW_TILE_QUEUE] = SglowTileNode(branch.left, corners, passed);
+            sglow_tile_queue[(place + 1u) % SGLOW_TILE_QUEUE] = SglowTileNode(branch.right, corners, passed);
         }
         if lane == 0u {
             let more = 2u * (countOneBits(refined.x) + countOneBits(refined.y));
             sglow_tile_state = vec4<u32>(
                 state.x - batch + more,
                 state.y + countOneBits(kept.x) + countOneBits(kept.y),
-                (state.z + batch) % SGLOW_TILE_WAITING,
+                (state.z + batch) % SGLOW_TILE_QUEUE,
                 1u - state.w,
             );
             let next = 2u * (1u - state.w);
@@ -420,15 +429,15 @@ fn sglow_tile_list(lane: u32) -> u32 {
     return workgroupUniformLoad(&sglow_tile_state).y;
 }
 
-/// How much each vote counts at a pixel, and the greatest of all votes; one in all.
+/// The weights of the votes and of their maximum at a pixel; their sum is 1.
 struct SglowTileShares {
     corners: vec4<f32>,
     middle: f32,
     most: f32,
 }
 
-/// Whether a pixel's surface goes on to a vote's: 1 on a plane, 0 across an edge.
-fn sglow_tile_likeness(vote: u32, position: vec3<f32>, normal: vec3<f32>) -> f32 {
+/// How similar the surfaces at a pixel and at a vote are: 1 on a plane, 0 across an edge of normals or of depth.
+fn sglow_tile_similarity(vote: u32, position: vec3<f32>, normal: vec3<f32>) -> f32 {
     let surface = sglow_tile_surfaces[vote];
     if !surface.present {
         return 0.0;
@@ -439,8 +448,8 @@ fn sglow_tile_likeness(vote: u32, position: vec3<f32>, normal: vec3<f32>) -> f32
     return clamp(2.0 - 8.0 * slope, 0.0, 1.0) * clamp(10.0 * dot(normal, surface.normal) - 8.0, 0.0, 1.0);
 }
 
-/// Votes are interpolated over four triangles about the middle, where the surface goes on to them; where it does not,
-/// the greatest vote counts.
+/// Votes are interpolated over four triangles about the middle, by similarity; the maximum has the rest of the weight,
+/// since interpolation across an edge would take nodes that are too coarse for one of its sides.
 fn sglow_tile_shares(lane: u32, position: vec3<f32>, normal: vec3<f32>) -> SglowTileShares {
     let at = vec2<f32>(f32(lane & 7u), f32(lane >> 3u)) * 0.125;
     let edge = min(at, 1.0 - at);
@@ -448,54 +457,54 @@ fn sglow_tile_shares(lane: u32, position: vec3<f32>, normal: vec3<f32>) -> Sglow
     let q = clamp((at - 0.5 * middle_share) / max(1.0 - middle_share, 1e-6), vec2<f32>(0.0), vec2<f32>(1.0));
     let corner_shares = (1.0 - middle_share)
         * vec4<f32>((1.0 - q.x) * (1.0 - q.y), q.x * (1.0 - q.y), (1.0 - q.x) * q.y, q.x * q.y);
-    let likeness = vec4<f32>(
-        sglow_tile_likeness(0u, position, normal),
-        sglow_tile_likeness(1u, position, normal),
-        sglow_tile_likeness(2u, position, normal),
-        sglow_tile_likeness(3u, position, normal),
+    let similarity = vec4<f32>(
+        sglow_tile_similarity(0u, position, normal),
+        sglow_tile_similarity(1u, position, normal),
+        sglow_tile_similarity(2u, position, normal),
+        sglow_tile_similarity(3u, position, normal),
     );
     var shares: SglowTileShares;
-    shares.corners = corner_shares * likeness;
-    shares.middle = middle_share * sglow_tile_likeness(4u, position, normal);
+    shares.corners = corner_shares * similarity;
+    shares.middle = middle_share * sglow_tile_similarity(4u, position, normal);
     shares.most = max(1.0 - dot(shares.corners, vec4<f32>(1.0)) - shares.middle, 0.0);
     return shares;
 }
 
-/// How much of a node's light a pixel takes.
+/// The share of a node's light that a pixel takes.
 fn sglow_tile_weight(node: SglowTileNode, shares: SglowTileShares) -> f32 {
     let others = vec2<f32>(f32(node.rest & 0xffu), f32((node.rest >> 8u) & 0xffu)) / 255.0;
     return dot(unpack4x8unorm(node.corners), shares.corners) + dot(others, vec2<f32>(shares.middle, shares.most));
 }
 
-/// By how many standard deviations a node reaches beyond the plane of a receiver, or of itself: with a half light is
-/// lost in corners, and no tolerance brings it back; with more than 1 the same error takes more nodes (the test
-/// a_few_nodes_are_as_good_as_all_texels of oracle/src/cut/tile_error.rs).
+/// By how many standard deviations of its positions a node reaches beyond its own plane and that of the receiver. With
+/// 0.5 the error does not vanish with the tolerance, since nodes in corners are not refined; with more than 1 the same
+/// error takes more nodes (the test a_few_nodes_are_as_good_as_all_texels of oracle/src/cut/tile_error.rs).
 const SGLOW_CUT_SLACK: f32 = 1.0;
 
-/// The density of a normal distribution less what lies above it, phi(u) - u Q(u), for u at least 0: the mean of the
-/// positive part of a standard normal variate less u. Our own form; its relative error is below 4 % up to 2.5, where it
-/// is 1/200 of its value at 0 (the test the_tail_is_that_of_a_normal_distribution of oracle/src/cut/estimate.rs).
-fn sglow_cut_beyond(u: f32) -> f32 {
+/// The mean of max(x - u, 0) over a standard normal distribution of x, phi(u) - u Q(u), for u at least 0. Fitted by its
+/// values at 0, 1 and 2; relative error below 4 % up to 2.5, where it is 1/200 of its value at 0 (the test
+/// the_tail_is_that_of_a_normal_distribution of oracle/src/cut/estimate.rs).
+fn sglow_cut_tail(u: f32) -> f32 {
     return 0.39894228 * exp(-u * (1.207 + 0.359 * u));
 }
 
-/// A lobe of a sharpness that the extent of a light blurs: its value where the cosine to its axis is given, over the
-/// power.
+/// A normalised lobe convolved with the extent of a light, where the cosine to its axis is given: variances 1/l and 1/s
+/// add, so that its sharpness is l s/(l + s).
 ///
 /// sharpness: of the lobe; extent: squared distance over the variance.
 fn sglow_cut_blurred(cosine: f32, sharpness: f32, extent: f32) -> f32 {
     let wide = sharpness * extent / max(sharpness + extent, 1e-30);
-    // The exponent falls three times as fast only far from the light: the tail of a node is not that of its mean.
+    // Off the axis with three times the extent's variance, since a node has texels nearer to the axis than its mean.
     let far = sharpness * extent / max(3.0 * sharpness + extent, 1e-30);
     return max(wide, 0.5) / SGLOW_TWO_PI * exp(-far * (1.0 - cosine));
 }
 
-/// How far a node as one light is from its texels one by one, at a receiver: an estimate of its error in radiance
-/// (luminance), from above for most nodes.
+/// Estimates the error of a node as one light at a receiver, against the sum over its texels: luminance of radiance.
+/// Our own form, in the place of the error bounds of [Walter 2005]
 ///
-/// A node's texels spread over the extent 1/s of directions, s the squared distance over its variance; its error is
-/// that share of its light, or less. What it can be at most is found with cosines that are clamped only beyond its
-/// slack.
+/// Of a node's light at most the share 1/s + u is wrong, s the squared distance over the variance, u the spread of
+/// normals. The light is bounded with both cosines raised by the slack, plus what the disc loses at the receiver's
+/// horizon, which is cut off as a whole.
 fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCutReceiver) -> f32 {
     let offset = vsgl.position - receiver.position;
     let squared = dot(offset, offset);
@@ -512,46 +521,15 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let emitted = branch.power * SGLOW_INV_PI * back * falloff;
     let inverse = 1.0 / max(extent, 1e-20);
     let share = min(inverse + branch.spread, 1.0);
-    // A disc is cut off at the receiver's horizon as a whole.
     let tilt = r * dot(vsgl.diffuse_axis, receiver.normal);
     let across = min(sqrt(max(1.0 - tilt * tilt, 0.0) * inverse), 1.0);
-    let horizon = across * sglow_cut_beyond(abs(height) / max(across, 1e-10));
+    let horizon = across * sglow_cut_tail(abs(height) / max(across, 1e-10));
     var error = emitted * receiver.diffuse * (front * share + horizon);
-    let power = sglow_luminance(vsgl.specular_coefficient) * sglow_sg_integral(vsgl.specular_sharpness);
-    let intensity = power * falloff
+    let intensity = branch.specular_power * falloff
         * sglow_cut_blurred(-dot(towards, vsgl.specular_axis), vsgl.specular_sharpness, extent);
     let width = min(inverse + pow(vsgl.specular_sharpness * inverse, 1.5), 1.0);
     error += intensity * receiver.diffuse * front * width;
     return error;
-}
-
-/// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.
-/// [Tokuyoshi 2016, Appendix A]
-///
-/// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; NaN gives any number or NaN.
-fn sglow_sg_integral(sharpness: f32) -> f32 {
-    // Twice a larger sharpness would be infinite.
-    return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
-}
-
-/// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
-fn sglow_expm1_over_x_near_zero(x: f32) -> f32 {
-    // Least relative error over |x| < 1, by oracle/examples/fit_erf.rs: 5.4e-8.
-    return 1.0 + x * (0.50000006 + x * (0.16666733 + x * (0.041666258 + x * (0.008329955 + x * (0.0013895074
-        + x * (0.00020391113 + x * 0.000024800787))))));
-}
-
-/// (exp(x) - 1)/x, continued to 1 at x = 0.
-///
-/// x: -f32::MAX to 88. Result: above 0, or 0 where a GPU flushes it.
-/// Contract: -infinity is taken as -8.5e37; NaN and what overflows gives any number, infinity or NaN.
-fn sglow_expm1_over_x(x: f32) -> f32 {
-    if abs(x) < 1.0 {
-        return sglow_expm1_over_x_near_zero(x);
-    }
-    // No language promises a quotient whose divisor is beyond 2^126.
-    return (exp(x) - 1.0) / max(x, -8.5e37);
 }
 
 /// Luminance of linear Rec. 709; the weight of a photon where directions and positions are averaged.

@@ -1,4 +1,4 @@
-//! All nodes and leaves of the tree as lights, and the nodes of a global cut that others are below.
+//! All nodes and leaves of the tree as lights, and the nodes of the global cut among them.
 
 use std::collections::BTreeMap;
 
@@ -7,12 +7,12 @@ use super::global::Cut;
 use crate::cluster::Map;
 use crate::vsgl::Vsgl;
 
-/// A tree whose nodes and leaves are lights, and the nodes of a global cut: what a cut per tile begins with.
+/// A tree whose nodes and leaves are lights, and the nodes of a global cut, which a cut for each tile refines.
 #[derive(Clone, Debug)]
-pub struct Forest {
+pub struct LightTree {
     /// The light of each node.
     pub lights: Vec<Vsgl>,
-    /// What else there is to know of it.
+    /// Its children, power and spread of normals.
     pub branches: Vec<Branch>,
     /// The nodes of the global cut; none of a light without power.
     pub roots: Vec<Option<usize>>,
@@ -20,7 +20,7 @@ pub struct Forest {
     pub top: Option<usize>,
 }
 
-impl Forest {
+impl LightTree {
     /// That of a map's cut: inner nodes by their numbers, leaves behind them.
     #[must_use]
     pub fn of(cut: &Cut, map: &Map<'_, f64>) -> Self {
@@ -46,7 +46,12 @@ impl Forest {
                     |(mean, weight): (crate::Vector3, f64)| weight * (mean - own).length_squared();
                 (of(one) + of(other)) / (one.1 + other.1)
             });
-            Branch { children, power: sums[at].diffuse_power.luminance(), spread }
+            Branch {
+                children,
+                power: sums[at].diffuse_power.luminance(),
+                specular_power: sums[at].specular_power.luminance(),
+                spread,
+            }
         };
         Self {
             lights: sums.iter().map(|sum| sum.light(map.origin, &map.emission)).collect(),
