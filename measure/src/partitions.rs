@@ -1,5 +1,5 @@
-//! What making lights of the map by kernels or by clusters does to a picture, compared with paths. `docs/numerics.md` shows
-//! it.
+//! What making lights of the map by kernels, by clusters or by a cut for each tile does to a picture, compared with paths.
+//! `docs/numerics.md` shows it.
 
 use sglow_renderer::device::Gpu;
 use sglow_results::light_maps::OnScene;
@@ -7,7 +7,7 @@ use sglow_results::progress::Progress;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
-use sglow_shaders::{Emitter, Space, Visibility};
+use sglow_shaders::{Cut, Emitter, Space, Visibility};
 
 use crate::light_maps::{Case, LightMapsError};
 
@@ -16,14 +16,14 @@ pub const SCENES: [&str; 5] = ["caustic", "cornell-glossy", "atrium", "cornell",
 /// Paths for each pixel of the reference.
 pub const PATHS: u32 = 4096;
 
-/// What both have in common: 1024 lights with rasterised maps, kernels of a quarter of their share of the map.
+/// What all have in common: rasterised maps, kernels of a quarter of their share of the map.
 #[must_use]
 pub fn base() -> Settings {
     let visibility = Visibility::ShadowMap;
     Settings { size: [112, 63], size_factor: 0.25, visibility, ..Settings::default() }
 }
 
-/// Measures both on all of [`SCENES`].
+/// Measures each on all of [`SCENES`].
 ///
 /// # Errors
 /// [`LightMapsError`] when a scene does not render or cannot be traced.
@@ -32,19 +32,26 @@ pub fn all(
     package: &Package,
     progress: &dyn Progress,
 ) -> Result<Vec<(&'static str, Vec<OnScene>)>, LightMapsError> {
-    let choices = [(Space::None, Emitter::Cosine), (Space::World, Emitter::Disc)];
-    progress.start("kernels and clusters", SCENES.len());
+    let flat = |space, emitter| (space, emitter, Cut::None, 1024);
+    let cut = |lights| (Space::Tree, Emitter::Disc, Cut::Tile, lights);
+    let choices =
+        [flat(Space::None, Emitter::Cosine), flat(Space::World, Emitter::Disc), cut(256), cut(448)];
+    progress.start("kernels, clusters and cuts", SCENES.len());
     let mut all = Vec::new();
     for name in SCENES {
         let case = Case::new(gpu, package, Scene::load(name)?, base(), PATHS)?;
         let mut rows = Vec::new();
-        for (space, emitter) in choices {
+        for (space, emitter, cut, lights) in choices {
             let change = |settings: &mut Settings| {
                 (settings.space, settings.emitter) = (space, emitter);
+                (settings.cut, settings.lights) = (cut, lights);
             };
             let error = case.error(gpu, package, change)?;
             rows.push(OnScene {
-                name: format!("`space={space},emitter={emitter}`"),
+                name: match cut {
+                    Cut::None => format!("`space={space},emitter={emitter}`"),
+                    Cut::Tile => format!("`cut={cut},lights={lights}`"),
+                },
                 default: false,
                 error,
             });

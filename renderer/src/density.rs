@@ -138,6 +138,7 @@ fn prepare(
     let mut settings = settings.clone();
     settings.precision = Precision::F32;
     settings.space = sglow_shaders::Space::None;
+    settings.cut = sglow_shaders::Cut::None;
     settings.density = sglow_shaders::Density::Power;
     settings.specular = sglow_shaders::Specular::None;
     settings.ndf = sglow_shaders::Ndf::None;

@@ -9,7 +9,7 @@ use sglow_runtime::package::{Package, PackageError};
 use sglow_runtime::pipeline::PipelineError;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
-use sglow_shaders::{Emitter, Light, Ndf, Space, Specular, Visibility};
+use sglow_shaders::{Cut, Emitter, Light, Ndf, Space, Specular, Visibility};
 
 use crate::common::{broken, gpu, small};
 
@@ -72,7 +72,8 @@ fn a_package_advises_settings_by_the_class_of_a_scene() {
     };
     let (open, closed) = (advised(false, None).unwrap(), advised(true, None).unwrap());
     assert_eq!((open.visibility, open.space), (Visibility::None, Space::None));
-    assert_eq!((closed.visibility, closed.space), (Visibility::ShadowMap, Space::World));
+    assert_eq!((closed.visibility, closed.space), (Visibility::ShadowMap, Space::Tree));
+    assert_eq!((closed.cut, closed.lights), (Cut::Tile, 256));
     let printed = advised(true, Some("tokuyoshi2016")).unwrap();
     assert_eq!((printed.emitter, printed.size_factor), (Emitter::Lobe, 1.0));
     let text = advised(true, Some("best")).unwrap_err().to_string();

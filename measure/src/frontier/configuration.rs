@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use sglow_renderer::variants::Variants as _;
 use sglow_runtime::settings::{Settings, SettingsError};
 use sglow_shaders::{
-    Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space,
+    Cut, Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space,
     Specular, Visibility, centres, cut_lights, light_points, light_shadow,
 };
 
@@ -179,6 +179,7 @@ fn makers(base: &Settings) -> Vec<Settings> {
                     if precision == Precision::F32 {
                         all.extend([Space::Image, Space::World].map(|space| Settings {
                             space,
+                            cut: Cut::None,
                             kernel: Kernel::Modified,
                             solver: Solver::Bracketed,
                             filter: Filter::Exact,
@@ -203,6 +204,7 @@ fn kernels(base: &Settings) -> Vec<Settings> {
         .flat_map(|(kernel, solver)| {
             Filter::ALL.map(|filter| Settings {
                 space: Space::None,
+                cut: Cut::None,
                 kernel,
                 solver,
                 filter,

@@ -9,25 +9,43 @@ use sglow_shaders::{
 
 use super::screen;
 
-/// The number of lights that promises are about, unless they say another.
+/// The number of flat lights that promises are about, unless they say another.
 const LIGHTS: u32 = 1024;
+/// The roots of a cut without visibility, which needs no more: they begin the search alone.
+const BARE_ROOTS: u32 = 16;
+
+/// Kernels that are drawn by power, without visibility, all else as in `base`; 1024 where it has a cut.
+pub(super) fn kernels(base: &Settings) -> Settings {
+    Settings {
+        density: Density::Power,
+        draw: Draw::Warped,
+        space: Space::None,
+        cut: Cut::None,
+        kernel: Kernel::Modified,
+        solver: Solver::Bracketed,
+        filter: Filter::Exact,
+        precision: Precision::F32,
+        visibility: Visibility::None,
+        lights: if base.cut == Cut::None { base.lights } else { LIGHTS },
+        ..base.clone()
+    }
+}
 
 /// The configurations that promises are about, by what they are, about the default of a scene: the papers'
 /// configuration is a preset, which the caller adds.
 #[must_use]
 pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
-    let base = &Settings { lights: LIGHTS, ..base.clone() };
-    let bare = Settings { visibility: Visibility::None, ..base.clone() };
+    let kernels = Settings { visibility: base.visibility, lights: LIGHTS, ..kernels(base) };
+    let flat = |lights| Settings {
+        space: Space::World,
+        emitter: Emitter::Disc,
+        lights,
+        ..kernels.clone()
+    };
+    let bare = |of: Settings| Settings { visibility: Visibility::None, ..of };
     let specular = if base.specular == Specular::None { Specular::None } else { Specular::Asg };
     let old = Settings {
-        density: Density::Power,
-        draw: Draw::Warped,
-        kernel: Kernel::Modified,
-        filter: Filter::Exact,
-        precision: Precision::F32,
         specular_power: SpecularPower::F0,
-        space: Space::None,
-        solver: Solver::Bracketed,
         emitter: Emitter::Lobe,
         emission_sharpness: 2.0,
         variance: Variance::Trace,
@@ -35,29 +53,26 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         size_factor: 1.0,
         diffuse: Diffuse::Fitted,
         specular,
-        ..bare.clone()
+        ..bare(kernels.clone())
     };
-    let cut = |lights: u32, of: &Settings| Settings {
+    let cut = |lights| Settings {
         space: Space::Tree,
         cut: Cut::Tile,
         emitter: Emitter::Disc,
-        kernel: Kernel::Modified,
-        solver: Solver::Bracketed,
-        filter: Filter::Exact,
-        precision: Precision::F32,
         lights,
-        ..of.clone()
+        ..kernels.clone()
     };
     let emitter = |value| screen::with(base, "emitter", value).unwrap_or_else(|| base.clone());
     vec![
         (named::DEFAULT, base.clone()),
         (named::OLD, old),
-        (named::BARE_64, Settings { lights: 64, ..bare.clone() }),
-        (named::BARE_256, Settings { lights: 256, ..bare.clone() }),
-        (named::BARE_16384, Settings { lights: 16_384, ..bare.clone() }),
-        (named::CUT_BARE, cut(16, &bare)),
-        (named::CUT, cut(screen::ROOTS, base)),
-        (named::BARE, bare),
+        (named::FLAT, flat(LIGHTS)),
+        (named::BARE_64, bare(flat(64))),
+        (named::BARE_256, bare(flat(256))),
+        (named::BARE_1024, bare(flat(LIGHTS))),
+        (named::BARE_16384, bare(flat(16_384))),
+        (named::BARE, bare(cut(BARE_ROOTS))),
+        (named::CUT, cut(screen::ROOTS)),
         (named::LOBE, emitter("lobe")),
         (named::COSINE, emitter("cosine")),
     ]
@@ -73,8 +88,10 @@ mod tests {
     fn the_configurations_are_legal_and_differ() {
         let base = Settings {
             visibility: Visibility::ShadowMap,
-            space: Space::World,
+            space: Space::Tree,
+            cut: Cut::Tile,
             emitter: Emitter::Disc,
+            lights: 448,
             ..Settings::default()
         };
         let all = configurations(&base);

@@ -7,11 +7,11 @@ use sglow_oracle::metrics::{self, Metrics};
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::{readback, reference};
 use sglow_results::frontier::document::Straddling;
-use sglow_runtime::settings::Settings;
-use sglow_shaders::{Density, Draw, Kernel, SglowKernel, Solver, Space, Visibility};
+use sglow_shaders::SglowKernel;
 
 use super::bench::no_density;
 use super::evaluate::Evaluator;
+use super::named;
 use super::references::References;
 use super::subject::{Drawn, FrontierError, Subject};
 use crate::cache::Cache;
@@ -24,15 +24,7 @@ pub(super) fn straddling(
     references: &References,
     cache: &Cache,
 ) -> Result<Straddling, FrontierError> {
-    let settings = Settings {
-        density: Density::Power,
-        draw: Draw::Warped,
-        space: Space::None,
-        kernel: Kernel::Modified,
-        solver: Solver::Bracketed,
-        visibility: Visibility::None,
-        ..subject.base.clone()
-    };
+    let settings = named::kernels(&subject.base);
     cache.get(&subject.key("straddling", "default", &settings)?, || {
         let Drawn { renderer, frame, rsm } = subject.drawn()?;
         let (maps, _) = subject.maps(&settings, 0)?;

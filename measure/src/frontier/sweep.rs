@@ -14,10 +14,11 @@ use sglow_results::rivals::method::SIZE_FACTORS;
 use sglow_runtime::indirect::Indirect;
 use sglow_runtime::light::LightView;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Density, Draw, Filter, Kernel, Solver, Space, Visibility};
+use sglow_shaders::{Filter, Solver};
 
 use super::bench::{RUNS, Timed, no_density};
 use super::evaluate::{Evaluator, apart, over_mean};
+use super::named;
 use super::references::References;
 use super::subject::{Drawn, FrontierError, Subject};
 use super::together;
@@ -37,23 +38,14 @@ struct At {
     indirect: Vec<[f64; 3]>,
 }
 
-/// All sweeps of a subject, about its default configuration without visibility.
+/// All sweeps of a subject, about kernels without visibility.
 pub(super) fn sweeps(
     subject: &Subject<'_>,
     references: &References,
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<Vec<Sweep>, FrontierError> {
-    let base = Settings {
-        density: Density::Power,
-        draw: Draw::Warped,
-        space: Space::None,
-        kernel: Kernel::Modified,
-        solver: Solver::Bracketed,
-        filter: Filter::Exact,
-        visibility: Visibility::None,
-        ..subject.base.clone()
-    };
+    let base = named::kernels(&subject.base);
     let filters: Vec<Filter> = Filter::ALL
         .into_iter()
         .filter(|&filter| filter == Filter::Exact || subject.gpu.filters_float32())

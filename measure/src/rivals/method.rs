@@ -2,7 +2,7 @@
 
 use sglow_results::rivals::method::Method;
 use sglow_runtime::settings::Settings;
-use sglow_shaders::{Draw, Kernel, Solver, Space};
+use sglow_shaders::{Cut, Draw, Kernel, Solver, Space};
 
 /// The settings of the method, with everything else as in `base`.
 #[must_use]
@@ -12,6 +12,7 @@ pub fn settings(method: Method, base: &Settings) -> Settings {
         kernel: Kernel::Modified,
         solver: Solver::Bracketed,
         space: Space::None,
+        cut: Cut::None,
         ..base.clone()
     };
     match method {

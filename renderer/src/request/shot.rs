@@ -93,7 +93,7 @@ fn keep_one_light(
 
 #[cfg(test)]
 mod tests {
-    use sglow_shaders::{Density, Emitter, Ndf, Space, Specular, Visibility};
+    use sglow_shaders::{Cut, Density, Emitter, Ndf, Space, Specular, Visibility};
 
     use super::*;
     use crate::request::library;
@@ -131,16 +131,21 @@ mod tests {
         // Nothing given: the defaults of the scene's class.
         let usual = of("cornell", &[], &request(None, &[])).unwrap();
         assert_eq!(usual.visibility, Visibility::ShadowMap);
-        assert_eq!(usual.lights, Settings::default().lights);
-        // Clusters give way to what is said of kernels, by an axis or by a number.
-        assert_eq!((usual.space, usual.emitter), (Space::World, Emitter::Disc));
+        assert_eq!(
+            (usual.space, usual.cut, usual.emitter),
+            (Space::Tree, Cut::Tile, Emitter::Disc)
+        );
+        // A number of lights is one of flat lights.
+        let flat = of("cornell", &[], &request(None, &["lights=1024"])).unwrap();
+        assert_eq!((flat.space, flat.cut, flat.lights), (Space::World, Cut::None, 1024));
+        // Cuts and clusters give way to what is said of kernels, by an axis or by a number.
         let kernels = of("cornell", &["kernel=previous"], &request(None, &[])).unwrap();
         assert_eq!((kernels.space, kernels.emitter), (Space::None, Emitter::Cosine));
         let wide = request(None, &["size_factor=2"]);
         let wide = of("cornell", &[], &wide).unwrap();
         assert_eq!((wide.space, wide.size_factor), (Space::None, 2.0));
         let both = of("cornell", &["emitter=cosine"], &request(None, &[])).unwrap();
-        assert_eq!((both.space, both.emitter), (Space::World, Emitter::Cosine));
+        assert_eq!((both.space, both.cut, both.emitter), (Space::Tree, Cut::Tile, Emitter::Cosine));
         let unknown = request(Some("best"), &[]);
         let text = of("cornell", &[], &unknown).unwrap_err().to_string();
         assert!(text.contains("best") && text.contains("tokuyoshi2016"), "{text}");

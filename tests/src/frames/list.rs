@@ -483,7 +483,13 @@ fn named(list: &mut List) {
     list.three("clusters of a scene without occluders", disc.clone()).place = Place::GlossyWalls;
     let disc = Settings { space: Space::World, emitter: Emitter::Disc, ..shadowed };
     list.three("clusters of a scene with occluders", disc.clone());
-    list.three("clusters of a scene with occluders, eye", disc).eye_moves = true;
+    list.three("clusters of a scene with occluders, eye", disc.clone()).eye_moves = true;
+    let cut = Settings { space: Space::Tree, cut: Cut::Tile, lights: 256, ..disc };
+    list.one("cut of a scene with occluders", cut.clone());
+    list.one(
+        "cut of a scene with occluders and specular surfaces",
+        Settings { lights: 448, ..cut },
+    );
     // [Tokuyoshi 2016, Section 5, Appendices A to D]
     let printed = Settings {
         density: Density::Bidirectional,

@@ -1331,11 +1331,18 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_27,
     },
     Variant {
-        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_28,
         binding_names: shade::NAMES_28,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_29,
+        binding_names: shade::NAMES_29,
     },
     Variant {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -1355,8 +1362,8 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_29,
-        binding_names: shade::NAMES_29,
+        bind_groups: shade::LAYOUT_30,
+        binding_names: shade::NAMES_30,
     },
     Variant {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -1369,15 +1376,22 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_30,
-        binding_names: shade::NAMES_30,
+        bind_groups: shade::LAYOUT_31,
+        binding_names: shade::NAMES_31,
+    },
+    Variant {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_32,
+        binding_names: shade::NAMES_32,
     },
     Variant {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_31,
-        binding_names: shade::NAMES_31,
+        bind_groups: shade::LAYOUT_33,
+        binding_names: shade::NAMES_33,
     },
     Variant {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -1404,8 +1418,8 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_28,
-        binding_names: shade::NAMES_28,
+        bind_groups: shade::LAYOUT_29,
+        binding_names: shade::NAMES_29,
     },
     Variant {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -1418,8 +1432,8 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_29,
-        binding_names: shade::NAMES_29,
+        bind_groups: shade::LAYOUT_30,
+        binding_names: shade::NAMES_30,
     },
     Variant {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -1432,8 +1446,8 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_31,
-        binding_names: shade::NAMES_31,
+        bind_groups: shade::LAYOUT_33,
+        binding_names: shade::NAMES_33,
     },
     Variant {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -1453,8 +1467,8 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_32,
-        binding_names: shade::NAMES_32,
+        bind_groups: shade::LAYOUT_34,
+        binding_names: shade::NAMES_34,
     },
     Variant {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -1467,15 +1481,22 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_33,
-        binding_names: shade::NAMES_33,
+        bind_groups: shade::LAYOUT_35,
+        binding_names: shade::NAMES_35,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_36,
+        binding_names: shade::NAMES_36,
     },
     Variant {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_34,
-        binding_names: shade::NAMES_34,
+        bind_groups: shade::LAYOUT_37,
+        binding_names: shade::NAMES_37,
     },
     Variant {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -1495,8 +1516,8 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_35,
-        binding_names: shade::NAMES_35,
+        bind_groups: shade::LAYOUT_38,
+        binding_names: shade::NAMES_38,
     },
     Variant {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -1509,15 +1530,22 @@ pub static VARIANTS: &[Variant] = &[
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_36,
-        binding_names: shade::NAMES_36,
+        bind_groups: shade::LAYOUT_39,
+        binding_names: shade::NAMES_39,
+    },
+    Variant {
+        id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_40,
+        binding_names: shade::NAMES_40,
     },
     Variant {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_37,
-        binding_names: shade::NAMES_37,
+        bind_groups: shade::LAYOUT_41,
+        binding_names: shade::NAMES_41,
     },
     Variant {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -3044,6 +3072,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "e6bd0891a74ff7aa757dad7b4647270af51e6ee9a28ac6fb45e44238c8c8e712",
     },
     Embedded {
+        id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
+        ),
+        sha256: "e66d362e730dce2c479246faaeefcf0796e24a580f7bda21f0832e99f1ff3a06",
+    },
+    Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
         pass: shade::PASS,
         text: include_str!(
@@ -3086,6 +3122,14 @@ pub static EMBEDDED: &[Embedded] = &[
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
         sha256: "e1ab234998ac08f9a6e41fa0bb2adbab664574e555db96bba45d7728117ebee1",
+    },
+    Embedded {
+        id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
+        ),
+        sha256: "1d07c3066712852cf87f391c20355d267844bb96521c897f0d1b9a06f5f23509",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3198,6 +3242,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "f9796c5178e70de4c8c1b82a0f2825b50fab6e189814df4739ea93a3cf6b9606",
     },
     Embedded {
+        id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
+        ),
+        sha256: "dd6d2d368d8233200c7266e940020f0e12b2731f002174201e3cac58c3e80ffb",
+    },
+    Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
         pass: shade::PASS,
         text: include_str!(
@@ -3244,6 +3296,14 @@ pub static EMBEDDED: &[Embedded] = &[
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
         sha256: "e8916dae58fee6739a6d63715a06944905eb2b57d2d4a77052fc34fccc224449",
+    },
+    Embedded {
+        id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
+        ),
+        sha256: "8dc96ef5b72ce9786e28603c66b2c44ee009b0ac635706310a4eb3aa6dbfe9c0",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -11424,7 +11484,7 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile`.
     pub(super) const LAYOUT_28: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -11460,14 +11520,14 @@ pub mod shade {
                 5,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureFormat::Rgba16Float,
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage_texture(
                 6,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureFormat::Rgba16Float,
                 wgpu::TextureViewDimension::D2,
             ),
             super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
@@ -11499,7 +11559,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-diffuse-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile`.
+    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile`.
     pub(super) const LAYOUT_29: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -11530,6 +11590,81 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_29: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile`.
+    pub(super) const LAYOUT_30: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage_texture(
                 5,
@@ -11550,7 +11685,7 @@ pub mod shade {
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
-    pub(super) const NAMES_29: &[&[&str]] = &[
+    pub(super) const NAMES_30: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -11565,7 +11700,7 @@ pub mod shade {
         ],
     ];
     /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float`.
-    pub(super) const LAYOUT_30: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_31: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -11620,78 +11755,6 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_30: &[&[&str]] = &[
-        &[
-            "sglow_shade_parameters",
-            "sglow_position_texture",
-            "sglow_normal_texture",
-            "sglow_base_color_texture",
-            "sglow_vsgls",
-            "sglow_diffuse_output",
-            "sglow_specular_output",
-            "sglow_light_maps",
-            "sglow_light_atlas",
-        ],
-    ];
-    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile`.
-    pub(super) const LAYOUT_31: &[&[wgpu::BindGroupLayoutEntry]] = &[
-        &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::texture(
-                1,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                2,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::texture(
-                3,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Float {
-                    filterable: false,
-                },
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage_texture(
-                5,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::storage_texture(
-                6,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
-                wgpu::TextureViewDimension::D2,
-            ),
-            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
-            super::texture(
-                8,
-                wgpu::ShaderStages::COMPUTE,
-                wgpu::TextureSampleType::Depth,
-                wgpu::TextureViewDimension::D2,
-                false,
-            ),
-            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
-            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
-        ],
-    ];
     pub(super) const NAMES_31: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
@@ -11703,12 +11766,9 @@ pub mod shade {
             "sglow_specular_output",
             "sglow_light_maps",
             "sglow_light_atlas",
-            "sglow_cut_vsgls",
-            "sglow_cut_branches",
-            "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-both-f32-none-tile`.
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile`.
     pub(super) const LAYOUT_32: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -11739,16 +11799,31 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureFormat::Rgba16Float,
                 wgpu::TextureViewDimension::D2,
             ),
-            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -11760,15 +11835,18 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
+            "sglow_specular_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
             "sglow_cut_vsgls",
             "sglow_cut_branches",
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float`.
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile`.
     pub(super) const LAYOUT_33: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
-            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
             super::texture(
                 1,
                 wgpu::ShaderStages::COMPUTE,
@@ -11796,12 +11874,19 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
                 wgpu::StorageTextureAccess::WriteOnly,
-                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
             super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
@@ -11812,6 +11897,9 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_33: &[&[&str]] = &[
@@ -11822,11 +11910,15 @@ pub mod shade {
             "sglow_base_color_texture",
             "sglow_vsgls",
             "sglow_diffuse_output",
+            "sglow_specular_output",
             "sglow_light_maps",
             "sglow_light_atlas",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-both-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-none-none-both-f32-none-tile`.
     pub(super) const LAYOUT_34: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -11865,6 +11957,124 @@ pub mod shade {
                 wgpu::TextureFormat::Rgba32Float,
                 wgpu::TextureViewDimension::D2,
             ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_34: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
+    /// `shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float`.
+    pub(super) const LAYOUT_35: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_35: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+        ],
+    ];
+    /// `shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile`.
+    pub(super) const LAYOUT_36: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
             super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
             super::texture(
                 8,
@@ -11878,7 +12088,74 @@ pub mod shade {
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
-    pub(super) const NAMES_34: &[&[&str]] = &[
+    pub(super) const NAMES_36: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
+    /// `shade-disc-fitted-none-none-both-f32-shadow_map-tile`.
+    pub(super) const LAYOUT_37: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_37: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -11894,7 +12171,7 @@ pub mod shade {
         ],
     ];
     /// `shade-disc-fitted-none-none-diffuse-f32-none-tile`.
-    pub(super) const LAYOUT_35: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_38: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
             super::texture(
@@ -11937,7 +12214,7 @@ pub mod shade {
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
-    pub(super) const NAMES_35: &[&[&str]] = &[
+    pub(super) const NAMES_38: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -11951,7 +12228,7 @@ pub mod shade {
         ],
     ];
     /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float`.
-    pub(super) const LAYOUT_36: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_39: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
             super::texture(
@@ -11999,7 +12276,7 @@ pub mod shade {
             ),
         ],
     ];
-    pub(super) const NAMES_36: &[&[&str]] = &[
+    pub(super) const NAMES_39: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
@@ -12011,8 +12288,75 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
+    /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile`.
+    pub(super) const LAYOUT_40: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+            super::uniform(7, wgpu::ShaderStages::COMPUTE, 40),
+            super::texture(
+                8,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
+        ],
+    ];
+    pub(super) const NAMES_40: &[&[&str]] = &[
+        &[
+            "sglow_shade_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_vsgls",
+            "sglow_diffuse_output",
+            "sglow_light_maps",
+            "sglow_light_atlas",
+            "sglow_cut_vsgls",
+            "sglow_cut_branches",
+            "sglow_cut_roots",
+        ],
+    ];
     /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile`.
-    pub(super) const LAYOUT_37: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_41: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
             super::texture(
@@ -12063,7 +12407,7 @@ pub mod shade {
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
-    pub(super) const NAMES_37: &[&[&str]] = &[
+    pub(super) const NAMES_41: &[&[&str]] = &[
         &[
             "sglow_shade_parameters",
             "sglow_position_texture",
