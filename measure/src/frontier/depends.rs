@@ -60,7 +60,7 @@ impl Depends {
 
     /// The default with some values of settings and what the rules name with these, with what the scene and the host have, and
     /// with what a library that was laid over this one adds.
-    fn only(&self, settings: &Settings, names: &Names) -> Settings {
+    fn restricted(&self, settings: &Settings, names: &Names) -> Settings {
         let Settings { size, complete, assumed, others, .. } = settings.clone();
         let mut own = Settings { size, complete, assumed, others, ..Settings::default() };
         let usual = own.clone();
@@ -81,25 +81,25 @@ impl Depends {
     /// The settings on which maps depend, all else as by default.
     #[must_use]
     pub fn of_maps(&self, settings: &Settings) -> Settings {
-        self.only(settings, &self.maps)
+        self.restricted(settings, &self.maps)
     }
 
     /// The settings of what makes lights, whatever shadows and reflects them.
     #[must_use]
     pub fn of_lights(&self, settings: &Settings) -> Settings {
-        self.only(settings, &self.lights)
+        self.restricted(settings, &self.lights)
     }
 
     /// The settings of what shadows and reflects lights, whatever makes them.
     #[must_use]
     pub fn of_shading(&self, settings: &Settings) -> Settings {
-        self.only(settings, &self.shading)
+        self.restricted(settings, &self.shading)
     }
 
     /// The values on which the shadow maps of lights depend.
     #[must_use]
     pub fn visibility_id(&self, settings: &Settings) -> String {
-        format!("{:?}", self.only(settings, &self.visibility))
+        format!("{:?}", self.restricted(settings, &self.visibility))
     }
 
     /// The values on which the time of visibility and of reflection depends.
@@ -111,7 +111,7 @@ impl Depends {
     /// Whether the lights of two configurations have the same layout, so that the same shading reads both.
     #[must_use]
     pub fn same_layout(&self, one: &Settings, other: &Settings) -> bool {
-        self.only(one, &self.layout) == self.only(other, &self.layout)
+        self.restricted(one, &self.layout) == self.restricted(other, &self.layout)
     }
 
     /// An order in which configurations that share maps follow each other, and of those the ones that share lights.

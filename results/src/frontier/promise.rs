@@ -18,15 +18,15 @@ pub mod named {
     pub const BARE: &str = "cut for each tile without visibility";
     /// The same from 256 nodes that have shadow maps.
     pub const CUT: &str = "cut for each tile, 256 shadow maps";
-    /// Clusters with a shadow map each.
+    /// 1024 clusters with a shadow map each.
     pub const FLAT: &str = "1024 flat lights";
-    /// Clusters, without visibility.
+    /// 64 clusters, without visibility.
     pub const BARE_64: &str = "64 flat lights without visibility";
-    /// More of them.
+    /// 256 clusters, without visibility.
     pub const BARE_256: &str = "256 flat lights without visibility";
-    /// More of them.
+    /// 1024 clusters, without visibility.
     pub const BARE_1024: &str = "1024 flat lights without visibility";
-    /// More of them.
+    /// 16384 clusters, without visibility.
     pub const BARE_16384: &str = "16384 flat lights without visibility";
     /// The default with the emitter lobe.
     pub const LOBE: &str = "default with the emitter lobe";
