@@ -1,8 +1,18 @@
 //! What `cargo xtask` starts. The committed package needs the generator and no device: `gen-shaders` and `gen-shaders --check`
 //! compile that alone, which takes half the time on a new machine and works while the bindings do not compile. All else
-//! is the package `xtask`.
+//! is the package `xtask`; for `test` it is built together with the tests, which select features of dependencies that it
+//! does not, so that these are compiled once and not twice.
 
+use std::ffi::OsStr;
+use std::path::Path;
 use std::process::{Command, ExitCode};
+
+/// The arguments of cargo that build `xtask` with all tests, where a command line runs them all.
+fn built(arguments: &[String]) -> Option<&'static [&'static str]> {
+    let all = arguments.first().is_some_and(|command| command == "test")
+        && arguments.iter().all(|one| !matches!(one.as_str(), "--" | "--help" | "-h"));
+    all.then_some(&["build", "--workspace", "--bins", "--tests", "--examples"])
+}
 
 /// The arguments of cargo that run a command line.
 fn run(arguments: &[String]) -> Vec<String> {
@@ -23,6 +33,21 @@ fn run(arguments: &[String]) -> Vec<String> {
         .collect()
 }
 
+/// Runs a program to its end.
+fn status(program: &OsStr, arguments: &[String]) -> Result<(), ExitCode> {
+    match Command::new(program).args(arguments).status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => {
+            let code = status.code().and_then(|code| u8::try_from(code).ok());
+            Err(code.map_or(ExitCode::FAILURE, ExitCode::from))
+        }
+        Err(error) => {
+            eprintln!("error: {} does not run: {error}", Path::new(program).display());
+            Err(ExitCode::FAILURE)
+        }
+    }
+}
+
 fn main() -> ExitCode {
     let mut arguments = Vec::new();
     for argument in std::env::args_os().skip(1) {
@@ -37,17 +62,19 @@ fn main() -> ExitCode {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     // Where this runs, relative paths of the user stay what they are.
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml");
-    let mut run = run(&arguments);
-    run.splice(1..1, ["--manifest-path".to_owned(), manifest.to_owned()]);
-    match Command::new(cargo).args(run).status() {
-        Ok(status) => status.code().map_or(ExitCode::FAILURE, |code| {
-            u8::try_from(code).map_or(ExitCode::FAILURE, ExitCode::from)
-        }),
-        Err(error) => {
-            eprintln!("error: cargo does not run: {error}");
-            ExitCode::FAILURE
+    let here = |mut line: Vec<String>| {
+        line.splice(1..1, ["--manifest-path".to_owned(), manifest.to_owned()]);
+        line
+    };
+    let ended = match (built(&arguments), std::env::current_exe()) {
+        (Some(build), Ok(own)) => {
+            let build = build.iter().map(|&one| one.to_owned()).collect();
+            let xtask = own.with_file_name(format!("xtask{}", std::env::consts::EXE_SUFFIX));
+            status(&cargo, &here(build)).and_then(|()| status(xtask.as_os_str(), &arguments))
         }
-    }
+        _ => status(&cargo, &here(run(&arguments))),
+    };
+    ended.err().unwrap_or(ExitCode::SUCCESS)
 }
 
 #[cfg(test)]
@@ -66,6 +93,17 @@ mod tests {
             ["", "gen-shaders --help", "gen-shaders --scene cornell", "render --check", "test"]
         {
             assert_eq!(of(line), format!("run --package xtask -- {line}").trim_end());
+        }
+    }
+
+    #[test]
+    fn all_tests_are_built_with_the_command_line_and_one_package_is_not() {
+        let of = |line: &str| {
+            built(&line.split_whitespace().map(str::to_owned).collect::<Vec<_>>()).is_some()
+        };
+        assert!(of("test") && of("test --no-install"));
+        for line in ["", "render", "test --help", "test -- --package sglow-oracle", "gen-shaders"] {
+            assert!(!of(line), "{line}");
         }
     }
 }

@@ -226,7 +226,8 @@ fn maps_hide_what_is_below_their_lights() {
     let matt =
         Settings { lobes: Lobes::Diffuse, specular: Specular::None, ndf: Ndf::None, ..settings() };
     let shadows = Visibility::ShadowMap;
-    let own = Settings { visibility: shadows, tolerance: 1e30, lights: 64, ..matt };
+    // As many as there are leaves, each of which is its own map's place.
+    let own = Settings { visibility: shadows, tolerance: 1e30, map: 20, lights: 400, ..matt };
     let of = |settings: &Settings| {
         let renderer = Renderer::new(gpu(), whole_space(), &scene, settings, 0).unwrap();
         renderer.render().unwrap();
@@ -238,6 +239,28 @@ fn maps_hide_what_is_below_their_lights() {
     let free = of(&Settings { visibility: Visibility::None, ..own });
     assert!(apart(&cut, &flat) < 1e-6, "{}", apart(&cut, &flat));
     assert!(apart(&cut, &free) > 1e-2, "light that is let through goes unnoticed");
+}
+
+/// A root's map is seen from the leaf nearest to the mean of its leaves.
+#[test]
+fn maps_are_seen_from_leaves() {
+    let run = Run::new(&settings(), KINDS[0], whole_space(), 5);
+    let Settings { lobes, precision, .. } = *run.indirect.settings();
+    let vsgls = run.indirect.buffer("vsgls").unwrap();
+    let seen = reference::lights_of(gpu(), &vsgls, lobes, precision).unwrap();
+    let read = Readback::of(&run);
+    let mut moved = 0;
+    for (light, &root) in seen.iter().zip(&read.roots) {
+        let [first, last] = read.range(root as usize);
+        let mean = read.lights[root as usize].position;
+        let leaves = &read.lights[read.places + first..=read.places + last];
+        let nearest = leaves.iter().map(|leaf| (leaf.position - mean).length());
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        assert!(leaves.iter().any(|leaf| (leaf.position - light.position).length() < 1e-6));
+        assert!(((light.position - mean).length() - nearest).abs() < 1e-6, "root {root}");
+        moved += usize::from(nearest > 1e-3);
+    }
+    assert!(moved > 0, "every mean is a leaf's");
 }
 
 /// Compares the picture with that of the oracle's cut through the device's tree.

@@ -2,10 +2,12 @@
 
 use sglow_renderer::request::RequestError;
 use sglow_renderer::request::derivation::{Derivation, Request};
+use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
 use thiserror::Error;
 
+use super::configuration;
 use super::subject::FrontierError;
 use crate::cache::CacheError;
 
@@ -63,6 +65,27 @@ impl Case {
         let derivation = Derivation::new(&library, &scene, &[], request)?;
         Ok(Self { scene, derivation, library })
     }
+
+    /// What `--set` takes to give a configuration: the values in which it differs from the default, and those that
+    /// defaults would have set which do not apply beside these.
+    ///
+    /// # Errors
+    ///
+    /// When the scene has no such configuration.
+    pub fn set(&self, settings: &Settings) -> Result<Vec<String>, RequestError> {
+        let mut set = Vec::new();
+        loop {
+            let request = &self.derivation.request;
+            let found = Derivation::new(&self.library, &self.scene, &set, request)?.settings;
+            let name = configuration::name(settings, &found);
+            let missing = name.split(',').filter(|part| *part != "default");
+            let missing: Vec<String> = missing.map(str::to_owned).collect();
+            if missing.iter().all(|part| set.contains(part)) {
+                return Ok(set);
+            }
+            set.extend(missing);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -72,11 +95,38 @@ pub(crate) mod tests {
     use sglow_renderer::request::shot::load;
 
     use super::*;
+    use crate::frontier::screen;
 
     pub(crate) fn case(scene: &str, over: &[PathBuf]) -> Case {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders");
         let library = Library::load_with(&folder, over).unwrap();
         let scene = load(scene, None, &sglow_scene::Options::default()).unwrap().0;
         Case::new(scene, library, &Request::of([16, 9])).unwrap()
+    }
+
+    #[test]
+    fn what_set_takes_gives_the_configuration_back() {
+        let case = case("cornell", &[]);
+        let base = &case.derivation.settings;
+        assert_eq!((base.lights, base.near_scale), (screen::ROOTS, screen::NEAR_SCALE));
+        for (axis, value) in
+            [("lights", "64"), ("cut", "none"), ("space", "none"), ("lobes", "both")]
+        {
+            let Some(settings) = screen::with(base, axis, value) else { continue };
+            let set = case.set(&settings).unwrap();
+            let of = |set: &[String]| {
+                let request = &case.derivation.request;
+                let found = Derivation::new(&case.library, &case.scene, set, request).unwrap();
+                configuration::name(&settings, &found.settings)
+            };
+            assert_eq!(of(&set), "default", "{set:?}");
+            // Its name alone gives another one where a default does not apply beside it.
+            let name = configuration::name(&settings, base);
+            let parts: Vec<String> = name.split(',').map(str::to_owned).collect();
+            assert_eq!(of(&parts) == "default", set == parts, "{name}");
+        }
+        let few = screen::with(base, "lights", "64").unwrap();
+        assert!(case.set(&few).unwrap().contains(&"cut=tile".to_owned()));
+        assert!(case.set(base).unwrap().is_empty());
     }
 }

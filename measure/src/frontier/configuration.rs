@@ -84,7 +84,8 @@ pub fn fits(settings: &Settings, allowed: &Allowed) -> bool {
         .all(|(axis, allowed)| value(settings, axis).is_none_or(|value| allowed.contains(&value)))
 }
 
-/// What a configuration is called: the values that `base` has not, as `--set` takes them.
+/// What a configuration is called: the values in which it differs from `base`. `--set` with these alone may give another
+/// one, since some defaults do not apply beside values that are set: [`super::case::Case::set`] has them all.
 #[must_use]
 pub fn name(settings: &Settings, base: &Settings) -> String {
     let (ours, theirs) = (axes(settings), axes(base));

@@ -16,6 +16,11 @@ const BARE_ROOTS: u32 = 16;
 
 /// Kernels that are drawn by power, without visibility, all else as in `base`; 1024 where it has a cut.
 pub(super) fn kernels(base: &Settings) -> Settings {
+    let usual = if base.cut == Cut::None {
+        base.clone()
+    } else {
+        Settings { lights: LIGHTS, near_scale: Settings::default().near_scale, ..base.clone() }
+    };
     Settings {
         density: Density::Power,
         draw: Draw::Warped,
@@ -26,8 +31,7 @@ pub(super) fn kernels(base: &Settings) -> Settings {
         filter: Filter::Exact,
         precision: Precision::F32,
         visibility: Visibility::None,
-        lights: if base.cut == Cut::None { base.lights } else { LIGHTS },
-        ..base.clone()
+        ..usual
     }
 }
 
@@ -60,6 +64,7 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         cut: Cut::Tile,
         emitter: Emitter::Disc,
         lights,
+        near_scale: screen::NEAR_SCALE,
         ..kernels.clone()
     };
     let emitter = |value| screen::with(base, "emitter", value).unwrap_or_else(|| base.clone());
@@ -67,6 +72,7 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         (named::DEFAULT, base.clone()),
         (named::OLD, old),
         (named::FLAT, flat(LIGHTS)),
+        (named::FLAT_64, flat(64)),
         (named::BARE_64, bare(flat(64))),
         (named::BARE_256, bare(flat(256))),
         (named::BARE_1024, bare(flat(LIGHTS))),

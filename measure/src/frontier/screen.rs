@@ -6,13 +6,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use sglow_oracle::cut::tile::QUEUE;
 use sglow_renderer::variants::Variants as _;
 use sglow_results::frontier::document::{Configuration, Kept, Metric};
 use sglow_results::frontier::rank::{Place, SAME_ERROR, rank};
 use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::frame::parameter;
-use sglow_shaders::{Cut, Emitter, Filter, Kernel, Precision, Solver, Space};
+use sglow_shaders::{Cut, Density, Draw, Emitter, Filter, Kernel, Precision, Solver, Space};
 
 use super::depends::Depends;
 use super::references::references;
@@ -49,8 +50,10 @@ fn choices() -> Vec<(&'static str, Vec<String>)> {
     axes.chain(numbers).collect()
 }
 
-/// The number of lights that a cut for each tile begins with.
+/// The number of lights that a cut for each tile begins with, and `near_scale` with it: as the rule cut-with-occluders
+/// sets them.
 pub(super) const ROOTS: u32 = 256;
+pub(super) const NEAR_SCALE: f32 = 0.75;
 
 /// Axes and parameters of kernels, which clusters have none of.
 const OF_KERNELS: [&str; 6] =
@@ -73,9 +76,17 @@ pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
     if axis == Cut::AXIS && settings.cut != Cut::None {
         (settings.space, settings.emitter) = (Space::Tree, Emitter::Disc);
         settings.lights = settings.lights.min(ROOTS);
+        settings.near_scale = NEAR_SCALE;
     }
-    if settings.space != Space::Tree || settings.lights > ROOTS {
+    if settings.space != Space::Tree || settings.lights as usize > QUEUE {
         settings.cut = Cut::None;
+    }
+    if base.cut != Cut::None && settings.cut == Cut::None && axis != parameter::NEAR_SCALE {
+        settings.near_scale = Settings::default().near_scale;
+    }
+    // The nodes of a tree are drawn by nothing.
+    if settings.space == Space::Tree && [Density::AXIS, Draw::AXIS].contains(&axis) {
+        return None;
     }
     settings.ndf = configuration::distribution(settings.specular, base);
     if settings.space != Space::None {
@@ -174,6 +185,10 @@ fn said(
     };
     let mut all = Vec::new();
     let Some(default) = find(base).map(place) else { return Screened(all) };
+    // A value of kernels comes with kernels: what it changes itself is against them.
+    let no_clusters = |single: &&Single| single.axis == Space::AXIS && single.value == "none";
+    let kernels = singles.iter().find(no_clusters);
+    let kernels = kernels.and_then(|single| find(&single.settings)).map_or(default, place);
     let axes: BTreeSet<&str> = singles.iter().map(|single| single.axis.as_str()).collect();
     for axis in axes {
         let own = singles.iter().filter(|single| single.axis == axis);
@@ -197,14 +212,15 @@ fn said(
             default: true,
             weight: f64::INFINITY,
         });
+        let usual = if OF_KERNELS.contains(&axis) { kernels } else { default };
         for ((single, place), by) in own.iter().zip(&dominated[1..]) {
             all.push(Said {
                 axis: axis.to_owned(),
                 value: single.value.clone(),
                 stays: by.is_none(),
                 default: false,
-                weight: change(place.time.median, default.time.median)
-                    + change(place.error, default.error),
+                weight: change(place.time.median, usual.time.median)
+                    + change(place.error, usual.error),
             });
         }
     }
@@ -356,6 +372,10 @@ mod tests {
         let previous = with(&clusters, "kernel", "previous").unwrap();
         assert_eq!((previous.space, previous.kernel), (Space::None, Kernel::Previous));
         assert!(with(&clusters, "kernel", "modified").is_none());
+        // A cut remains one as long as a tile holds its roots.
+        let cut = Settings { lights: 448, ..with(&base, "cut", "tile").unwrap() };
+        assert_eq!(with(&cut, "emitter", "lobe").unwrap().cut, Cut::Tile);
+        assert_eq!(with(&cut, "lights", "1024").unwrap().cut, Cut::None);
         assert!(singles(&clusters, &|_| true).iter().any(|single| single.axis == "size_factor"));
         assert!(
             with(&base, "emitter", "cosine").is_none() && with(&base, "colour", "red").is_none()

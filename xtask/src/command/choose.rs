@@ -8,7 +8,7 @@ use serde_json::Value;
 use sglow_measure::frontier::buy::buy;
 use sglow_measure::frontier::offer::{self, Offer};
 use sglow_measure::frontier::subject::Subject;
-use sglow_measure::frontier::{RUNS, screening};
+use sglow_measure::frontier::{RUNS, configuration, screening};
 use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::{failure, json, parse, terminal, write};
@@ -112,8 +112,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         others.first().map(|runner_up| terminal::choose::margin(winner, runner_up, metric, budget));
     say::line(lost.as_deref().unwrap_or("There is no runner-up: nothing else meets the budget."));
 
-    let set = if winner.default { Vec::new() } else { vec![winner.name.clone()] };
-    let set: Vec<String> = set.iter().flat_map(|name| name.split(',')).map(str::to_owned).collect();
+    let base = &case.derivation.settings;
+    let chosen = configurations
+        .iter()
+        .find(|settings| configuration::name(settings, base) == winner.name)
+        .unwrap_or(base);
+    let set = case.set(chosen).map_err(Failure::from)?;
     gen_shaders::run(&gen_shaders::Arguments {
         choice: options::Choice {
             over: arguments.numbers.over.clone(),

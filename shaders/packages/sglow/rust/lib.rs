@@ -2047,7 +2047,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_lights-trace-exact-both-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-cut_tile.wgsl"),
-        sha256: "4dd2b1fb774c8129584863f1a8d9f20a5bede5b01c4ec2e2a7322e264384ef29",
+        sha256: "c1bab282f191e0da5578ab986c42d3f687af1f0844e292a36b693ae98f0faf17",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32",
@@ -2059,7 +2059,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_lights-trace-exact-diffuse-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "a2eaf4d125020ff314611dbf2838b9487e58b6dcc46896bb9b5037ab3e65555c",
+        sha256: "115a8a648f9e00dea728a4bc6e0b038a641a1478b74963958fa8db32f4954f43",
     },
     Embedded {
         id: "cut_lit-directional-both-f0",
@@ -3055,7 +3055,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "b46e935c6fd69e8b1a83f6cc3dc12c789e49c9aca590b04659356f02175acbc2",
+        sha256: "f863dadc17f886cbaa56666c0c0dec060c877114a0f3280da5a1698bc2b5b29a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -3077,7 +3077,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e66d362e730dce2c479246faaeefcf0796e24a580f7bda21f0832e99f1ff3a06",
+        sha256: "e0314ccb93956f86044d96f0956f0f34234e0f808a924634477e095003d84fee",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3085,7 +3085,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "241d1756af24d05652d243e75938e51fa2e6814d4cbd288be02dc9c43cf3ea5a",
+        sha256: "730a8ba7ebb3d7dc479c7098c58c763fe35b70548fd75b8a120cfc7eac9fb151",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3105,7 +3105,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "003a910b19c8ed4545e63da1cf636fc88f31d0b8da3fb2ea56cb0f39338b9f48",
+        sha256: "84246b00e4ad2edf6bbd01683895a7b2cbb34cface20912cb02a741d713b7106",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3129,7 +3129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "1d07c3066712852cf87f391c20355d267844bb96521c897f0d1b9a06f5f23509",
+        sha256: "63d03ad5d3a7a50272f1628f2ef9b2aafa806fefe315462636b7c1abe4e34e9d",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3137,7 +3137,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "553de641602d172f622921615a7a08b7a2a794be7bff2d08e4dbd743b980457b",
+        sha256: "12a237fb7ea451e47466c759faa760e5ea82e14c1e4448844ef629849055011a",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3153,7 +3153,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "fd64ad96851365d57f784b942756e9f5f26cb0be47c0c29946d68e8ca2410cd0",
+        sha256: "1492c534443734217b811d3e5b432e98b31bd278bd23c2956d96440f0a70e359",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3169,7 +3169,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "a509921a8ca81ff349061556a8eabff7b8fd426d844f4b026ae96cf144575335",
+        sha256: "aa9da31521732f09df4f5ef7ac09bbd98ab00adac34faecf9e77b38967e6eede",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3185,7 +3185,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "89b231e11b35e0c0b6b2ac5a9f0e3dd43727fa230321dcdc3d00d82bcec6b959",
+        sha256: "ea563c6089cf70882eb077483b423fc4c6356a0fe2a364c7dbbc41ad20ed7dfa",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3201,7 +3201,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "b23a607ca2f90643dec71079f66f763dc3bbd85b06c4c1057853e3ada5fcc513",
+        sha256: "58a8eae3a2174e33dce7794fafd93b8148815b7128a481af1a3c7a6aa9555659",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3223,7 +3223,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "879928946d3ee7c061ae6df847d43bdd1d95f88c110704dea641487bcfdf738b",
+        sha256: "5bdd918a7ab74e550ba1c3dd51cf7da833f643ab3e9d1c26f9c99fc2e9925466",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3247,7 +3247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "dd6d2d368d8233200c7266e940020f0e12b2731f002174201e3cac58c3e80ffb",
+        sha256: "061658d0e49b6e95a9c4a9289243f0ad98147471340bf5fa6dca8c1bb4dfc872",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "90c99bf003ab81c9825e3631957b1f97dd1fb55b6f1d68102747ef83dfb1cbcb",
+        sha256: "6e28afd0844ead8d2a77ddc8624f3578a8ea60b887d61d70dc3434e14a11852c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3279,7 +3279,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "14e77552dc661e1b662a168f6fec3a54c0542c4f744855aa212f9cbd715feddc",
+        sha256: "433c12b10d068825dd60432f7dce623ca76a287fb38389a64f8fa3c6aa116f31",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3303,7 +3303,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "8dc96ef5b72ce9786e28603c66b2c44ee009b0ac635706310a4eb3aa6dbfe9c0",
+        sha256: "80d5ea82b7ce52b4acb67ffabd8ac2d4b7dec031719a2a9eb6b87ad8490febfc",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3311,7 +3311,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ff82ae4cfc2afa808f2114cadf08f837aff696b484478c34517cff157789813d",
+        sha256: "32eb146276596857c6ccec13e2832a2ad008074c34fbb0379948a3f60118bcee",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -11381,7 +11381,6 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
@@ -11407,7 +11406,6 @@ pub mod shade {
             "sglow_position_texture",
             "sglow_normal_texture",
             "sglow_base_color_texture",
-            "sglow_vsgls",
             "sglow_diffuse_output",
             "sglow_specular_output",
             "sglow_cut_vsgls",
@@ -11665,7 +11663,6 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
@@ -11691,7 +11688,6 @@ pub mod shade {
             "sglow_position_texture",
             "sglow_normal_texture",
             "sglow_base_color_texture",
-            "sglow_vsgls",
             "sglow_diffuse_output",
             "sglow_specular_output",
             "sglow_cut_vsgls",
@@ -11949,7 +11945,6 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 80),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
@@ -11968,7 +11963,6 @@ pub mod shade {
             "sglow_position_texture",
             "sglow_normal_texture",
             "sglow_base_color_texture",
-            "sglow_vsgls",
             "sglow_diffuse_output",
             "sglow_cut_vsgls",
             "sglow_cut_branches",
@@ -12201,7 +12195,6 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
                 false,
             ),
-            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage_texture(
                 5,
                 wgpu::ShaderStages::COMPUTE,
@@ -12220,7 +12213,6 @@ pub mod shade {
             "sglow_position_texture",
             "sglow_normal_texture",
             "sglow_base_color_texture",
-            "sglow_vsgls",
             "sglow_diffuse_output",
             "sglow_cut_vsgls",
             "sglow_cut_branches",

@@ -79,7 +79,6 @@ struct SglowCutBranch {
 @group(0) @binding(1) var sglow_position_texture: texture_2d<f32>;
 @group(0) @binding(2) var sglow_normal_texture: texture_2d<f32>;
 @group(0) @binding(3) var sglow_base_color_texture: texture_2d<f32>;
-@group(0) @binding(4) var<storage, read> sglow_vsgls: array<SglowVsgl>;
 /// Radiance that is reflected diffusely.
 @group(0) @binding(5) var sglow_diffuse_output: texture_storage_2d<rgba32float, write>;
 /// The light of each node and leaf, as the pass cut_nodes makes them.
@@ -258,9 +257,10 @@ fn sglow_tile_radiance(vote: u32, vsgl: SglowVsgl) -> f32 {
     let surface = sglow_tile_surfaces[vote];
     var reflected: SglowReflected;
     sglow_reflect(&reflected, vsgl, sglow_point(surface));
-    var radiance = 0.0;
-    radiance += sglow_luminance(surface.diffuse * reflected.diffuse);
-    return radiance;
+    // The luminance of the sum, which rounds as that of diffuse light alone where no light is reflected specularly.
+    var radiance = vec3<f32>(0.0);
+    radiance += surface.diffuse * reflected.diffuse;
+    return sglow_luminance(radiance);
 }
 
 /// How far a vote refines a node, 0 to 255. A tolerance of 0 refines to the leaves, also where the estimate is 0.
@@ -291,16 +291,18 @@ fn sglow_tile_list(lane: u32) -> u32 {
     let count = sglow_shade_parameters.count;
     var sums: array<f32, SGLOW_TILE_VOTES>;
     for (var root = lane; root < count; root += 64u) {
-        let vsgl = sglow_vsgl(root);
+        let node = sglow_cut_roots[root];
         var seen = 0x1fu;
-        for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
-            if !sglow_tile_surfaces[vote].present {
-                continue;
+        if node != SGLOW_CUT_NONE {
+            let vsgl = sglow_cut_vsgl(node);
+            for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
+                if !sglow_tile_surfaces[vote].present {
+                    continue;
+                }
+                sums[vote] += sglow_tile_radiance(vote, vsgl);
             }
-            sums[vote] += sglow_tile_radiance(vote, vsgl);
         }
-        sglow_tile_queue[root] =
-            SglowTileNode(sglow_cut_roots[root], 0xffffffffu, 0xffffu | (root << 16u) | (seen << 27u));
+        sglow_tile_queue[root] = SglowTileNode(node, 0xffffffffu, 0xffffu | (root << 16u) | (seen << 27u));
     }
     for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
         sglow_tile_sums[64u * vote + lane] = sums[vote];
@@ -524,22 +526,21 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let tilt = r * dot(vsgl.diffuse_axis, receiver.normal);
     let across = min(sqrt(max(1.0 - tilt * tilt, 0.0) * inverse), 1.0);
     let horizon = across * sglow_cut_tail(abs(height) / max(across, 1e-10));
-    var error = emitted * receiver.diffuse * (front * share + horizon);
+    // One product with each lobe's intensity: of a sum of products compilers take the common factor out, and the
+    // estimate would round otherwise in a variant whose specular terms are 0 than in one without them.
+    var received = receiver.diffuse * (front * share + horizon);
+    var error = emitted * received;
     let intensity = branch.specular_power * falloff
         * sglow_cut_blurred(-dot(towards, vsgl.specular_axis), vsgl.specular_sharpness, extent);
     let width = min(inverse + pow(vsgl.specular_sharpness * inverse, 1.5), 1.0);
-    error += intensity * receiver.diffuse * front * width;
+    var reflected = receiver.diffuse * front * width;
+    error += intensity * reflected;
     return error;
 }
 
 /// Luminance of linear Rec. 709; the weight of a photon where directions and positions are averaged.
 fn sglow_luminance(color: vec3<f32>) -> f32 {
     return dot(color, vec3<f32>(0.2126, 0.7152, 0.0722));
-}
-
-/// A virtual light.
-fn sglow_vsgl(light: u32) -> SglowVsgl {
-    return sglow_vsgls[light];
 }
 
 /// No node.
