@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::formula::Formula;
 
-/// Of what kind an [`Error`] is.
+/// The kind of an [`Error`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A name that nothing declares.
@@ -24,13 +24,13 @@ pub struct Error {
     pub place: Vec<String>,
     /// Of what kind it is.
     pub kind: Kind,
-    /// What.
+    /// The message.
     pub text: String,
     /// The formula that has no value, if one has none.
     pub formula: Option<Formula>,
 }
 
-/// That a name is none of those that are known, which are listed unless there are none.
+/// The message for an unknown name; lists the known names, if any.
 pub(crate) fn unknown<'a, I>(what: &str, name: &str, known: I) -> String
 where
     I: IntoIterator<Item = &'a String>,

@@ -31,9 +31,9 @@
 //! # Numbers
 //! A *parameter* is set by a person or an engine, an *axis* chooses text, a *let* is another name for a formula, evaluated where
 //! the name stands. A [`Formula`] is of whole numbers of 64 bits: `|| && == != <= >= < > << >> + - * / % !`, `min(a, b)`,
-//! `max(a, b)`, `div_ceil(a, b)`, `log2(a)` (rounded down), `pow2_ceil(a)`, `bits(a)` (how many hold a),
+//! `max(a, b)`, `div_ceil(a, b)`, `log2(a)` (rounded down), `pow2_ceil(a)`, `bits(a)` (number of bits of a),
 //! `select(condition, a, b)`. What is not 0 is true. An overflow, a division by 0, a negative difference and `log2(0)` are
-//! errors; `&&`, `||` and `select` evaluate what decides alone. A *choice* is a value or the first of
+//! errors; `&&`, `||` and `select` short-circuit. A *choice* is a value or the first of
 //! `[{ when, value }, …]` that applies.
 //!
 //! # Configurations
@@ -43,7 +43,7 @@
 //! # Resources and steps
 //! What is neither `external` nor `kept` need not outlive a frame. A binding whose resource does not exist, or of which no case
 //! applies, is absent. Steps run in their order: a `pass` with `dispatch` (workgroups), `indirect` or `draw`; a `clear` of a
-//! buffer; or a group of `steps`, which `repeat` runs any number of times, none as well. A `draw` is one render pass.
+//! buffer; or a group of `steps`, which `repeat` runs zero or more times. A `draw` is one render pass.
 
 pub mod configuration;
 mod configure;

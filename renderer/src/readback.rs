@@ -53,7 +53,7 @@ pub fn texture(
             return Err(DeviceError::Refused {
                 adapter: gpu.adapter.name.clone(),
                 messages: vec![format!(
-                    "a texture of format {format:?} cannot be read back; float formats can"
+                    "a texture of format {format:?} cannot be read back; expected rgba32float, rgba16float, r32float or depth32float"
                 )],
             });
         }
@@ -114,7 +114,7 @@ fn staging(gpu: &Gpu, size: u64) -> wgpu::Buffer {
 fn map(gpu: &Gpu, staging: &wgpu::Buffer) -> Result<Vec<u8>, DeviceError> {
     let (sender, receiver) = std::sync::mpsc::channel();
     staging.map_async(wgpu::MapMode::Read, .., move |result| {
-        // The receiver waits below; if it is gone there is nobody to tell.
+        // The receiver waits below; if it is gone the result is not needed.
         let _ = sender.send(result);
     });
     gpu.finish()?;

@@ -67,7 +67,7 @@ enum Target {
     File(PathBuf),
     /// Standard output.
     Stdout,
-    /// What is there and no regular file.
+    /// A device or a pipe, or anything below /dev, /proc or /sys: written in place.
     Through,
 }
 
@@ -117,7 +117,10 @@ fn open(path: &Path) -> io::Result<File> {
 pub fn texts(files: &[(&Path, &str)]) -> Result {
     let write = |&(path, text): &(&Path, &str)| {
         let Target::File(path) = target(path)? else {
-            let text = format!("{}: is no regular file, and belongs to others", path.display());
+            let text = format!(
+                "{}: is not a regular file, and can only be written together with others",
+                path.display()
+            );
             return Err(Failure::new(text));
         };
         Ok((beside(&path, |sink| sink.write_all(text.as_bytes()))?, path))
@@ -180,7 +183,7 @@ pub fn probe_report(path: &Path) -> Result {
     };
     match fs::read(path) {
         Ok(text) if ours(&text).is_none() => Err(Failure::new(format!(
-            "{}: would be replaced, and is no report of this command",
+            "{}: would be replaced, but is not a report of sglow",
             path.display()
         ))
         .help("name another file: `--json FILE`")),

@@ -49,13 +49,13 @@ pub(crate) enum Command {
     /// Show the papers' tables and figures, ours beside theirs
     #[command(after_help = reproduce::EXAMPLES)]
     Reproduce(reproduce::Arguments),
-    /// Hold every function and the whole pipeline to their bounds, over every regime
+    /// Check every function and the whole pipeline against their bounds, over every regime
     #[command(after_help = stability::EXAMPLES)]
     Stability(stability::Arguments),
     /// Measure the tables of docs/ that no other command writes
     #[command(after_help = docs::EXAMPLES)]
     Docs(docs::Arguments),
-    /// Let independent compilers read a package
+    /// Validate a package with independent compilers
     #[command(after_help = verify::EXAMPLES)]
     Verify(verify::Arguments),
     /// Run all tests, after making sure that a Vulkan driver exists
@@ -92,12 +92,12 @@ impl Command {
     }
 }
 
-/// What somebody reads who types no command.
+/// Printed when no command is given.
 pub(crate) fn introduction() -> String {
     let cli = Cli::command();
     let mut text = String::from(
         "sglow turns one readable library of shaders (shaders/src) into specialised, validated variants for real-time \
-         \nindirect light with spherical Gaussians, runs them, and says how wrong and how fast each of them is.\n\n\
+         \nindirect light with spherical Gaussians, runs them, and measures the error and the time of each.\n\n\
          Commands:\n",
     );
     for command in cli.get_subcommands() {

@@ -116,7 +116,7 @@ pub(crate) fn saved_folder() -> PathBuf {
     sglow_consumers::machine::target_folder().join("measured")
 }
 
-/// Numbers that `render` and `report` share, and the named configuration that they change.
+/// Numbers that `render`, `report`, `choose` and `reproduce` share, and the named configuration that they change.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct Numbers {
     #[command(flatten)]
@@ -124,7 +124,8 @@ pub(crate) struct Numbers {
     /// A named configuration of the library; what else is given changes it [default: the defaults for the scene]
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
-    /// Number of virtual lights, 1 to 65536 [default: the preset's or the scene's]
+    /// Number of virtual lights, 1 to 65536; flat ones, in the place of a cut for each tile [default: the preset's or the
+    /// scene's]
     #[arg(long, value_name = "N", allow_negative_numbers = true,
         value_parser = value_parser!(u32).range(1..=65536))]
     pub(crate) lights: Option<u32>,

@@ -10,6 +10,8 @@ use sglow_shaders::{
     Specular, Visibility, centres, cut_lights, light_points, light_shadow,
 };
 
+use super::screen;
+
 /// The value on each axis that methods are compared by, of those that follow from others as well.
 #[must_use]
 pub fn axes(settings: &Settings) -> BTreeMap<&'static str, &'static str> {
@@ -187,11 +189,29 @@ fn makers(base: &Settings) -> Vec<Settings> {
                             ..base.clone()
                         }));
                     }
+                    // The nodes of a tree are drawn by nothing.
+                    if (density, draw) == (Density::Power, Draw::Warped) {
+                        all.extend(Cut::ALL.map(|cut| trees(&base, cut)));
+                    }
                 }
             }
         }
     }
     all
+}
+
+/// Lights of a tree, flat or a cut for each tile.
+fn trees(base: &Settings, cut: Cut) -> Settings {
+    let lights = if cut == Cut::None { base.lights } else { base.lights.min(screen::ROOTS) };
+    Settings {
+        space: Space::Tree,
+        cut,
+        lights,
+        kernel: Kernel::Modified,
+        solver: Solver::Bracketed,
+        filter: Filter::Exact,
+        ..base.clone()
+    }
 }
 
 fn kernels(base: &Settings) -> Vec<Settings> {

@@ -2,7 +2,8 @@
 //!
 //! The reference are paths of one bounce whose random numbers are the same in every frame: scene and camera stand still,
 //! so that each path's two ends do too, and only the light at its second end changes, smoothly but for the edge of a
-//! shadow. The sum over the texels of a map would not do: the texels move with the light, and the sum flickers itself.
+//! shadow. There the number of lit ends changes by chance; of two independent halves of the paths the noise cancels in the mean
+//! product of what is left over each. The sum over the texels of a map would not do: the texels move with the light, and the sum flickers itself.
 
 use glam::Vec3;
 use sglow_oracle::fis::stress::Random;
@@ -157,7 +158,7 @@ pub fn flicker(
     let (traced, materials) = (surface::Scene::new(facets(scene))?, SceneMaterials::new(scene));
     let mut pixels = Vec::new();
     let mut pictures = vec![Vec::new(); contenders.len()];
-    let mut references: Vec<Vec<f64>> = Vec::new();
+    let mut references: [Vec<Vec<f64>>; 2] = Default::default();
     for frame in 0..walk.frames {
         renderer.move_light(&moved(light, radius, walk.step * frame as f32))?;
         renderer.draw_maps()?;
@@ -202,21 +203,30 @@ pub fn flicker(
         };
         let receivers = reference::texels(&of_pixels(&gbuffer, &pixels));
         let eye = reference::vector(renderer.eye());
-        let reflected = paths.reflect(&receivers, eye, &|_| true).unwrap_or_default();
-        references.push(reflected.iter().flat_map(|one| one.mean.total().to_array()).collect());
+        let halves = paths.halves(&receivers, eye, &|_| true).unwrap_or_default();
+        for (at, references) in references.iter_mut().enumerate() {
+            let radiance = halves.iter().flat_map(|halves| halves[at].mean.total().to_array());
+            references.push(radiance.collect());
+        }
         progress(frame + 1);
     }
     let found = contenders.iter().zip(&pictures);
+    let mean_of = |(one, other): (&Vec<f64>, &Vec<f64>)| {
+        one.iter().zip(other).map(|(one, other)| 0.5 * (one + other)).collect()
+    };
+    let both: Vec<Vec<f64>> = references[0].iter().zip(&references[1]).map(mean_of).collect();
+    // What stands still lacks all of the reference's change.
+    let still: Vec<Vec<f64>> = both.iter().map(|frame| vec![0.0; frame.len()]).collect();
     Ok(Flickers {
         walk,
-        reference_change: changes(&references, None).0,
+        reference_change: changes(&still, Some(&references)).0,
         contenders: found
             .map(|(contender, pictures)| {
                 let (flicker, worst) = changes(pictures, Some(&references));
                 Flicker {
                     name: contender.name.clone(),
-                    error: error(pictures, &references),
-                    change: changes(pictures, None).0 * mean(pictures) / mean(&references),
+                    error: error(pictures, &both),
+                    change: changes(pictures, None).0 * mean(pictures) / mean(&both),
                     flicker,
                     worst,
                     not_finite: pictures.iter().flatten().filter(|one| !one.is_finite()).count(),
@@ -241,24 +251,30 @@ fn error(frames: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
 }
 
 /// The RMS of changes from frame to frame that the reference's own do not explain, over all pairs and of the worst one,
-/// over the mean of the reference; without one of the frames themselves.
-fn changes(frames: &[Vec<f64>], reference: Option<&[Vec<f64>]>) -> (f64, f64) {
-    let scale = mean(reference.unwrap_or(frames));
+/// over the mean of the reference; without one of the frames themselves. The reference comes in two independent halves:
+/// the mean product of what is left over either has no part of their noise. Where noise makes it negative it is 0.
+fn changes(frames: &[Vec<f64>], reference: Option<&[Vec<Vec<f64>>; 2]>) -> (f64, f64) {
+    let scale = reference
+        .map_or_else(|| mean(frames), |halves| 0.5 * (mean(&halves[0]) + mean(&halves[1])));
     let squares: Vec<f64> = (1..frames.len())
         .map(|frame| {
             let change = |frames: &[Vec<f64>], at: usize| frames[frame][at] - frames[frame - 1][at];
             let count = frames[frame].len();
             let sum: f64 = (0..count)
                 .map(|at| {
-                    let due = reference.map_or(0.0, |reference| change(reference, at));
-                    (change(frames, at) - due).powi(2)
+                    let left = |half: usize| {
+                        let due = reference.map_or(0.0, |halves| change(&halves[half], at));
+                        change(frames, at) - due
+                    };
+                    left(0) * left(1)
                 })
                 .sum();
             sum / count.max(1) as f64
         })
         .collect();
     let all = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-    (all.sqrt() / scale, squares.iter().copied().fold(0.0, f64::max).sqrt() / scale)
+    let root = |square: f64| square.max(0.0).sqrt() / scale;
+    (root(all), root(squares.iter().copied().fold(0.0, f64::max)))
 }
 
 #[cfg(test)]
@@ -284,16 +300,28 @@ mod tests {
     #[test]
     fn flicker_is_what_the_reference_does_not_do() {
         let reference = [vec![1.0, 1.0], vec![2.0, 1.0], vec![3.0, 1.0]];
+        let halves = [reference.to_vec(), reference.to_vec()];
         // A constant error does not flicker.
         let offset: Vec<_> = reference.iter().map(|one| vec![one[0] + 0.5, one[1]]).collect();
-        assert_eq!(changes(&offset, Some(&reference)), (0.0, 0.0));
+        assert_eq!(changes(&offset, Some(&halves)), (0.0, 0.0));
         assert!(error(&offset, &reference) > 0.1);
         // What stands still while the reference moves does.
         let still = vec![vec![1.0, 1.0]; 3];
-        let (flicker, worst) = changes(&still, Some(&reference));
+        let (flicker, worst) = changes(&still, Some(&halves));
         assert!((flicker - 0.5f64.sqrt() / 1.5).abs() < 1e-12 && (worst - flicker).abs() < 1e-12);
         assert_eq!(changes(&still, None).0, 0.0);
         assert!(changes(&reference, None).0 > 0.0);
+        // Noise of the halves is no flicker; of the whole reference it would be.
+        let mut random = Random::new(1);
+        let mut noisy = || -> Vec<Vec<f64>> {
+            let frame = |_| (0..4000).map(|_| 1.0 + 0.1 * random.uniform()).collect();
+            (0..5).map(frame).collect()
+        };
+        let [one, other] = [noisy(), noisy()];
+        let steady = vec![vec![1.0; 4000]; 5];
+        let (free, _) = changes(&steady, Some(&[one.clone(), other]));
+        let (noise, _) = changes(&steady, Some(&[one.clone(), one]));
+        assert!(free < 0.2 * noise && noise > 0.03, "{free} {noise}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The Beckmann distribution of facets with separable Smith visibility.
+//! The Beckmann microfacet distribution with separable Smith visibility.
 
 use core::f64::consts::PI;
 
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
     use crate::Bounded;
 
-    /// An approximation of the error function to 1.2e-7, to hold the rational one against the exact masking.
+    /// An approximation of the error function to 1.2e-7, to compare the rational approximation with the exact masking.
     // [Numerical Recipes, erfcc]
     fn erf(x: f64) -> f64 {
         let t = 1.0 / (1.0 + 0.5 * x.abs());

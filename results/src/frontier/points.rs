@@ -121,7 +121,7 @@ pub fn points(scenes: &[SceneReport]) -> Option<[Point<'_>; 3]> {
 
 /// The values that make a point on any scene: those of a scene with specular reflection where one has it; else what
 /// only specular reflection needs is left to each scene. The size of the map is left out, for it is no part of a
-/// configuration.
+/// configuration, and so is a number in which the scenes differ, which is the default of each one's class.
 #[must_use]
 pub fn values(point: &Point<'_>) -> BTreeMap<String, String> {
     let has = |configuration: &Configuration| {
@@ -138,6 +138,35 @@ pub fn values(point: &Point<'_>) -> BTreeMap<String, String> {
         .filter(|(axis, _)| glossy.is_some() || !of_specular.contains(&axis.as_str()));
     // The solver follows from previous kernels.
     let axes = axes.filter(|(axis, value)| *axis != "solver" || *value != "none");
-    let numbers = configuration.parameters.iter().filter(|(name, _)| *name != "map");
-    axes.chain(numbers).map(|(name, value)| (name.clone(), value.clone())).collect()
+    let numbers = shared(point.scenes.iter().map(|(_, configuration)| *configuration));
+    let axes = axes.map(|(axis, value)| (axis.clone(), value.clone()));
+    axes.chain(numbers.into_iter().filter(|(name, _)| name != "map")).collect()
+}
+
+/// The numbers that all configurations have.
+fn shared<'a>(all: impl IntoIterator<Item = &'a Configuration>) -> BTreeMap<String, String> {
+    let numbers = all.into_iter().map(|configuration| configuration.parameters.clone());
+    let both = |mut one: BTreeMap<String, String>, other: BTreeMap<String, String>| {
+        one.retain(|name, value| other.get(name) == Some(value));
+        one
+    };
+    numbers.reduce(both).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_in_which_scenes_differ_is_left_to_their_class() {
+        let of = |lights: &str| {
+            let numbers = [("lights", lights), ("tile", "64")];
+            let parameters = numbers.map(|(name, value)| (name.to_owned(), value.to_owned()));
+            Configuration { parameters: parameters.into(), ..Configuration::default() }
+        };
+        let [one, other] = ["256", "448"].map(of);
+        let names = |all: [&Configuration; 2]| shared(all).into_keys().collect::<Vec<_>>();
+        assert_eq!(names([&one, &other]), ["tile"]);
+        assert_eq!(names([&one, &one]), ["lights", "tile"]);
+    }
 }

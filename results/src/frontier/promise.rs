@@ -284,11 +284,12 @@ fn faster(
     printed: Option<&Configuration>,
     configurations: &[Configuration],
 ) -> Promised {
-    // Configurations on the frontier alone: cheap shading in a slow frame does not count.
-    let frontier = configurations
+    // Frames no longer than that one alone: cheap shading in a slow frame does not count.
+    let longest = printed.map_or(0.0, |printed| printed.time.median);
+    let within = configurations
         .iter()
-        .filter(|configuration| configuration.on_frontier(Metric::RelativeMse));
-    let all: Vec<Candidate<&String>> = frontier.filter_map(candidate).collect();
+        .filter(|configuration| configuration.complete && configuration.time.median <= longest);
+    let all: Vec<Candidate<&String>> = within.filter_map(candidate).collect();
     let printed = printed.and_then(candidate);
     let equal = printed.as_ref().and_then(|printed| time_to_equal(&all, printed));
     Promised {
@@ -299,7 +300,7 @@ fn faster(
         bound: TIMES_FASTER,
         note: equal.map_or_else(
             || "no configuration is as good".to_owned(),
-            |equal| format!("by {}; read from the frontier", equal.cheapest.which),
+            |equal| format!("by {}, in a frame that is no longer", equal.cheapest.which),
         ),
     }
 }

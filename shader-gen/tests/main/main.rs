@@ -1,4 +1,4 @@
-//! A library that has nothing to do with light, generated whole, broken on purpose, and read by somebody else.
+//! A library that has nothing to do with light, generated, broken on purpose, and compared with the `wesl` crate.
 
 #![allow(
     clippy::expect_used,

@@ -42,10 +42,10 @@ pub(crate) struct Arguments {
     /// A built-in scene, or a file: .gltf, .glb, .obj
     #[arg(long, value_name = "FILE|NAME")]
     scene: String,
-    /// The greatest error: a number, or a percentage
+    /// The maximum error: a number, or a percentage
     #[arg(long, value_name = "E", value_parser = parse::share, allow_negative_numbers = true, group = "budget")]
     max_error: Option<f64>,
-    /// The longest time of indirect light in a frame, in milliseconds
+    /// The maximum time of indirect light in a frame, in milliseconds
     #[arg(long, value_name = "T", value_parser = parse::milliseconds, allow_negative_numbers = true, group = "budget")]
     max_ms: Option<f64>,
     /// The metric of the error: relative_mse, rmse, median, q95, flip, bias

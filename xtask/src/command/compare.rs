@@ -24,7 +24,7 @@ A is tested, B is its reference. Pictures are OpenEXR with layers by name, Radia
 sRGB to linear light. Without --layer, files that `render` wrote are compared by their indirect light, others by the one
 layer that they have. The sums `indirect` and `radiance` are layers too.
 
-Metrics are over pixels that show a surface, where a file tells them (layer normal, or alpha), else over all:
+Metrics are over pixels that show a surface, where a file marks them (layer normal, or alpha), else over all:
   relative_mse  mean of (A - B)^2 / (B^2 + 1e-2 mean(B^2))
   rmse          root mean square of A - B over the mean of B
   median, q95   50 and 95 % quantiles of the luminance of |A - B| over that of B plus 1e-2 times its mean

@@ -46,7 +46,7 @@ enum Tables {
     References,
     /// What the parameters of lights' maps do
     Visibility,
-    /// Lights made by kernels and by clusters
+    /// Lights made by kernels, clusters and cuts
     Partitions,
     /// The error of specular models
     Specular,

@@ -15,7 +15,7 @@ Examples:
   cargo xtask fuzz --minutes 10
   cargo xtask fuzz --minutes 60 --seed 7 --json out/fuzz.json
 
-None may panic, overflow the stack, take longer than 10 s or more than 2 GB. An input that does stays in target/fuzz.";
+No input may panic, overflow the stack, take longer than 10 s or more than 2 GB. Failing inputs are kept in target/fuzz.";
 
 /// Options of `fuzz`.
 #[derive(Debug, Args)]
@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     /// How long all targets take together
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10080))]
     minutes: u64,
-    /// Where mutations start
+    /// Seed of the mutations
     #[arg(long, value_name = "NUMBER", default_value_t = 2)]
     seed: u64,
     /// Also write what was tried as JSON

@@ -56,7 +56,7 @@ pub(crate) struct Arguments {
     /// A built-in scene, or a file: .gltf, .glb, .obj
     #[arg(long, value_name = "FILE|NAME")]
     scene: String,
-    /// Values of axes; the others follow the scene's needs and the defaults
+    /// Values of axes and parameters; the others follow from the scene and the defaults
     #[arg(long, value_name = "AXIS=VALUE", value_delimiter = ',')]
     set: Vec<String>,
     /// Pixels of the picture

@@ -99,7 +99,7 @@ impl Choice {
     }
 }
 
-/// How far from the least error, as a share of it, a configuration still counts as good.
+/// How far from the minimum error, as a share of it, a configuration still counts as good.
 const WITHIN: f64 = 0.25;
 
 /// What must not be concluded.

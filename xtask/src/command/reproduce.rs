@@ -25,8 +25,8 @@ Examples:
   cargo xtask reproduce --scene chair.gltf --size 160x90 --samples 128 --out out/chair
 
 Without --scene: Tables 1 to 3 and Figs. 1, 5, 6, 7 and 8 of Tokuyoshi 2016 on the built-in scenes, beside the paper's
-own numbers. All forms are those of the preset tokuyoshi2016 (--preset takes another). With --scene: the same methods on those scenes. Everything also stands in reproduce.json. Build with
---release first; a whole run takes about ten minutes on two cores.";
+own numbers. All forms are those of the preset tokuyoshi2016 (--preset takes another). With --scene: the same methods on those scenes. Everything also stands in reproduce.json. A whole run
+takes about ten minutes on two cores with cargo run --release --package xtask -- reproduce.";
 
 /// Options of `reproduce`.
 #[derive(Debug, Args)]

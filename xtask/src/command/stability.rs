@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     /// Only this function, without the pipeline; may be given more than once
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// A sixteenth of the inputs: to see whether something is broken, not to promise anything
+    /// A sixteenth of the inputs: a smoke test, without guarantee
     #[arg(long)]
     quick: bool,
     /// Also write the plot of error against time of the cosine forms, as SVG on white

@@ -17,7 +17,7 @@ What follows `--` goes to `cargo test --workspace` as it is.";
 /// Options of `test`.
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Install nothing; say what to type instead
+    /// Install nothing; print the command instead
     #[arg(long)]
     no_install: bool,
     /// For `cargo test`

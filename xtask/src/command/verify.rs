@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     /// Read every variant of the space instead, generated for this
     #[arg(long, conflicts_with = "package")]
     all: bool,
-    /// Ask these consumers alone
+    /// Run only these consumers
     #[arg(long, value_name = "NAME", value_delimiter = ',',
         value_parser = consumers())]
     consumer: Vec<Consumer>,
@@ -68,7 +68,7 @@ fn consumers() -> impl TypedValueParser<Value = Consumer> {
     })
 }
 
-/// Lets every consumer read.
+/// Runs every consumer.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let json = arguments.json.clone().unwrap_or_else(|| repository().join("out/verify.json"));
     let bars = Bars::default();

@@ -1909,49 +1909,49 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cluster_sum-camera-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_camera.wgsl"),
-        sha256: "de1ad649d9be655fc01fa585fa612d5bf507d6eeea557cb42f4da0dd9c5000de",
+        sha256: "d3fd1ad09d4fa5fd812c730e9358f86daf93ba4f66859bb3d962d3e93c511eec",
     },
     Embedded {
         id: "cluster_sum-camera-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_camera-lobes_diffuse.wgsl"),
-        sha256: "6860887f86bf759fdff4dbccc9dfa05f10da782c76299aec3a63fb5ecc2733ed",
+        sha256: "b0a0603a96f51859cd055a0a755a3fd6936bd131df358d925e67b694e9897ec3",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_directional.wgsl"),
-        sha256: "5fd0965137c215bc84e9c663ff5a51648ee31660408580b1ce6f07cd15f1afe3",
+        sha256: "e1d0d2e201e5f6552406c942df76affe34b219d4e2fc446412e2977758522e22",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_directional-lobes_diffuse.wgsl"),
-        sha256: "e08dea66f31c58677b556eac42da3c9fd791b494bf9518c6d5cf7c53ff867320",
+        sha256: "3a6856aae3e136cfa01d86dcd6825d4ed610e0b93fce098b82898d8a0b6f3c18",
     },
     Embedded {
         id: "cluster_sum-point-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_point.wgsl"),
-        sha256: "00f3f03291f1d5192588d39a8e12de80395917a4ed007977b4e07255b8233800",
+        sha256: "63e1cc69bd28342f1114013f683fa9429d264d97bc6ef3fe669c18ccd0eb0a23",
     },
     Embedded {
         id: "cluster_sum-point-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_point-lobes_diffuse.wgsl"),
-        sha256: "8da10c2c03f81026b98bce5ed3825b50db5526ac151b570bf2d5128715f006db",
+        sha256: "28a1e48641a48f3d7cd6b9dbfc05c9b8c9d2b2f7a6dabc98bac39b8ae39d8e19",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum.wgsl"),
-        sha256: "d0d30ed3e0bf3e5db45632a057316797367e0c18b660707abb573f58d765c619",
+        sha256: "11db03e8af711589fc398e2e51cfbdaa285f47ccf3df55f6a09ccb71b2a2a847",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-lobes_diffuse.wgsl"),
-        sha256: "fe1f817e74c5d888187ae2ce5dbc0fdc5597b6ee5c2616508ff97115e8440914",
+        sha256: "d2bc5a2f3df4b714a6887f84ae8bbd8408cfbb294b0fe1262e76d10f06fdbe7a",
     },
     Embedded {
         id: "cluster_tree",
@@ -2041,25 +2041,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_lights-trace-exact-both-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights.wgsl"),
-        sha256: "39ba0d4c447bd15ba68fdfbe5459b66989b8ea9c20cb43b7f03d6ac1b1b837da",
+        sha256: "51b2bedc405a374b697d4f9e3c04df17267d1ea04dc7f0ff549e43ff451f7368",
     },
     Embedded {
         id: "cut_lights-trace-exact-both-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-cut_tile.wgsl"),
-        sha256: "c1bab282f191e0da5578ab986c42d3f687af1f0844e292a36b693ae98f0faf17",
+        sha256: "a7b7db86f9cbe21d559ec03b620e5b18c7ded30760209a02461681e499a37835",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse.wgsl"),
-        sha256: "5b5b4c9b5f203c0e48fc2afc8bf692e617b58ab05c808deb3460dbe1ca561f4e",
+        sha256: "3ba1680cf41cba78107b9ed2d5628d66a6eee56e751f40886004bea26eab27a3",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "115a8a648f9e00dea728a4bc6e0b038a641a1478b74963958fa8db32f4954f43",
+        sha256: "49707ea77769961f4b909dcce877743a5fa9fe547eb71a3e3144a5e677f208d9",
     },
     Embedded {
         id: "cut_lit-directional-both-f0",
@@ -2101,13 +2101,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_nodes-trace-exact-both-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes.wgsl"),
-        sha256: "712a81596a7c2efa88052919f059e3ba9f7efd0c56b5b08e89e69310642c3593",
+        sha256: "c45f3979f9c3a247149e3caa738b16eca8046bdad8e28c1098e8f7948cbd9e68",
     },
     Embedded {
         id: "cut_nodes-trace-exact-diffuse-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes-lobes_diffuse.wgsl"),
-        sha256: "dcfd18641060ff4c10343558842e2c87b11caeaf9d730074f93c070d1b834533",
+        sha256: "832c1341f5aa946118a549bb890fca195e53ac351b1b311aa43a4ba9a945f449",
     },
     Embedded {
         id: "cut_ranks",
@@ -2145,7 +2145,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
         ),
-        sha256: "82bb73f464ba9983dd0e3eb4644975f8ebaa24b2316b1ec0b3a026613f732594",
+        sha256: "8175899085b311b6f30902e49c0a124f5cdbe882d3811465ef0346305e3968dd",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2153,13 +2153,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
         ),
-        sha256: "77e2c48a06836cbf8ea63e5bc1360184b2463489770494ff73a8672fcb6638f5",
+        sha256: "d3e76bd49c5b4476f17ea0ef7e2b5befe1cb4f71fb18a3f1497f1f1ad5df8e75",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
         text: include_str!("../wgsl/density-density_bidirectional-importance_lobe.wgsl"),
-        sha256: "5c4142dbbcc978aaff56c83069bcf146983f17f7446b567f75ad350963ed4f56",
+        sha256: "990d52a2a224d902509379562e7e3df2e56b50f85889a1d9d7e6c954e26d8a00",
     },
     Embedded {
         id: "density-bidirectional-lobe-diffuse-f0",
@@ -2167,7 +2167,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse.wgsl"
         ),
-        sha256: "c595ea5e6e4966044db59162873f6f884239f869ae1007a2bbeab95b4fe8712c",
+        sha256: "644918f06be5bafbee6dd5787b92888c56c8d071e433632fd146ac44bb94265c",
     },
     Embedded {
         id: "density-power-none-both-f0",
@@ -2353,19 +2353,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "mip-rgba16float-one",
         pass: mip::PASS,
         text: include_str!("../wgsl/mip-texel_rgba16float-levels_one.wgsl"),
-        sha256: "abc8ffbc377cdfb0b99b10ab6aefed3c56faa62883822f46b9538115a31e071a",
+        sha256: "53d72910a25338608381c5047890126df0d823165a8fbc7468c8c36d957dcbaf",
     },
     Embedded {
         id: "mip-rgba16float-three",
         pass: mip::PASS,
         text: include_str!("../wgsl/mip-texel_rgba16float.wgsl"),
-        sha256: "a52a21d3a1216034b3fca930cb3334f1e64623e2e872d24085a50f5daa8d1f5c",
+        sha256: "02081f22d876c588ab838b3d282189e6d2e4da798e512a5e8cd98d065209a346",
     },
     Embedded {
         id: "mip-rgba16float-two",
         pass: mip::PASS,
         text: include_str!("../wgsl/mip-texel_rgba16float-levels_two.wgsl"),
-        sha256: "2fa93fc382d0cfd665beac049256d5d5530f1a05d9618c47dafc6ed86048801f",
+        sha256: "ecd077135a2305da6f3631b189f25ce861c8fdf26a59d4742e8d40b4939c91a2",
     },
     Embedded {
         id: "mip-rgba32float-one",
@@ -2389,7 +2389,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-camera-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_camera-precision_f16.wgsl"),
-        sha256: "19bd2469fe00506d7c6fa6a561a1c90ce122bbabc2cce3d16856e88bba001816",
+        sha256: "495de531f61b893a8031fbafc985f33e201b3252985604a059edc5a1cf46d918",
     },
     Embedded {
         id: "moments-camera-both-f0-exact-f32",
@@ -2403,7 +2403,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "8aecfe788248413f7567e457af584062924a60cc0b99c3f7a64d6d318ed96650",
+        sha256: "f389b2730c1c93892d0f607727e86e5dca2d6f0976000ee423a4bb2c89e21363",
     },
     Embedded {
         id: "moments-camera-both-f0-toksvig-f32",
@@ -2417,7 +2417,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "39d14d49a4fb128765655e3261038a31354de5c19711dc099712fe93233b78b2",
+        sha256: "7adbaa0fd5b0d05075383ea7d73563155192d1c7d2e079b8dcc750f2de6798b7",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-exact-f32",
@@ -2431,7 +2431,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "9e3ef86ec4584944538775d64c25fd342e7d7c11be977919cd3d1d6be97c1b91",
+        sha256: "60a0339375b0b9f568dffa2ca9926eb57c717305f9286c934ce47ef623ad0f40",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-toksvig-f32",
@@ -2445,7 +2445,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-directional-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_directional-precision_f16.wgsl"),
-        sha256: "265a718d86d849d7891c77d16cd5324a92c467aec42b3b06da203e130f7fa77e",
+        sha256: "3dc67e03e1ab7323141306a9744f843e379d7185fe17372eaeac3d78ae51ee38",
     },
     Embedded {
         id: "moments-directional-both-f0-exact-f32",
@@ -2459,7 +2459,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "2dd90dfa19dc61a159b7f84c2e5b9197fe059cc8444af4f03a8a3ef8fc3cc791",
+        sha256: "36f3f3e6aad7f1089cbb665fc547e79346fba2d210576a8f81b3e807ef75d525",
     },
     Embedded {
         id: "moments-directional-both-f0-toksvig-f32",
@@ -2473,7 +2473,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "8179ba061b7565f31d7063595e5bd608999ca01e40aee471909a5e4eb3762922",
+        sha256: "68dcc9004810dd0adc4d9e1df2d4b8be744bec3577e3d6d6d0e0c23d1b60b1e2",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-exact-f32",
@@ -2487,7 +2487,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "b1cfa4e43ba477c165083df36325cdb3fc807d602f5007e1c74ca67d6aff3b37",
+        sha256: "b65e11f6e02abdaf733625f546977a044165debc097719e99fd44596bc5e2795",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-toksvig-f32",
@@ -2501,7 +2501,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-point-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_point-precision_f16.wgsl"),
-        sha256: "10e672bb0949e4fab7213fa591828b6151da040c34d4ff0a1704ac633827919a",
+        sha256: "a62fccfe67300c9716ac28824301f710de5414d366c227be213d10c18516a1dd",
     },
     Embedded {
         id: "moments-point-both-f0-exact-f32",
@@ -2515,7 +2515,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "7e8bb79a5e4b3789181c804d25e315f470d42d709697d17a6c40b397539576de",
+        sha256: "e41ac259bc7e87bc4b4ac93fc607443bff05a34eb9c586c7e76500cbee0e00c8",
     },
     Embedded {
         id: "moments-point-both-f0-toksvig-f32",
@@ -2529,7 +2529,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "c201beb280fb22a2543998bae177fc919a32d07736e7c7420cc3ec7db01a66cb",
+        sha256: "15510c58737bed8d7a8b93461cae9b10aec641c6571383e321b947b64d1538d3",
     },
     Embedded {
         id: "moments-point-diffuse-f0-exact-f32",
@@ -2543,7 +2543,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "531042ad85a08ad3853c006c40556ce34a375456109e58faaf28a633e14e0e85",
+        sha256: "5e09bb3e6965da5c8a2b82aca60c73cf0fd7e599c83b80a88fc189f9cbc1c51b",
     },
     Embedded {
         id: "moments-point-diffuse-f0-toksvig-f32",
@@ -2557,7 +2557,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-spot-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-precision_f16.wgsl"),
-        sha256: "fdbb5421ad3a81e9fb41b1147b73a3cd23d62a3a87d2d6505e646e5981312f20",
+        sha256: "f42641e5ccb9fe729cf640290800311a40428562ce7d6edd3de2919be89f6a0b",
     },
     Embedded {
         id: "moments-spot-both-f0-exact-f32",
@@ -2569,7 +2569,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-spot-both-f0-toksvig-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-sharpness_toksvig-precision_f16.wgsl"),
-        sha256: "87ed887d228b40051047c176eb5aa8030f9161824c2584a639bbc9184f706071",
+        sha256: "9cb49c0c2c626e5dbd00e8d22a7fbce33271d7699177b368b016e13b509d3add",
     },
     Embedded {
         id: "moments-spot-both-f0-toksvig-f32",
@@ -2581,7 +2581,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-spot-diffuse-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "64cf145854745a0d8d355abf38c2aa05df18d3fdafb0b7133a7f3084d3ed11bf",
+        sha256: "8d5112aa303356e888e6c9ec92348fa94a46099903747c7fff763f02c6c04535",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-exact-f32",
@@ -2595,7 +2595,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "3bdf3a982d39691d124cd37cbb8ba8f71de701c2964aa759c9ec693906407681",
+        sha256: "e04f169c9583cc41feb12e455f314fce3d9e984e85314c9144352524eca13eee",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-toksvig-f32",
@@ -2607,19 +2607,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "sample-warped-modified-bisection-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection.wgsl"),
-        sha256: "30a42513f99cba32001fd38fc6d413f0d35ee6be9fd0b324302e250b2f23517e",
+        sha256: "e811dd8fb94f0cac73a9aabc7668f22670d838718e8f3c2ea1d323cd571ad34c",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-lobes_diffuse.wgsl"),
-        sha256: "accb99a0a05c81d45a7903241ddd3b99228bdf3c0f1388e209b9767d7b39fd1b",
+        sha256: "bfb4614477754817b492d5cc9a84c2634799d5eef4034df5f78bdaf729c72cd8",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-sharpness_toksvig.wgsl"),
-        sha256: "d39be142c31b42700e161d91781c1ec82f01a27a109e29cf97e3d30111d70c88",
+        sha256: "2590c23067691881b4d46090000b2202bb8a675f17df18794c1feb966db3a85b",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32",
@@ -2627,13 +2627,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "ee11b26b66c19b36b05b856de7b31d3b7fa6dc91c4cc2a20b307b242c7a35ea5",
+        sha256: "562348c9e5af8aff888df4cda9da029810a9bdd04e4f18fbfdda2b35e9f01c5b",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-filter_hardware.wgsl"),
-        sha256: "a95521f16799bf3f13061fcc088221f1094dcf6a2d8ae0378579577a6d4ad40a",
+        sha256: "7baa4fad78b4dbce40768d354336f9ecc72080d9a936b6be940a4c2169bbbce4",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32",
@@ -2641,7 +2641,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "9c682656553d04d6627f41ab3faaa92837db58940379ecb677acf88c7d75e2ee",
+        sha256: "7cf88cffaf75475590075f92f6b6428f39b31a5e93b9f001d6bab4bbfc214646",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-both-f32",
@@ -2649,7 +2649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig.wgsl"
         ),
-        sha256: "fe95c854afafc5289d474d37b32779df7fa2e3930483a77a6c8fd09d1e895eba",
+        sha256: "0eee2f1c84f0a258549474d04a3f9747c43ee340f2935e39c3cc9e2195e202e4",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32",
@@ -2657,49 +2657,49 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "f9bf5dc059514c00818d22215cc6ae2267c0c4e8e057b5fd9a83275f6852dfc9",
+        sha256: "589116fdd2bb28b7ce955b751a7e8256e0fce5b7df200854d797f1dbb4b69882",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-precision_f16.wgsl"),
-        sha256: "cea24f423dc51c0dd9799f8c26fccae883b0af7cc8079a1bec3a5daa73f5c185",
+        sha256: "b0486b9056303b5419e681bfb9eccc8093998d7e5715e9ab1f745fa676769dab",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample.wgsl"),
-        sha256: "aac4c60125500da696b7ad1aec32205fd770015746872acea3f27866db7fab66",
+        sha256: "0673f9ec530ce9dcae8ea57be447f380372aefa01762bee7573bf056b215a288",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "3bd3ee5761ee3ecf4e9bc4f74700ed0dd8d6c5efba69763960073a7ec692564f",
+        sha256: "bf48f52b7bbff7d000bde66049492d21d470fe08d1751edb28f57ea30524027f",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse.wgsl"),
-        sha256: "4bc66e433a6424f570347dfd4141010c046c0201470c1e13b68526afec0935a2",
+        sha256: "9ee3eff5697cc462687b675ed3fc717b68211c3fe023f8968fad11c42d561b69",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware.wgsl"),
-        sha256: "bea3aee2aab5712a19d62bb6c38d3e15c487476639c0f7bc19cfa3ef9af85f3d",
+        sha256: "e1a118844b061d85bb0b84da4622873badba9920cffa82f72063ab69b697a2a9",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware-lobes_diffuse.wgsl"),
-        sha256: "e9ece04c5e285a26d14dd0793979e2283e142172a6808a41a1137a1eb3c1712c",
+        sha256: "791e3ac60408bb80d21078ebfa9bf549a31aa735d9b435d9302a0ef891c4e949",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-kernel_previous-solver_none.wgsl"),
-        sha256: "702ff6fed7043477448a9cb78ecd1052fe0b3390801124959d824b1a2f8cc323",
+        sha256: "e8df4d3ea060aa6375ad5af22c710085ff1298d628e0d4c44e15c906f5b9c8b6",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-diffuse-f32",
@@ -2707,7 +2707,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-lobes_diffuse.wgsl"
         ),
-        sha256: "803c4603a4e7241c8be6a8347843ddc8ed769200956e1b76ebc25db279cf2738",
+        sha256: "28f9cf553b764bfeeb38965968839da30643e5bf5b285a551622c5cca684e88c",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-both-f32",
@@ -2715,7 +2715,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-filter_hardware.wgsl"
         ),
-        sha256: "055331d13ea9c3a2578fd813474514ae45c23cbc7bcee910280cef9806ac145e",
+        sha256: "96d8541fd77eba90cab9d2c9fa3da4c926ae71a361189e91ed10b1bbadb7439f",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-diffuse-f32",
@@ -2723,49 +2723,49 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "21db5ca7c25f56ed66a69b29e70417cdd09c17de4aa62a4eaf0ec6eb029f0fae",
+        sha256: "d09cf8f0e76f33264349154f149b2522fbe0e4579f4ef8eb48e601156471ffc8",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "46be598365daa8dc6ab7cbb2a0bdfd0faf6f39c998808fb9d231612b7553a2ed",
+        sha256: "b026cb1e8bf04e1fd13872c9232805177c1c24a5bf07ac1821aaf069a12a6432",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "84fa27d87cc4982f63aadbab0040018606a5f981652268f9d798cbb3e9ce5c42",
+        sha256: "fac75a648a11bc8278e1bd7700f908c06c3c40a3ca84bf054f2d97e47c799ea3",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "9107bdd587a10be92c1942693c1c6c95b8999daf3e810de8d7ce3a795860851c",
+        sha256: "f5c011f2b6e10fb2b923a12540044a47ec8039baeb73282305f6a8a7c1ab5dcf",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "9bc6e58c7ddf9e87f2b22361db7903b782af4ad8cd2570528188f36af5829e57",
+        sha256: "64ba212af2a89e201390d312d84440ebdf9cbc1ec851bdcdde97429ca607e1aa",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "8f297c9e3e27d5a6fc596e942d5c18da3bfbb4572b10f7d0fbe6d6247b104d6f",
+        sha256: "a3ed55b0da3bd53b48d18cd178a8e8b13299b2fcd09ac2b7728a3f021d51355f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "20bef11976e0bcf3c14f0fa3ea7aab7d41228e0786fe5de0a8906c69a09c06b0",
+        sha256: "106ec34b22a8cbf4812e5eb66601eed8455e84b68836d4d922911eb1ffe81b3d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "248b3dc48c15e48a16d268d3049af4b680a21e31f0694db1f8b7b034446da094",
+        sha256: "407303defc61f5db67e8f668fd378748abe2ffc0b19165884df45ea6420927f2",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -2773,31 +2773,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "e4c5c81b9464de8a2650ffd94ec030134cef118570e73c5cdf5dc4d754741422",
+        sha256: "4b89980b9f785c3a8ac91afda848afeca3f1c01d3ffc5ea00dcecc7ca6e02339",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "5363d80296997d022e3c18c45f81706e6102d72e04b7720e94a9d7c71fc00056",
+        sha256: "ac026b512469dedfe5f94e84b5825b29574a08a32d2083823a626e5f80b439d4",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "ac0e1d00eb3131ce44b4333153a42ebfbb002ed40ce93c818303f43bb6551343",
+        sha256: "ff56c707c80c358b3ea753500181648ebb7bb90bbd4c0854615ecab297079fc4",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "7801d86cbfd05a3b8766b793a2f11017d144267d9db025c2488717497b0a6bc7",
+        sha256: "2f72e8c52fb1d2559a3fe2bf59fa25477bc3fdb3d930fb819825d67d55242b2d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "ae500c780b21a9dc22148692a868eda0711fc7ed5197fe059a825bd0739d1041",
+        sha256: "27b87089675df6692d1afefe03f6b0bb2322596568bb8df9c5412c5ddf0054d3",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2805,13 +2805,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "96466710668decb61e2653b767f97d5f663ef641269d59720c4c4f5c241fb455",
+        sha256: "d404c88c7ecda7c0f7960ea958e0969570a159ca2b095def5200a41c0de63f9d",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "4ce8afbbb10d4ee3c90d421df81b2ff592c445d04646fcdc6e423cee8b438b77",
+        sha256: "13be6ac17f18fe2b5ea3f68c09fe00dd5b541dc577cf833d53d11ff232d2dc93",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2819,7 +2819,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "f754e7c444dcd241d90d493dc7cbf33ebbf5796d768c6a195fb4f5a19c09dd73",
+        sha256: "c7e023dbaf2b48f22470513caa76884167af49eaddc1fc086bb9ad62734ec035",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2827,13 +2827,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "0138d495e9e3f053495a6a99ebe546edad8943f9a00c9e9405808bd558211160",
+        sha256: "e6b64a95120e06e65dd52d82060839dbaa6a95001b5ebb743d4ad2c811f86076",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "795cdbc350031b434df1cefa5ab8d2d8566b4e2b360e3266cb55a68e9e1f9a78",
+        sha256: "5bd3319b728b26d64c04e1e3b756d6d5730f9614267e0b307076a9c5d9eae73a",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2841,13 +2841,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "acb85f67d6a4a5b7315a249640cf6ae670627067e3db4f0226860bddc7f7b6ec",
+        sha256: "24daa8156851d2fe82ec004dcd5c5547a7eee15e90cd6c29dcf7b77fdd2b8603",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "b65c6cffe2d3fc5c527a9217be6f75af1d39c8e9e1d6e3c23aec60bc33ff5b3a",
+        sha256: "0e4c875fb64ed052981025d45d3403083ead9be74a7cdf10a647bdadb5c0e94e",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -2855,7 +2855,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "8043c0369a732a533de11c6aeba467b22b9928a9e4d144ac55089ae1894cb8de",
+        sha256: "a3f50e8c5371f5e260fd8a0f1e0b6bdf4c9bb074a033a5100e681a86b822b5d3",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -2863,13 +2863,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "75d3f985a4afecdd5aede6fe939beb3f30fbbda59bb43d40da0f024aa1fefb53",
+        sha256: "9e563d45960afea482b2d31b4fb4912eb96ba0a303e5dd65979073a9493e76c4",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "e5f171e7e9c16ee796738a0a505b7155022470ace8c49854dd95580661766c96",
+        sha256: "a0a82a77c7e443178aff9deb2ada7e0d5152c57adb3dff865ee39a2f92235fdf",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -2877,7 +2877,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "b5d1d8ffaad46f9458c9833c7af6152892df4928cb5ef5621148e6fd76a694a0",
+        sha256: "69080ba250003f6f46c196bb2c9b6bdd598ff101b5d438cad56a1e917ba31ddf",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -2885,7 +2885,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "30527333300a20c42f0960213d7bcb24015aa74eb861b73ed807a2af350d9646",
+        sha256: "a9ab206dece3dd1c02d81c7b8c7dd8953139dec522a21335987e149dc70a5c60",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -2893,7 +2893,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "59e50b937c439387483cea637243a7746d6e62972703a323153ea8eb3dc15f69",
+        sha256: "e3027468ded1789fa518ad5e0053e7ff96001f2dc3bc974f3a5b96a09c587f74",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -2901,7 +2901,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "70efe9d81089eaaf4ea826dd066d6659a9bfa459f51965eb9613ac746937f3c7",
+        sha256: "39911e5027abbb3058ed8867af8638596e67e4ff2a46f6b83b198c9715684155",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -2909,13 +2909,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "fca57e7df3c0adfbbc69163e170409fe9c0482ae1e75579d8bc132d0964cf978",
+        sha256: "8435af1dfd0bbb94d31bb02efa9a3a8fedbe4138dd5526f02b6ca0bc45c91dde",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "15c794633712f87e812ddea267d2422745488882767050f8e74ed6ca9fc50f08",
+        sha256: "d84d85e225776398a0f2d1d85f96526a0da272210e2775930db189d1ab2abde0",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -2923,7 +2923,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "b9ec23dd251b1d029b287f10b60dc2ee4d34be4185e31349f7c592bf3a03aa6e",
+        sha256: "f06b6407c15e6974a105f80bde3d450b17a057ffe316351d2d13c2a0d191a4b1",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -2931,37 +2931,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "682a1c87faadb42095328f93a82a964dd6e65a033b171af04c5b3c4c31c7d634",
+        sha256: "d8cf2f9cc6c0402d5450f13e5b406a94e1d9bcee563f8aa6663c230a36486dc7",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "a9c19281e164c8489b16955723986bb32999c8b9b40bdba87b8ec4310f083951",
+        sha256: "17f07b4ec20ada7a56828859c12e704b3d614a040099b3561d02fb16eac7a048",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "76a1fddf4813f4ebdfab8548915c202467396b90bad72982123ee56ed9f52d4a",
+        sha256: "0ae3fced5a234ea309db2b6641bc6947581d75e613ec132d5eda2f6eedb484a3",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "f97bd50c11cf1ef4fa92bab819dd523d536e301fa6592e04dc79b4aa2052a4b2",
+        sha256: "579cfa5a2e155eac5943a72aa93826bbf1a630bd4fda21763eebb987a478e319",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "597469c6fbee7642a825cc3216f6a6b35ffb86cf014486ccd1a8d4909f562f17",
+        sha256: "2a4a91fb1e95f5d66c9a6d5b6c308072a467ac22b08498c5ab8955e576b4a882",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "c199f3fb5d727b75554c083ae4f83533f85028d1e956a469250cfbe0ea048856",
+        sha256: "1dae47b442635c300a41d8e4a4f147208856338e6c1b0bfaa496c9e5a85fff60",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -2969,31 +2969,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "954239bf328f3d19a8b0cf65df913ccd4fac32251f090fb66b7903463247ba35",
+        sha256: "147c5a6adb72e5bf053c08e212b5e9cff1f786f088d1a87c10af8aca6a2957e8",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "1f50d4ac0924575feecb923935317e5f4cfb92ba01b15652fccf43629847707f",
+        sha256: "dd1f9ea57cc1f84fa679ee80fc12b238ec853a008fa0fe780427659078a1c36d",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "96d59e7f2457084bbedf8876ee580dd8f4f3a1982a78ab13b445faf52dd07ecb",
+        sha256: "55d280454832c964d0758a16662961ec3f44abf554e5caf0c0014307b6f05fd4",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "4d2644647d85feb45d134ad3edbe66a18a5fed0bdd2f2bdd23afc412d35d74d9",
+        sha256: "0720bd8aa20ac3eb0e409eadbfb074c410967df85fdd21483316ed762bb39ae0",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "5213a0504c280bf209d821f26b008e3c1da735320bf7c7f5016cabcd0b0531ce",
+        sha256: "f0de431525ee2c62366a2ab81282920170404fec29210feae201e26556a76531",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3001,7 +3001,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "97c4a0c41f37268963b60623fc720eb4181061e95b3b87ac3b5c229f5d2a697d",
+        sha256: "9504d9d4e9ce553b8063aa76c229696bf9242d47ad4e31db4da1eb71dfd465c8",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3009,19 +3009,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "77964c3e14d6825762cc3d5821d58ae74db78327130ea31c0c01a312ac19dd2d",
+        sha256: "a108120a648e6dd2cf6b58a8e5f0e5d63e951aaaf34f940d7988f6475065b0c1",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "20b06930786b8a6e3e876369fff3606051cf4f4d6963d4fb5e5fdd048b861953",
+        sha256: "860b84a531417a768fc041b043a29ad6718f7aa740670fe8dd0368263dce3408",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic-lobes_diffuse.wgsl"),
-        sha256: "9178bc330da9c52ee49381458fe84e8565010287fab7767e42948fa9ee69512d",
+        sha256: "45e974af53a4382a4e4fa29fb20f8e28c8f2b66d962744c53e25a423bf6bdc3e",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
@@ -3029,7 +3029,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "ab167020046ba1403d61c80526c1a36ba3c295801b7023560aee03f8b3fac55d",
+        sha256: "79ac004789008eff75ddfa78e3efa9da0767e87c3459baea55fc2d85a10660ba",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3037,31 +3037,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "1a58ce6c53ca02e02677050abac157d7d275bb22cd1ca949f027bb7e5b35b8c4",
+        sha256: "15eec49ca1d6abd49d32845f1f69fb44bb89bbdaf6efe1a498d771e91aa3e8ac",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "6a2d889265e5e52559a0b62d27256546fef1c20401ece9cb65ab5a0dda1d3aee",
+        sha256: "dc0395979fc850351194d1b2c745aba606a529d4a04d46ecfad509dcf9ccd1d9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "825c9c5342ca56140396f13a0d8bba6d573abc2bec16fd7cd12c8d824576a94d",
+        sha256: "769c7e8e87568be1096ccafd7ee077691e11ba462717fdb3e169999b69f2e0ca",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "f863dadc17f886cbaa56666c0c0dec060c877114a0f3280da5a1698bc2b5b29a",
+        sha256: "65f36cbf202c36f34a34d085e148bab58aee29880fe8684a6f848da283d3b584",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "5007a30f9d6adb63aa6ff8d259cd8f6762fd5effcdd693b3fa3e986584f9ddd4",
+        sha256: "ca9e770ca9991b18d0def2dd826104d3f2ae4dd89703359899e9348cfd5bc85d",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3069,7 +3069,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "e6bd0891a74ff7aa757dad7b4647270af51e6ee9a28ac6fb45e44238c8c8e712",
+        sha256: "33bfad04817c00b4d7ea537896820753b52b8638784c5a0810c5e23c83a5b11f",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3077,7 +3077,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e0314ccb93956f86044d96f0956f0f34234e0f808a924634477e095003d84fee",
+        sha256: "3537a2e7f0783db0c5594d72499d45154f36ce3e8cb82dfe761ca79bc55aec8c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3085,7 +3085,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "730a8ba7ebb3d7dc479c7098c58c763fe35b70548fd75b8a120cfc7eac9fb151",
+        sha256: "2bc8306dc0777485d41dd1d67b5050b6183b39cf348de5ffb7de19f7da03890d",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3093,19 +3093,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "f3a365424aa37856a1a68d13ea5cb0ee370037daafa29d156221a5dbfa13c5e9",
+        sha256: "4ff67cda307c649ee8c6c278dadb1a3a081b90faa44d814b32e748a76a99bc5e",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "4105faaa50e8a259a4dbd77a386ea471968e9cd6a6c18b90d18c6e47a017da5c",
+        sha256: "2fd4de217c20290bfc2a6db18a950b52c9cd4a52d2583171945c266ba579867b",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "84246b00e4ad2edf6bbd01683895a7b2cbb34cface20912cb02a741d713b7106",
+        sha256: "c419894e2026b9e208429953df970988b7f01de44b9136416972a8e9db62bd96",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3113,7 +3113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "29449395cfb0ab4953d59e65eff2d8cdfd42597519304f460a532cae56969ba7",
+        sha256: "9df174000bd3e5bb38de0a8456176a744eb23751ebc9ccaf219173ca155f6cd6",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3121,7 +3121,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "e1ab234998ac08f9a6e41fa0bb2adbab664574e555db96bba45d7728117ebee1",
+        sha256: "d49cf4bb6c9fba6d0732b9a0c9b4140d9cd61db92c98d7b7683b251f5d0c1c21",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3129,7 +3129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "63d03ad5d3a7a50272f1628f2ef9b2aafa806fefe315462636b7c1abe4e34e9d",
+        sha256: "8f66f97fe69adb74b729e39ce49cbbb72c72683e9fde5efd0329e4fc8a763128",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3137,7 +3137,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "12a237fb7ea451e47466c759faa760e5ea82e14c1e4448844ef629849055011a",
+        sha256: "f60baa4885c3aa69899a6e2f25a33402fc2783698ddd40eb67061bfcb5e9c660",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3145,7 +3145,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "3b34985609f140f85c2c509df8988dce70c74a333c1a553299db6a60809ead8e",
+        sha256: "3a5f1bff74385d57170df65620732a534a03c12d0844258ab9560d5ee0861592",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3153,7 +3153,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "1492c534443734217b811d3e5b432e98b31bd278bd23c2956d96440f0a70e359",
+        sha256: "f2833cba11d958814201a33edb0aaac82693370458fc0c0777611a0463698d5b",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3161,7 +3161,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "dcf31828bda010447651368e108f3c3e8c9162e3fafb86ba53631719de61b552",
+        sha256: "474fcb4f57d26cdcac6ba6eea09044c26be39e44570a0c221cda96c9edc5bfa4",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3169,7 +3169,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "aa9da31521732f09df4f5ef7ac09bbd98ab00adac34faecf9e77b38967e6eede",
+        sha256: "2b371b61dac24b3bcf51c48f2e893d5cf8259fad66fc857ca005c9bc87e6b244",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3177,7 +3177,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "4df8d05756070f3b914f1e8a998cca13d8ac6fb6bc8f17914ca398bc1b2d18cc",
+        sha256: "3d74568922c99eef2870053804cad90c948e98c10a68f4085fc2d8ee5bca2be7",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3185,7 +3185,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "ea563c6089cf70882eb077483b423fc4c6356a0fe2a364c7dbbc41ad20ed7dfa",
+        sha256: "c15983d4f1f7090e080fee5271222dd57bab7860ad398ab35cfd0b4ddbb38b69",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3193,7 +3193,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "757e49fd1dba0a6f1d50340078881890fbad7ec5711d0b4947ce592ead451bea",
+        sha256: "4b45575e003b55f7dc790a083279bd231d5b3b696447aeebe9612223ffc405df",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3201,7 +3201,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "58a8eae3a2174e33dce7794fafd93b8148815b7128a481af1a3c7a6aa9555659",
+        sha256: "aa99bbf2d26ff6c23c2dd1cac5c442f2a7a8e69c89d65a65613ccc8d1f4a5cca",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3209,13 +3209,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "f3b793cd45e91484830c87fc6a5ab1c336d28db35eeb29c915249317db7e8634",
+        sha256: "64e007abd27014d46486c88a022788b12e96826f94b831a283200d0886b167a2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "567b530a0c3e74e19a33a79f0aa84bf66956d70610e8df3303d11f0725296ada",
+        sha256: "8dbb196833a3f026c6d9f38b86c900c889db29e017036c690dd2fcca6cb36ec3",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3223,7 +3223,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "5bdd918a7ab74e550ba1c3dd51cf7da833f643ab3e9d1c26f9c99fc2e9925466",
+        sha256: "1016e6a136d5f17f6c8bd21f1b1ea2bb7d3d0dedb00492986da9464e63212006",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3231,7 +3231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "edfab0a655faadb8d754af848ef0fd1e85b6f3da1ec05632de7db3e98c63f3f8",
+        sha256: "826d735db5d0d7c3484c9e7eeaf1d7994b9895eee23a5aaa66be41016e7af421",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3239,7 +3239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "f9796c5178e70de4c8c1b82a0f2825b50fab6e189814df4739ea93a3cf6b9606",
+        sha256: "8b65409c25901b380336df6dfa0391ca1ab046853ddfdec68594c001e775ac3c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -3247,7 +3247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "061658d0e49b6e95a9c4a9289243f0ad98147471340bf5fa6dca8c1bb4dfc872",
+        sha256: "453b174696e4dd68134773d4177463989d63b0f96823905964b3ad63f5020e19",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "6e28afd0844ead8d2a77ddc8624f3578a8ea60b887d61d70dc3434e14a11852c",
+        sha256: "881160b9afc0f94b29a895d661408fe802da17171255699c8966475220e5452c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3263,7 +3263,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "9aefc7ff1ace82e434ed1649fe62d00ee9c4103334c93f1d8c228c70f929f349",
+        sha256: "11833b24e543f22f5cd5434e6133ed814585fe37aee9805286257e5dca06fe22",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -3271,7 +3271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "b2d3340c1bea855fb51dd21866c0a8e9f53d58485be81a01f3b4ef53ad7196f0",
+        sha256: "1c9c10256a2b342a9b5ba70aa4d4da3892cbd563db5dc19bf1878bf12e32cc6c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -3279,7 +3279,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "433c12b10d068825dd60432f7dce623ca76a287fb38389a64f8fa3c6aa116f31",
+        sha256: "926e443082e16e96cab9ec251f7913f985d7effb077c471d7acad50929d049f6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3287,7 +3287,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "14f241deef507398410d11f7f3a0c3ebb70f7bbb29d11aafbc42a78d8a69fe3b",
+        sha256: "fe2f0153e81dc4c76a1ea8d03a3cfbfc31e10e01a939845ed55556877d55c1e2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -3295,7 +3295,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "e8916dae58fee6739a6d63715a06944905eb2b57d2d4a77052fc34fccc224449",
+        sha256: "8177b390cbdfa9ec4b8ceb577725b8ba5f53b1fc8fd91624bd9577f9ec7814ce",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3303,7 +3303,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "80d5ea82b7ce52b4acb67ffabd8ac2d4b7dec031719a2a9eb6b87ad8490febfc",
+        sha256: "1ef1abcdb8daa54799089aa19f0515e872c771ab1bcc26538f1bdfa2d6507256",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3311,13 +3311,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "32eb146276596857c6ccec13e2832a2ad008074c34fbb0379948a3f60118bcee",
+        sha256: "8cee7bece4fbc56cfc70f4b7768779295845a3deed75dcc78b788f752d75df45",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_constant.wgsl"),
-        sha256: "f9db296ed51317ad1fd31786b0d96dfc7e417d868388fa12efb0a047f3755f80",
+        sha256: "f5918dcbe9dcb20ad5f87ae4d6d7a8d0bc1eef087e4e862babbbfeea2ce73bb2",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
@@ -3325,7 +3325,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-lobes_diffuse.wgsl"
         ),
-        sha256: "62eb56afe4810bd470864d6af5781ffa549dd62588cf49f7912674b1654209eb",
+        sha256: "84ad9b26dfbf10796e70009bcd8d2e26c202e6b831054502de23be77b8db5183",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
@@ -3333,7 +3333,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none.wgsl"
         ),
-        sha256: "c5edd5fb66a1b69d6c1bf7115ef23a9509111bd241c3da96eff52e4753919ba5",
+        sha256: "f292bf4f72677a08c2d3f92ed23ac2232538c2923dcc8b406e3721eb53d2ad8b",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-diffuse-f32-none",
@@ -3341,7 +3341,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "b012cb181c1e77831b3f30d0657be1cf49ad8e07db0a9c405a85ef5410d86c1d",
+        sha256: "40e483f61715950e289d5611e0db951bf039b6cf4c0d80674362727faaedea8c",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
@@ -3349,7 +3349,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg.wgsl"
         ),
-        sha256: "d0af413942c7f8b6d6f2896bd5928d4b25736fec70e0bc78d97cc14c870b88d2",
+        sha256: "eb9091c1170a880296461bcc3119cdbb053f4471f44d50882ef186abe78598a8",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
@@ -3357,25 +3357,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "3fba1c1d010f8c1836aa338e05416998f66cfd68c5972f33556a6927603d657e",
+        sha256: "aa71d5b00d5de277098dc855423243fc771a5800909c954e54b71833614c00cb",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "b2ac102d40a6e7b0448e31161604cf7b8981c6975955e2a602938054b0689eb6",
+        sha256: "586d18891021f683fc2ff62853681c3846cd4683483c6645a69bdf9997989ee5",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "c66ad70471029df74f9a06c366c6970af14a5979913cbab13c1772354235a5f7",
+        sha256: "b7947d576b0aa3c60c2e93ffe8ce2ec1824840b88a163896f1d83bc645da63d3",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "8f5efcb18ea784dd8666bf07bb9fffb1e717e8345a69de1a3562760cf36c5679",
+        sha256: "5f8dbfbdf84fa9bed008873cafba0ed8b94ff424cdeb5b397eba8633cdc56664",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3383,13 +3383,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "2a2b81366244a2a3495f1c65a9d01385551eccd5041307718c04c66f2165ee99",
+        sha256: "a4652d5613c2de9ac9805ccd494b4cbbd4315fb11877c512ff367d00ef93ad70",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "3ba815ad93bca01296a2178d855ba6c3efd4d70c25840a3129358c5971cd5ed4",
+        sha256: "09b0c72db02a2789c766670bb6614465336897f6819772fef136e1367b0b5f2b",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3397,7 +3397,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "4db8659a3836d40eab1d4c68882a274ea4b8952c5a87670b5a03864ee4c96b89",
+        sha256: "bf7fb4204fde8ac731520898a67614a0a0777ec0c63d702db9e6a8ab92d64d39",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3405,7 +3405,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "591add1c60d510d1334534e53d0e2ab250001d4045cf0e13ec1bc8c8b1d6c396",
+        sha256: "e362dabf032fbe1b88e797996489e7272ce276edbaf151e7f329d36b7843b165",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3413,7 +3413,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "2412827b512e29bbebb06fac5833212eead2329f41bc846378589d55d9c5d0a7",
+        sha256: "f9e9616b78ebaaae251222fae8c3cecb4a86d15e432475dc29818ea8f702bfe5",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3421,7 +3421,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "ecc55ee51b0d53132543d8ffa36ce881434c73612756f56d1dce22117207c9c6",
+        sha256: "29d02eb628b817a75c28afeda9026975bc446242de57a239022dd4952c8803f0",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3429,7 +3429,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9c80b32a1b2b0a93c292cdbf1ca4cce4b33641a1871134b072114ab42ba1ae76",
+        sha256: "a7123497da9d3f0c962287dd0bd915bcf94f22b25ed41610194f4e7a2260ec6d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3437,13 +3437,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "fa25683fb93e71b791df44f748b6f43f8549049071d44e9f14b6c23624697226",
+        sha256: "5dd93ae4d4662b55578424ddcf5994948f9c9f855c34e56b58bca42448f576a9",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "1010fd42dc18c32ebd9de2f764608fdbf0354aa73bc00308199c3a61557a2fd6",
+        sha256: "25b7fd4dd7553c499975c43a273e6c09639e5a7be0d430d3b6deeec3ba4efe7e",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -3451,7 +3451,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "8d0265c4a59e864321176c51047bc161b4b5336047f9852fb48ba3b40079caa1",
+        sha256: "06911841c23ccdf597387930315c2732317e3edeb7d6de696f68d048392fda7d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3459,7 +3459,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "6a17e0c6c52800df58b4978f85c85f24eb90548f2a43f71e29feb0d4cd901880",
+        sha256: "ca83c61f1e5a2b331c7ae57f05212b8364b60d3dbd8d621b0c63f12e49797998",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3467,7 +3467,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "73b4fb83dbdf4b16d98f6fbe8814500e4c910504027cd73c83447b000275a5e9",
+        sha256: "8c29df6046a37a57d019cce0db8336b3ac9fde24b85ffdba57a969f51672fe20",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -3475,25 +3475,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "69c5a2705e76bc48cce1fa80be8b041d2b497b605b681d839a753a828cbf5cd0",
+        sha256: "2f0ee5fc27d2857cd3e035642206e3d270cd56adf98dca0dba76a18ba50fc62c",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "d179405b0daa76557e21cf9041c816d8f356cf533f61692940efc59a4e8c1447",
+        sha256: "ad09582f05b00346d595f324a4b365a74f9896cf0dec527fafc805d2fed29709",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "03649dc154c680120f6388d05de8e2f61c7ad4f9b137e3ccc25de07ec29f5433",
+        sha256: "3fdf52719f1cfb8db120f7cf2bca3440367818951c55f4d0a1fd3d79304e63e9",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_gaussian.wgsl"),
-        sha256: "3b30e24992edef216973cc8ddbbe1a369c85c21588d26857ab8989b5a8d86efc",
+        sha256: "8742185b2d1e7c19367bf6cbe4f5f2593efacdb4f89f63f90a3c95d2c0cb709a",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
@@ -3501,7 +3501,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-lobes_diffuse.wgsl"
         ),
-        sha256: "ddea7e300eb2570dd583d87f12e9530c6f9982e434982e91adec3f140ec52320",
+        sha256: "37080c6ba1d8cb878568b0af61b3e827413cb238ecf0f2aa45f72421f6b52c96",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
@@ -3509,7 +3509,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none.wgsl"
         ),
-        sha256: "771472a77bcb60cbc4ecfa080ec2255960b7f96181e6943e3536244bdcc11c39",
+        sha256: "9244e9ed08b7b4370a46ffdd5db92263f23e937bb6047200f54d548740ce322e",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
@@ -3517,7 +3517,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "c99af3eea5de3848e22f5f383044134dfe7f7ac81db59cac047cdaf24bf0fd29",
+        sha256: "c76aa5d8b51f894c9c859b9098a66d937f802ca96d4b7454db6309bcfb699bd5",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
@@ -3525,7 +3525,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg.wgsl"
         ),
-        sha256: "ed3ba021aa0a1a254900cfc6e82ca1ef6b739c3bcc1ae1454dd03d0b94e19292",
+        sha256: "090640b34d611421de375a8167b71aa32c2c1383a9450245a3ae2bba611c51b2",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
@@ -3533,7 +3533,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "ed24029ffeea54c930c89e9b59164368825af407b3fe691359da2df8fd351d44",
+        sha256: "998b2f7a062d718c39f8e1d2b8a41c3008529fcf8cec2b39e7cdd141215810b9",
     },
     Embedded {
         id: "shadow-constant-opaque",

@@ -1,0 +1,57 @@
+//! Where flicker comes from: flicker of the default, of narrower and wider lights and of nearly all texels of the map as lights,
+//! by the size of the map.
+//!
+//! Prints RMS over the mean, as the report does, for each scene.
+//!
+//! `cargo run --release -p sglow-measure --example flicker -- cornell columns atrium`
+
+use std::error::Error;
+
+use sglow_measure::frontier::case::Case;
+use sglow_measure::frontier::named::configurations;
+use sglow_measure::rivals::flicker::{Contender, flicker};
+use sglow_renderer::device::Gpu;
+use sglow_renderer::request::derivation::Request;
+use sglow_renderer::request::selection::whole_space;
+use sglow_renderer::request::shot::load;
+use sglow_results::frontier::promise::named;
+use sglow_results::rivals::flicker::Walk;
+use sglow_shader_gen::library::Library;
+
+/// Widths and heights of the map.
+const MAPS: [u32; 3] = [256, 512, 1024];
+/// What is compared.
+const NAMES: [&str; 5] = [named::OLD, named::DEFAULT, named::FLAT, named::BARE, named::BARE_16384];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
+    let package = whole_space(&Library::load(folder.as_ref())?)?;
+    let gpu = Gpu::open(None)?;
+    println!("adapter {}, driver {}", gpu.adapter.name, gpu.adapter.driver);
+    for name in std::env::args().skip(1) {
+        let (scene, _) = load(&name, None, &sglow_scene::Options::default())?;
+        let case = Case::new(scene, Library::load(folder.as_ref())?, &Request::of([112, 63]))?;
+        for map in MAPS {
+            let walk = Walk { frames: 5, pixels: 400, samples: 512, step: 0.002 };
+            let named = configurations(&case.derivation.settings);
+            let contenders: Vec<Contender> = NAMES
+                .iter()
+                .filter_map(|name| named.iter().find(|(what, _)| what == name))
+                .map(|(what, settings)| {
+                    let mut settings = settings.clone();
+                    settings.map = map;
+                    Contender { name: (*what).to_owned(), settings }
+                })
+                .collect();
+            let found = flicker(&gpu, &package, &case.scene, &contenders, walk, |_| {})?;
+            println!(
+                "{name}, map of {map} squared: the reference changes by {:.2} %",
+                100.0 * found.reference_change
+            );
+            for one in found.contenders {
+                println!("  {:6.2} %  {}", 100.0 * one.flicker, one.name);
+            }
+        }
+    }
+    Ok(())
+}
