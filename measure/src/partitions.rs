@@ -32,25 +32,32 @@ pub fn all(
     package: &Package,
     progress: &dyn Progress,
 ) -> Result<Vec<(&'static str, Vec<OnScene>)>, LightMapsError> {
-    let flat = |space, emitter| (space, emitter, Cut::None, 1024);
-    let cut = |lights| (Space::Tree, Emitter::Disc, Cut::Tile, lights);
-    let choices =
-        [flat(Space::None, Emitter::Cosine), flat(Space::World, Emitter::Disc), cut(256), cut(448)];
+    let flat = |space, emitter| (space, emitter, Cut::None, 1024, 1.5);
+    let cut = |lights, near_scale| (Space::Tree, Emitter::Disc, Cut::Tile, lights, near_scale);
+    let choices = [
+        flat(Space::None, Emitter::Cosine),
+        flat(Space::World, Emitter::Disc),
+        cut(256, 0.75),
+        cut(448, 0.0),
+        cut(448, 0.75),
+        cut(448, 1.5),
+    ];
     progress.start("kernels, clusters and cuts", SCENES.len());
     let mut all = Vec::new();
     for name in SCENES {
         let case = Case::new(gpu, package, Scene::load(name)?, base(), PATHS)?;
         let mut rows = Vec::new();
-        for (space, emitter, cut, lights) in choices {
+        for (space, emitter, cut, lights, near_scale) in choices {
             let change = |settings: &mut Settings| {
                 (settings.space, settings.emitter) = (space, emitter);
                 (settings.cut, settings.lights) = (cut, lights);
+                settings.near_scale = near_scale;
             };
             let error = case.error(gpu, package, change)?;
             rows.push(OnScene {
                 name: match cut {
                     Cut::None => format!("`space={space},emitter={emitter}`"),
-                    Cut::Tile => format!("`cut={cut},lights={lights}`"),
+                    Cut::Tile => format!("`cut={cut},lights={lights},near_scale={near_scale}`"),
                 },
                 default: false,
                 error,

@@ -66,22 +66,27 @@ impl Case {
         Ok(Self { scene, derivation, library })
     }
 
-    /// What `--set` takes to give a configuration: the values in which it differs from the default, and those that
-    /// defaults would have set which do not apply beside these.
+    /// What `--set` takes to give a configuration, without other options but the preset: the values in which it differs
+    /// from the default, and those that defaults would have set which do not apply beside these.
     ///
     /// # Errors
     ///
     /// When the scene has no such configuration.
     pub fn set(&self, settings: &Settings) -> Result<Vec<String>, RequestError> {
-        let mut set = Vec::new();
+        // Without numbers that were requested, since they are among the values.
+        let request = Request { numbers: Vec::new(), ..self.derivation.request.clone() };
+        let mut set: Vec<String> = Vec::new();
         loop {
-            let request = &self.derivation.request;
-            let found = Derivation::new(&self.library, &self.scene, &set, request)?.settings;
+            let found = Derivation::new(&self.library, &self.scene, &set, &request)?.settings;
             let name = configuration::name(settings, &found);
-            let missing = name.split(',').filter(|part| *part != "default");
-            let missing: Vec<String> = missing.map(str::to_owned).collect();
-            if missing.iter().all(|part| set.contains(part)) {
+            if name == "default" {
                 return Ok(set);
+            }
+            let parts = name.split(',').map(str::to_owned);
+            let missing: Vec<String> = parts.filter(|part| !set.contains(part)).collect();
+            if missing.is_empty() {
+                let wrong = format!("--set {} gives another configuration", set.join(","));
+                return Err(RequestError::Settings(vec![wrong]));
             }
             set.extend(missing);
         }
@@ -106,27 +111,42 @@ pub(crate) mod tests {
 
     #[test]
     fn what_set_takes_gives_the_configuration_back() {
+        let numbers = Request { numbers: vec!["lights=1024".to_owned()], ..Request::of([16, 9]) };
+        for (scene, request) in [
+            ("cornell", Request::of([16, 9])),
+            ("atrium", Request::of([16, 9])),
+            ("cornell", numbers),
+        ] {
+            let case = case(scene, &[]);
+            let case = Case::new(case.scene, case.library, &request).unwrap();
+            let base = &case.derivation.settings;
+            let of = |set: &[String]| {
+                let request = Request::of([16, 9]);
+                Derivation::new(&case.library, &case.scene, set, &request).unwrap().settings
+            };
+            let mut all = vec![base.clone()];
+            for (axis, value) in [
+                ("lights", "64"),
+                ("lights", "4096"),
+                ("cut", "none"),
+                ("space", "none"),
+                ("emitter", "lobe"),
+            ] {
+                all.extend(screen::with(base, axis, value));
+            }
+            assert!(all.len() >= 5);
+            for settings in all {
+                let set = case.set(&settings).unwrap();
+                assert_eq!(configuration::name(&settings, &of(&set)), "default", "{set:?}");
+            }
+        }
         let case = case("cornell", &[]);
         let base = &case.derivation.settings;
         assert_eq!((base.lights, base.near_scale), (screen::ROOTS, screen::NEAR_SCALE));
-        for (axis, value) in
-            [("lights", "64"), ("cut", "none"), ("space", "none"), ("lobes", "both")]
-        {
-            let Some(settings) = screen::with(base, axis, value) else { continue };
-            let set = case.set(&settings).unwrap();
-            let of = |set: &[String]| {
-                let request = &case.derivation.request;
-                let found = Derivation::new(&case.library, &case.scene, set, request).unwrap();
-                configuration::name(&settings, &found.settings)
-            };
-            assert_eq!(of(&set), "default", "{set:?}");
-            // Its name alone gives another one where a default does not apply beside it.
-            let name = configuration::name(&settings, base);
-            let parts: Vec<String> = name.split(',').map(str::to_owned).collect();
-            assert_eq!(of(&parts) == "default", set == parts, "{name}");
-        }
-        let few = screen::with(base, "lights", "64").unwrap();
-        assert!(case.set(&few).unwrap().contains(&"cut=tile".to_owned()));
         assert!(case.set(base).unwrap().is_empty());
+        // The name alone gives flat lights.
+        let few = screen::with(base, "lights", "64").unwrap();
+        assert_eq!(configuration::name(&few, base), "lights=64");
+        assert!(case.set(&few).unwrap().contains(&"cut=tile".to_owned()));
     }
 }

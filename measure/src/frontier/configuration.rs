@@ -11,6 +11,7 @@ use sglow_shaders::{
 };
 
 use super::screen;
+use sglow_oracle::cut::tile::QUEUE;
 
 /// The value on each axis that methods are compared by, of those that follow from others as well.
 #[must_use]
@@ -147,7 +148,10 @@ pub fn every(base: &Settings) -> Vec<Settings> {
                 for emitter in Emitter::ALL {
                     for diffuse in Diffuse::ALL {
                         let own = Settings { emitter, diffuse, ..lights.clone() };
-                        let configuration = Settings { specular, ndf, visibility, ..own };
+                        let mut configuration = Settings { specular, ndf, visibility, ..own };
+                        if base.near_scale == screen::near_scale(base) {
+                            configuration.near_scale = screen::near_scale(&configuration);
+                        }
                         if configuration.shade().excluded().is_none() {
                             all.push(configuration);
                         }
@@ -189,7 +193,7 @@ fn makers(base: &Settings) -> Vec<Settings> {
                             ..base.clone()
                         }));
                     }
-                    // The nodes of a tree are drawn by nothing.
+                    // Density and draw do not apply to trees.
                     if (density, draw) == (Density::Power, Draw::Warped) {
                         all.extend(Cut::ALL.map(|cut| trees(&base, cut)));
                     }
@@ -202,7 +206,7 @@ fn makers(base: &Settings) -> Vec<Settings> {
 
 /// Lights of a tree, flat or a cut for each tile.
 fn trees(base: &Settings, cut: Cut) -> Settings {
-    let lights = if cut == Cut::None { base.lights } else { base.lights.min(screen::ROOTS) };
+    let lights = if cut == Cut::None { base.lights } else { base.lights.min(QUEUE as u32) };
     Settings {
         space: Space::Tree,
         cut,
@@ -253,6 +257,16 @@ mod tests {
                     && configuration.sample().excluded().is_none()
             );
         }
+        let cut = Settings {
+            space: Space::Tree,
+            cut: Cut::Tile,
+            emitter: Emitter::Disc,
+            visibility: Visibility::ShadowMap,
+            lights: 448,
+            near_scale: screen::NEAR_SCALE,
+            ..base.clone()
+        };
+        assert!(every(&cut).contains(&cut), "the default of a class");
         // What is not a configuration is noticed.
         assert!(Settings { specular: Specular::None, ..base }.shade().excluded().is_some());
     }

@@ -13,7 +13,9 @@ use sglow_results::frontier::rank::{Place, SAME_ERROR, rank};
 use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::frame::parameter;
-use sglow_shaders::{Cut, Density, Draw, Emitter, Filter, Kernel, Precision, Solver, Space};
+use sglow_shaders::{
+    Cut, Density, Draw, Emitter, Filter, Kernel, Precision, Solver, Space, Visibility,
+};
 
 use super::depends::Depends;
 use super::references::references;
@@ -50,10 +52,16 @@ fn choices() -> Vec<(&'static str, Vec<String>)> {
     axes.chain(numbers).collect()
 }
 
-/// The number of lights that a cut for each tile begins with, and `near_scale` with it: as the rule cut-with-occluders
-/// sets them.
+/// The number of lights that a cut for each tile begins with, and `near_scale` with it: as the rules cut-with-occluders and
+/// near-with-cut set them.
 pub(super) const ROOTS: u32 = 256;
 pub(super) const NEAR_SCALE: f32 = 0.75;
+
+/// `near_scale` unless it is set: a cut's rasterised maps are seen from a surface.
+pub(super) fn near_scale(settings: &Settings) -> f32 {
+    let surface = settings.cut != Cut::None && settings.visibility == Visibility::ShadowMap;
+    if surface { NEAR_SCALE } else { Settings::default().near_scale }
+}
 
 /// Axes and parameters of kernels, which clusters have none of.
 const OF_KERNELS: [&str; 6] =
@@ -76,15 +84,15 @@ pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
     if axis == Cut::AXIS && settings.cut != Cut::None {
         (settings.space, settings.emitter) = (Space::Tree, Emitter::Disc);
         settings.lights = settings.lights.min(ROOTS);
-        settings.near_scale = NEAR_SCALE;
     }
     if settings.space != Space::Tree || settings.lights as usize > QUEUE {
         settings.cut = Cut::None;
     }
-    if base.cut != Cut::None && settings.cut == Cut::None && axis != parameter::NEAR_SCALE {
-        settings.near_scale = Settings::default().near_scale;
+    let maps = settings.visibility != Visibility::None;
+    if maps && base.near_scale == near_scale(base) && axis != parameter::NEAR_SCALE {
+        settings.near_scale = near_scale(&settings);
     }
-    // The nodes of a tree are drawn by nothing.
+    // Density and draw do not apply to trees.
     if settings.space == Space::Tree && [Density::AXIS, Draw::AXIS].contains(&axis) {
         return None;
     }
@@ -188,7 +196,8 @@ fn said(
     // A value of kernels comes with kernels: what it changes itself is against them.
     let no_clusters = |single: &&Single| single.axis == Space::AXIS && single.value == "none";
     let kernels = singles.iter().find(no_clusters);
-    let kernels = kernels.and_then(|single| find(&single.settings)).map_or(default, place);
+    let kernels = kernels.and_then(|single| find(&single.settings));
+    let kernels = kernels.filter(|kernels| kernels.complete).map_or(default, place);
     let axes: BTreeSet<&str> = singles.iter().map(|single| single.axis.as_str()).collect();
     for axis in axes {
         let own = singles.iter().filter(|single| single.axis == axis);

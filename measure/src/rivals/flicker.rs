@@ -2,8 +2,8 @@
 //!
 //! The reference are paths of one bounce whose random numbers are the same in every frame: scene and camera stand still,
 //! so that each path's two ends do too, and only the light at its second end changes, smoothly but for the edge of a
-//! shadow. There the number of lit ends changes by chance; of two independent halves of the paths the noise cancels in the mean
-//! product of what is left over each. The sum over the texels of a map would not do: the texels move with the light, and the sum flickers itself.
+//! shadow. There, and with the number of paths of a pixel, the estimate changes by chance: the reference comes in two independent
+//! halves, and the mean product of the differences to both has no part of that noise. The sum over the texels of a map would not do: the texels move with the light, and the sum flickers itself.
 
 use glam::Vec3;
 use sglow_oracle::fis::stress::Random;
@@ -215,7 +215,7 @@ pub fn flicker(
         one.iter().zip(other).map(|(one, other)| 0.5 * (one + other)).collect()
     };
     let both: Vec<Vec<f64>> = references[0].iter().zip(&references[1]).map(mean_of).collect();
-    // What stands still lacks all of the reference's change.
+    // The difference of a still picture is the reference's own change.
     let still: Vec<Vec<f64>> = both.iter().map(|frame| vec![0.0; frame.len()]).collect();
     Ok(Flickers {
         walk,
@@ -251,8 +251,9 @@ fn error(frames: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
 }
 
 /// The RMS of changes from frame to frame that the reference's own do not explain, over all pairs and of the worst one,
-/// over the mean of the reference; without one of the frames themselves. The reference comes in two independent halves:
-/// the mean product of what is left over either has no part of their noise. Where noise makes it negative it is 0.
+/// over the mean of the reference; without one of the frames themselves. With the reference's two halves it is the root of
+/// the mean product of the differences to both: unbiased before the root, 0 where noise makes it negative; that of the worst
+/// pair, a maximum, is biased upwards.
 fn changes(frames: &[Vec<f64>], reference: Option<&[Vec<Vec<f64>>; 2]>) -> (f64, f64) {
     let scale = reference
         .map_or_else(|| mean(frames), |halves| 0.5 * (mean(&halves[0]) + mean(&halves[1])));
@@ -273,8 +274,10 @@ fn changes(frames: &[Vec<f64>], reference: Option<&[Vec<Vec<f64>>; 2]>) -> (f64,
         })
         .collect();
     let all = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
-    let root = |square: f64| square.max(0.0).sqrt() / scale;
-    (root(all), root(squares.iter().copied().fold(0.0, f64::max)))
+    // Not by `max`, which takes 0 for what is not a number.
+    let root = |square: f64| if square < 0.0 { 0.0 } else { square.sqrt() / scale };
+    let worst = |one: f64, other: f64| if one > other || one.is_nan() { one } else { other };
+    (root(all), root(squares.iter().copied().fold(0.0, worst)))
 }
 
 #[cfg(test)]
@@ -311,6 +314,9 @@ mod tests {
         assert!((flicker - 0.5f64.sqrt() / 1.5).abs() < 1e-12 && (worst - flicker).abs() < 1e-12);
         assert_eq!(changes(&still, None).0, 0.0);
         assert!(changes(&reference, None).0 > 0.0);
+        let broken = vec![vec![1.0, f64::NAN]; 3];
+        let (flicker, worst) = changes(&broken, Some(&halves));
+        assert!(flicker.is_nan() && worst.is_nan());
         // Noise of the halves is no flicker; of the whole reference it would be.
         let mut random = Random::new(1);
         let mut noisy = || -> Vec<Vec<f64>> {

@@ -31,7 +31,8 @@ pub struct Flicker {
     pub error: f64,
     /// Its own change from frame to frame, RMS over the mean of the reference.
     pub change: f64,
-    /// Root of the mean square of the difference between its change from frame to frame and the reference's own.
+    /// Root of the mean square of the difference between its change from frame to frame and the reference's own, of which
+    /// the reference's noise is no part.
     pub flicker: f64,
     /// The same of the worst pair of frames.
     pub worst: f64,

@@ -488,7 +488,7 @@ fn named(list: &mut List) {
     list.one("cut of a scene with occluders", cut.clone());
     list.one(
         "cut of a scene with occluders and specular surfaces",
-        Settings { lights: 448, ..cut },
+        Settings { lights: 448, near_scale: 0.75, ..cut },
     );
     // [Tokuyoshi 2016, Section 5, Appendices A to D]
     let printed = Settings {

@@ -116,7 +116,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let chosen = configurations
         .iter()
         .find(|settings| configuration::name(settings, base) == winner.name)
-        .unwrap_or(base);
+        .ok_or_else(|| Failure::new(format!("{}: not among what was measured", winner.name)))?;
     let set = case.set(chosen).map_err(Failure::from)?;
     gen_shaders::run(&gen_shaders::Arguments {
         choice: options::Choice {
@@ -147,7 +147,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.write(path)
 }
 
-/// The line that renders what was chosen, with the numbers that it was measured with.
+/// The line that renders what was chosen, which has the numbers that it was measured with.
 fn again(arguments: &Arguments, set: &[String]) -> String {
     let Arguments { scene, size: [width, height], out, numbers, .. } = arguments;
     let Numbers { over, preset, light, .. } = numbers;
@@ -163,9 +163,6 @@ fn again(arguments: &Arguments, set: &[String]) -> String {
         option("--set", set.join(","));
     }
     option("--size", format!("{width}x{height}"));
-    for (name, _, value) in numbers.given() {
-        option(name, value);
-    }
     if let Some(light) = light {
         option("--light", light.to_string());
     }
@@ -213,8 +210,10 @@ mod tests {
     fn what_was_measured_is_what_the_line_shows() {
         let arguments =
             line(&["--max-ms", "2", "--lights", "16", "--rsm", "32", "--size", "8x4"]).unwrap();
-        let text = again(&arguments, &["kernel=previous".to_owned()]);
-        let start = "cargo xtask render --scene cornell --set kernel=previous --size 8x4 --lights 16 --rsm 32 ";
+        // Numbers that were given are among what is set.
+        let set = ["kernel=previous", "lights=16", "map=32"].map(str::to_owned);
+        let text = again(&arguments, &set);
+        let start = "cargo xtask render --scene cornell --set kernel=previous,lights=16,map=32 --size 8x4 --package ";
         assert!(text.starts_with(start) && text.contains(r"'out/it'\''s'"), "{text}");
     }
 

@@ -1909,49 +1909,49 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cluster_sum-camera-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_camera.wgsl"),
-        sha256: "d3fd1ad09d4fa5fd812c730e9358f86daf93ba4f66859bb3d962d3e93c511eec",
+        sha256: "12236fc1d99f4774e58976b3ff2bfdbfbd4735c094b6b5d7f49f008cc8992f93",
     },
     Embedded {
         id: "cluster_sum-camera-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_camera-lobes_diffuse.wgsl"),
-        sha256: "b0a0603a96f51859cd055a0a755a3fd6936bd131df358d925e67b694e9897ec3",
+        sha256: "4440ee1b32f447fd8a7272253dd29c57d9795bd77bcac2c53cb770d4be9c3f7f",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_directional.wgsl"),
-        sha256: "e1d0d2e201e5f6552406c942df76affe34b219d4e2fc446412e2977758522e22",
+        sha256: "a6935a55eabdabc0615ed3ce6ebdbc335ddc64bc9a0c8d7fb0a20f4cc6e1883f",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_directional-lobes_diffuse.wgsl"),
-        sha256: "3a6856aae3e136cfa01d86dcd6825d4ed610e0b93fce098b82898d8a0b6f3c18",
+        sha256: "c9bbbf1bc1ec626116efc1088174a25b7de6cfb3764e170e1e3fa084eaba40de",
     },
     Embedded {
         id: "cluster_sum-point-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_point.wgsl"),
-        sha256: "63e1cc69bd28342f1114013f683fa9429d264d97bc6ef3fe669c18ccd0eb0a23",
+        sha256: "d507ef5b335c2141457d42e465cdb40f1470bf069ad999f2910f929610a62edc",
     },
     Embedded {
         id: "cluster_sum-point-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_point-lobes_diffuse.wgsl"),
-        sha256: "28a1e48641a48f3d7cd6b9dbfc05c9b8c9d2b2f7a6dabc98bac39b8ae39d8e19",
+        sha256: "028afe66e3995a92ce36e1a32d677d8deb2c90fd3f56308d0f8bd8ce5733aa10",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum.wgsl"),
-        sha256: "11db03e8af711589fc398e2e51cfbdaa285f47ccf3df55f6a09ccb71b2a2a847",
+        sha256: "439ac13b9764cbbb5c48d5dada3589bc10becdff916cd3be88cadccfc8d92b90",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-lobes_diffuse.wgsl"),
-        sha256: "d2bc5a2f3df4b714a6887f84ae8bbd8408cfbb294b0fe1262e76d10f06fdbe7a",
+        sha256: "e2d2e728758434c6ed7c1ba85520d62d0ef9b4e6ae3ca37d55329a32c7543030",
     },
     Embedded {
         id: "cluster_tree",
@@ -2041,25 +2041,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_lights-trace-exact-both-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights.wgsl"),
-        sha256: "51b2bedc405a374b697d4f9e3c04df17267d1ea04dc7f0ff549e43ff451f7368",
+        sha256: "993300374a73ed3fc9171ac10803ba45d3b22a2d45df43b8f388312192cded3c",
     },
     Embedded {
         id: "cut_lights-trace-exact-both-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-cut_tile.wgsl"),
-        sha256: "a7b7db86f9cbe21d559ec03b620e5b18c7ded30760209a02461681e499a37835",
+        sha256: "d04afd8e83a69279c1b98c326498d6fc070e1aaa90fef9c3f01160d166559378",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse.wgsl"),
-        sha256: "3ba1680cf41cba78107b9ed2d5628d66a6eee56e751f40886004bea26eab27a3",
+        sha256: "0ee76ef23b8dbcdb633d6eec35169d535d5cd487b0ba262fb130dfb2b6b490af",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "49707ea77769961f4b909dcce877743a5fa9fe547eb71a3e3144a5e677f208d9",
+        sha256: "4063f34e49a5988b58bff0aae1e45758151b1e20b1792f397fdfaaaa148b0fcd",
     },
     Embedded {
         id: "cut_lit-directional-both-f0",
@@ -2101,13 +2101,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_nodes-trace-exact-both-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes.wgsl"),
-        sha256: "c45f3979f9c3a247149e3caa738b16eca8046bdad8e28c1098e8f7948cbd9e68",
+        sha256: "d25c89032f0de6ee03acbb37e6dc9d7f366079fce165ffe25163c640b1e8857e",
     },
     Embedded {
         id: "cut_nodes-trace-exact-diffuse-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes-lobes_diffuse.wgsl"),
-        sha256: "832c1341f5aa946118a549bb890fca195e53ac351b1b311aa43a4ba9a945f449",
+        sha256: "5664df0bd60573a399b189e515a9e6c5544ee903ed5b81fa2feb36537a569dfb",
     },
     Embedded {
         id: "cut_ranks",
@@ -2145,7 +2145,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
         ),
-        sha256: "8175899085b311b6f30902e49c0a124f5cdbe882d3811465ef0346305e3968dd",
+        sha256: "e538297519cba91a661a7d7756c96312bd6ec6ea86481fedda58c4768f2dfc87",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2153,13 +2153,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
         ),
-        sha256: "d3e76bd49c5b4476f17ea0ef7e2b5befe1cb4f71fb18a3f1497f1f1ad5df8e75",
+        sha256: "32ab2fbba306250475558f120f805f3473a9d80a704b64783f53c77972360f4f",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
         text: include_str!("../wgsl/density-density_bidirectional-importance_lobe.wgsl"),
-        sha256: "990d52a2a224d902509379562e7e3df2e56b50f85889a1d9d7e6c954e26d8a00",
+        sha256: "8d6c0f9bcd9385b183212aa03f708525897452de4c38314d103f01000aff42b9",
     },
     Embedded {
         id: "density-bidirectional-lobe-diffuse-f0",
@@ -2167,7 +2167,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse.wgsl"
         ),
-        sha256: "644918f06be5bafbee6dd5787b92888c56c8d071e433632fd146ac44bb94265c",
+        sha256: "e7c54764cdba1b3f1e2ecc536709a67dfdf47890f6d0124898319542a76bdeb9",
     },
     Embedded {
         id: "density-power-none-both-f0",
@@ -2281,55 +2281,55 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "light_fill",
         pass: light_fill::PASS,
         text: include_str!("../wgsl/light_fill.wgsl"),
-        sha256: "5916c7ec3fe654dbe6855289937a6ff4eae90884e2d465fbd69db2e9027a7589",
+        sha256: "58f6af08979ea82c9651f91a93c695d06554b4ed2727d5560db82a709fffcb03",
     },
     Embedded {
         id: "light_points-both-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-precision_f16.wgsl"),
-        sha256: "8f6b12610c4f20c9de19dfd65ffe3e7fcbec133329ada80f338f6a838b8130aa",
+        sha256: "b2f57b4485cdf34e896a0e354b5ce0f81bbd996916b122094af3c80a873cb791",
     },
     Embedded {
         id: "light_points-both-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points.wgsl"),
-        sha256: "2c0910e5b047d34a4de862704169a26dc10d9dce18afdc12d1793df44bc71a9e",
+        sha256: "1946850e3901fdc071ab273e685c06040b5ed3e000d3715044e4ea275e20bea6",
     },
     Embedded {
         id: "light_points-diffuse-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "a36ef21194f0e10ee5e344651bb35216d1dc4b0f26477498fe2c99c5651bda12",
+        sha256: "9c1ce18a954a8e48651bd12e5af63333dd9746d3e725a06abb9ee1f308b93a72",
     },
     Embedded {
         id: "light_points-diffuse-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-lobes_diffuse.wgsl"),
-        sha256: "a0cae0d121d5725772a7159c2811f773817b7fae515f168d07d554c075e6a886",
+        sha256: "8b17d45c1ef12b2fc5bf0c796b5a69b6945481995a5b09f603090e188c886a64",
     },
     Embedded {
         id: "light_shadow-both-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-precision_f16.wgsl"),
-        sha256: "d0eb4094f18fd2889c084a51fbbfb1d1d2086408847b9f3261cdc49581207b5a",
+        sha256: "c7143b7690044d65cb2084b100326b4fa8a93e8afd5322b146b6fc0f20d80343",
     },
     Embedded {
         id: "light_shadow-both-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow.wgsl"),
-        sha256: "d3f247a913ac73d59189c435dbf911d6a2c5464411c8bcb68d5d2d61f7464102",
+        sha256: "9a3f7ffc9e580f27734f08e316f66d2992b61193404d44abce18b33291d21fe1",
     },
     Embedded {
         id: "light_shadow-diffuse-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "131c660cb596ec11c0005806bbe3b0908246d031352f33efd54e1a74837258c9",
+        sha256: "b888f44de948229427282f6ba2478e35b677237e9ea0ad661feeb13b7b64ee18",
     },
     Embedded {
         id: "light_shadow-diffuse-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-lobes_diffuse.wgsl"),
-        sha256: "6b9dbdea496f495611e14c0c519a935c00a2b9c520aa7fe5a8e8dd5944b9173f",
+        sha256: "1525d2f5873a4e894e09b56e40e3a5a1cd1346ea9193028c81d9a2e997902cf8",
     },
     Embedded {
         id: "mip-r32float-one",
@@ -2353,19 +2353,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "mip-rgba16float-one",
         pass: mip::PASS,
         text: include_str!("../wgsl/mip-texel_rgba16float-levels_one.wgsl"),
-        sha256: "53d72910a25338608381c5047890126df0d823165a8fbc7468c8c36d957dcbaf",
+        sha256: "f3874f142b6d2dcfefb70e60ee4b91b0aba4cc0d438832b332936eebb02fcabd",
     },
     Embedded {
         id: "mip-rgba16float-three",
         pass: mip::PASS,
         text: include_str!("../wgsl/mip-texel_rgba16float.wgsl"),
-        sha256: "02081f22d876c588ab838b3d282189e6d2e4da798e512a5e8cd98d065209a346",
+        sha256: "a762f55f6b825e074d81777adacafde2a724eb6f71174e0dc7dc5af5977ff148",
     },
     Embedded {
         id: "mip-rgba16float-two",
         pass: mip::PASS,
         text: include_str!("../wgsl/mip-texel_rgba16float-levels_two.wgsl"),
-        sha256: "ecd077135a2305da6f3631b189f25ce861c8fdf26a59d4742e8d40b4939c91a2",
+        sha256: "4be7b733cebf8a240212ce399df1de1c4c90bad53660a0bf009e6125c592a669",
     },
     Embedded {
         id: "mip-rgba32float-one",
@@ -2389,7 +2389,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-camera-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_camera-precision_f16.wgsl"),
-        sha256: "495de531f61b893a8031fbafc985f33e201b3252985604a059edc5a1cf46d918",
+        sha256: "524990a71ed852384c116337b94b4fdf63a1d1eed89b1b3b581cf631a4e48018",
     },
     Embedded {
         id: "moments-camera-both-f0-exact-f32",
@@ -2403,7 +2403,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "f389b2730c1c93892d0f607727e86e5dca2d6f0976000ee423a4bb2c89e21363",
+        sha256: "5ed4595a02cbf75ff448698565f93a246e607650271be94d559abbb9561933d2",
     },
     Embedded {
         id: "moments-camera-both-f0-toksvig-f32",
@@ -2417,7 +2417,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "7adbaa0fd5b0d05075383ea7d73563155192d1c7d2e079b8dcc750f2de6798b7",
+        sha256: "2a3a914a326aeb8f8a283352ac30c7d0467a977f96c1cc32edab6d2bf1590257",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-exact-f32",
@@ -2431,7 +2431,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "60a0339375b0b9f568dffa2ca9926eb57c717305f9286c934ce47ef623ad0f40",
+        sha256: "23c94275f52ed71b7abc30782fa0c30900be38a2402665f330e4cb9e3bbbca23",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-toksvig-f32",
@@ -2445,7 +2445,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-directional-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_directional-precision_f16.wgsl"),
-        sha256: "3dc67e03e1ab7323141306a9744f843e379d7185fe17372eaeac3d78ae51ee38",
+        sha256: "a963e1f8b62a116fec4d060edc840271deca49dae2a73f873bc6deb4b276852a",
     },
     Embedded {
         id: "moments-directional-both-f0-exact-f32",
@@ -2459,7 +2459,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "36f3f3e6aad7f1089cbb665fc547e79346fba2d210576a8f81b3e807ef75d525",
+        sha256: "6620c252b81627484d0757ac772585083ce4c2bab9e7a5f209212be87202146d",
     },
     Embedded {
         id: "moments-directional-both-f0-toksvig-f32",
@@ -2473,7 +2473,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "68dcc9004810dd0adc4d9e1df2d4b8be744bec3577e3d6d6d0e0c23d1b60b1e2",
+        sha256: "42f82a01e60a54d36dac90dbad4a470785aa942907d0a5c32ef57fda29ba4ba1",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-exact-f32",
@@ -2487,7 +2487,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "b65e11f6e02abdaf733625f546977a044165debc097719e99fd44596bc5e2795",
+        sha256: "6555bfd991e72764371860a1336b183ab2b4dc2b0f2bfa7abcfc7e2848ff2311",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-toksvig-f32",
@@ -2501,7 +2501,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-point-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_point-precision_f16.wgsl"),
-        sha256: "a62fccfe67300c9716ac28824301f710de5414d366c227be213d10c18516a1dd",
+        sha256: "71f1a13478262a446fc62418658797d4432d3cc3984ae659bff06301a4a128de",
     },
     Embedded {
         id: "moments-point-both-f0-exact-f32",
@@ -2515,7 +2515,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "e41ac259bc7e87bc4b4ac93fc607443bff05a34eb9c586c7e76500cbee0e00c8",
+        sha256: "7be7166fc19270830fdb9ac058888b472df6ecced0ae8f356ff43550766a81f5",
     },
     Embedded {
         id: "moments-point-both-f0-toksvig-f32",
@@ -2529,7 +2529,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "15510c58737bed8d7a8b93461cae9b10aec641c6571383e321b947b64d1538d3",
+        sha256: "155fbefe26a01d6ab1f799696117675d18c7bf2bf6e256da87642981c0b6b845",
     },
     Embedded {
         id: "moments-point-diffuse-f0-exact-f32",
@@ -2543,7 +2543,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "5e09bb3e6965da5c8a2b82aca60c73cf0fd7e599c83b80a88fc189f9cbc1c51b",
+        sha256: "f9bfe16f5b03e27aa9c6acf9336b7ad894ef27acd7842c31c940216387d35ccb",
     },
     Embedded {
         id: "moments-point-diffuse-f0-toksvig-f32",
@@ -2557,7 +2557,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-spot-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-precision_f16.wgsl"),
-        sha256: "f42641e5ccb9fe729cf640290800311a40428562ce7d6edd3de2919be89f6a0b",
+        sha256: "3ed189c7a7b316335b592307f1b554872f98364d82a3f7a30554b5c530f7ba64",
     },
     Embedded {
         id: "moments-spot-both-f0-exact-f32",
@@ -2569,7 +2569,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-spot-both-f0-toksvig-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-sharpness_toksvig-precision_f16.wgsl"),
-        sha256: "9cb49c0c2c626e5dbd00e8d22a7fbce33271d7699177b368b016e13b509d3add",
+        sha256: "41ea4f78f82c8aee54fd0ec947d2f0610efb2213f083d84c2f519c995b9def8c",
     },
     Embedded {
         id: "moments-spot-both-f0-toksvig-f32",
@@ -2581,7 +2581,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "moments-spot-diffuse-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "8d5112aa303356e888e6c9ec92348fa94a46099903747c7fff763f02c6c04535",
+        sha256: "b4c9b019ef204fb0ea7c081fd47020d7eebfb053d40e10e0e731330bef7e4619",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-exact-f32",
@@ -2595,7 +2595,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "e04f169c9583cc41feb12e455f314fce3d9e984e85314c9144352524eca13eee",
+        sha256: "fef1b5441a5108673a585b4d02aa9a615cceb18b45934292a3854dfc9c60e98c",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-toksvig-f32",
@@ -2607,19 +2607,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "sample-warped-modified-bisection-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection.wgsl"),
-        sha256: "e811dd8fb94f0cac73a9aabc7668f22670d838718e8f3c2ea1d323cd571ad34c",
+        sha256: "7386df2d6f835c30445fe825878b31fef8bba3ee4b35f0411929e2bdb337b0e2",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-lobes_diffuse.wgsl"),
-        sha256: "bfb4614477754817b492d5cc9a84c2634799d5eef4034df5f78bdaf729c72cd8",
+        sha256: "868d1cf0e7322069a130beb05d91a6a7b9d85dfbbb19db2d9b1f24706f7c8f13",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-sharpness_toksvig.wgsl"),
-        sha256: "2590c23067691881b4d46090000b2202bb8a675f17df18794c1feb966db3a85b",
+        sha256: "0ce38e7ac74bc260366d98c05b4b407739e82131b036562355c9a7d188a579d2",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32",
@@ -2627,13 +2627,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "562348c9e5af8aff888df4cda9da029810a9bdd04e4f18fbfdda2b35e9f01c5b",
+        sha256: "bc61c0de5d17c2ce76e5ff768631e33e4ee646667895e7e66947d276026fdf62",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-filter_hardware.wgsl"),
-        sha256: "7baa4fad78b4dbce40768d354336f9ecc72080d9a936b6be940a4c2169bbbce4",
+        sha256: "8e6f7f9c0aca79750f912a5eb65fd7707c9ea485b131b0b2ad55dc014ad136d6",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32",
@@ -2641,7 +2641,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "7cf88cffaf75475590075f92f6b6428f39b31a5e93b9f001d6bab4bbfc214646",
+        sha256: "deb36dff8fb00edaf6bfd3ebfc8c5379f584a0bfe8d40afeb3452a90f5841d19",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-both-f32",
@@ -2649,7 +2649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig.wgsl"
         ),
-        sha256: "0eee2f1c84f0a258549474d04a3f9747c43ee340f2935e39c3cc9e2195e202e4",
+        sha256: "377a9dd3c62d608678952f640de2b6e2c45cf68852c311228437a3380303f3b8",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32",
@@ -2657,49 +2657,49 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "589116fdd2bb28b7ce955b751a7e8256e0fce5b7df200854d797f1dbb4b69882",
+        sha256: "c542497487e9908a3ac6c0daabf1994ce9f8ba9ad654f11625b579d9e7113419",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-precision_f16.wgsl"),
-        sha256: "b0486b9056303b5419e681bfb9eccc8093998d7e5715e9ab1f745fa676769dab",
+        sha256: "c0cf288bd89750c2cbfc06d3397f25b7760e934e7ab909c346e57e61a51799fb",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample.wgsl"),
-        sha256: "0673f9ec530ce9dcae8ea57be447f380372aefa01762bee7573bf056b215a288",
+        sha256: "5a9a8ab98e2165251eb1175d2e1e4f261aea8e8e81ebbffeac3c24449b3969bf",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "bf48f52b7bbff7d000bde66049492d21d470fe08d1751edb28f57ea30524027f",
+        sha256: "8c659e0f94462351e21f61ebb9ef2be58f319fd037e555a919fc26db42c4baae",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse.wgsl"),
-        sha256: "9ee3eff5697cc462687b675ed3fc717b68211c3fe023f8968fad11c42d561b69",
+        sha256: "e12dd5aa9c8c20a0626ce0dd5fb4709d36ade355788b2cfb2cad880f7cbe75a7",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware.wgsl"),
-        sha256: "e1a118844b061d85bb0b84da4622873badba9920cffa82f72063ab69b697a2a9",
+        sha256: "1cc9f1c0b176341c266362109c6f0e65cf23286b886956ea4d34af931bd00806",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware-lobes_diffuse.wgsl"),
-        sha256: "791e3ac60408bb80d21078ebfa9bf549a31aa735d9b435d9302a0ef891c4e949",
+        sha256: "bd8200eefa1d8d09c579edbf72b45b7e42752f977c1570fc7b194113f92e076a",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-kernel_previous-solver_none.wgsl"),
-        sha256: "e8df4d3ea060aa6375ad5af22c710085ff1298d628e0d4c44e15c906f5b9c8b6",
+        sha256: "f062a2848f3c30e22444d450f55eda81270096af3e2df46ba1e95ca3319fc02c",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-diffuse-f32",
@@ -2707,7 +2707,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-lobes_diffuse.wgsl"
         ),
-        sha256: "28f9cf553b764bfeeb38965968839da30643e5bf5b285a551622c5cca684e88c",
+        sha256: "059d79045a9dd252e86e998ecf874e6353b4c6c1cea63438eb5daeab4b37aa94",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-both-f32",
@@ -2715,7 +2715,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-filter_hardware.wgsl"
         ),
-        sha256: "96d8541fd77eba90cab9d2c9fa3da4c926ae71a361189e91ed10b1bbadb7439f",
+        sha256: "ca05e2c24e83698865ad4864313fc0b6057e408f158b586f35e784a64601ec4e",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-diffuse-f32",
@@ -2723,49 +2723,49 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "d09cf8f0e76f33264349154f149b2522fbe0e4579f4ef8eb48e601156471ffc8",
+        sha256: "ee1d6acb542feb2a66adb9d12c64a840d87d084dc52f703b84801c018dd9b5d6",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "b026cb1e8bf04e1fd13872c9232805177c1c24a5bf07ac1821aaf069a12a6432",
+        sha256: "d0403392ff6152b85fbe0ec86de4534b592a37e0b0469ac611ce92a8e7c16759",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "fac75a648a11bc8278e1bd7700f908c06c3c40a3ca84bf054f2d97e47c799ea3",
+        sha256: "fc632603f247df54a40bd6e57d43556514ccee973c77a28326e50f31afb28234",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "f5c011f2b6e10fb2b923a12540044a47ec8039baeb73282305f6a8a7c1ab5dcf",
+        sha256: "ce8b8388d5d21a31b157d3750289c5cc4610e6bd362e683caae5deab433a3cb9",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "64ba212af2a89e201390d312d84440ebdf9cbc1ec851bdcdde97429ca607e1aa",
+        sha256: "1513000464ef99487a52b4a9a13c9c958dc32e2a1248d68419119f040e1b7c9d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "a3ed55b0da3bd53b48d18cd178a8e8b13299b2fcd09ac2b7728a3f021d51355f",
+        sha256: "6030e52fe897c2435e7cd9a5207d6a13053c2de85dec38926a9e08fb5a85bdd6",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "106ec34b22a8cbf4812e5eb66601eed8455e84b68836d4d922911eb1ffe81b3d",
+        sha256: "d42166d8856e60f5acbb75fd2171a42dc20b63cfe947c05ca576554ff3e69769",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "407303defc61f5db67e8f668fd378748abe2ffc0b19165884df45ea6420927f2",
+        sha256: "b4d082c4c2cf7619ba5f2ef41b103b8ee9849d2fa1e3b64ec4ca391b0d57f2f7",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -2773,31 +2773,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "4b89980b9f785c3a8ac91afda848afeca3f1c01d3ffc5ea00dcecc7ca6e02339",
+        sha256: "84781a636378f5d90489ad0c647dea76dcfc3ab6ad12c72856bc44faa5443cad",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "ac026b512469dedfe5f94e84b5825b29574a08a32d2083823a626e5f80b439d4",
+        sha256: "6afa1ec752a63c3ce3d72f877668af3304bd4291289558d0b55aad109c721133",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "ff56c707c80c358b3ea753500181648ebb7bb90bbd4c0854615ecab297079fc4",
+        sha256: "dc8ddc796086918aaf312bf3ff9a8e3731de310ee1b55d630c00ab5b25042073",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "2f72e8c52fb1d2559a3fe2bf59fa25477bc3fdb3d930fb819825d67d55242b2d",
+        sha256: "ffa5ad4d1bca2e0e6a091d3e55671d18b4d0fa65df2f29066cbf0a52fcd73d53",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "27b87089675df6692d1afefe03f6b0bb2322596568bb8df9c5412c5ddf0054d3",
+        sha256: "03dc79e5dd8eafe1e7f1c1b6752bf23a6a0329846dd334a1e89c01fb8330daf4",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2805,13 +2805,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "d404c88c7ecda7c0f7960ea958e0969570a159ca2b095def5200a41c0de63f9d",
+        sha256: "943639715b8f295f4cccd2335fa2e01fc4159a8e3e5178b3b68d86af0f65ef22",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "13be6ac17f18fe2b5ea3f68c09fe00dd5b541dc577cf833d53d11ff232d2dc93",
+        sha256: "0cad7c99f494022eb3edef0677e8670b3d76c93e61716a52e04fb0d3ef3f42e1",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2819,7 +2819,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "c7e023dbaf2b48f22470513caa76884167af49eaddc1fc086bb9ad62734ec035",
+        sha256: "b7de198188a433db1ee4184300716ab256209cd8d4f83d5009a570a5025fddf8",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2827,13 +2827,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "e6b64a95120e06e65dd52d82060839dbaa6a95001b5ebb743d4ad2c811f86076",
+        sha256: "9af6d20fef5bf2df3eec62bf3536f7394facd949b74e9e946f539ff344338ea0",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "5bd3319b728b26d64c04e1e3b756d6d5730f9614267e0b307076a9c5d9eae73a",
+        sha256: "b29944be20f9d9ded39cbf6e37a972d2ea204c2bd61b31a03d915ec3f2b769bd",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2841,13 +2841,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "24daa8156851d2fe82ec004dcd5c5547a7eee15e90cd6c29dcf7b77fdd2b8603",
+        sha256: "ee3779e0ccf1b0417c6794ef59e021c3ca7317ca354e5877b67eeaaa927f83fc",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "0e4c875fb64ed052981025d45d3403083ead9be74a7cdf10a647bdadb5c0e94e",
+        sha256: "501dcfef62ea99cc7d87deb405cd350ed0fb537e69226f10bde85f0880531b5d",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -2855,7 +2855,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "a3f50e8c5371f5e260fd8a0f1e0b6bdf4c9bb074a033a5100e681a86b822b5d3",
+        sha256: "fcf1f4847fb6646e66fedb408f798ee5cf391974ea3c3772e633a1440295c1a4",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -2863,13 +2863,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "9e563d45960afea482b2d31b4fb4912eb96ba0a303e5dd65979073a9493e76c4",
+        sha256: "c5cbfbf27de9694f5b5e2913601ea64b0cc01957ebb0055d00719f27bd7aae62",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "a0a82a77c7e443178aff9deb2ada7e0d5152c57adb3dff865ee39a2f92235fdf",
+        sha256: "e1d405386060484aaa68755bd1170eab81f2da70e3c41e7fdd7b5ce8c354f433",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -2877,7 +2877,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "69080ba250003f6f46c196bb2c9b6bdd598ff101b5d438cad56a1e917ba31ddf",
+        sha256: "8f9cf7a8faf1612a54e9e512c09824788edfe6e175e25d9e1e2744ec12b7e65f",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -2885,7 +2885,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "a9ab206dece3dd1c02d81c7b8c7dd8953139dec522a21335987e149dc70a5c60",
+        sha256: "28b2f2eabdeaf1c32e3590e9f7bea37e1b5cadc51cf403cc79a6775139773879",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -2893,7 +2893,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "e3027468ded1789fa518ad5e0053e7ff96001f2dc3bc974f3a5b96a09c587f74",
+        sha256: "bdb40a1a60c13c0864af68599e4d8186d1239444e32f07cec8f3dfe417c18844",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -2901,7 +2901,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "39911e5027abbb3058ed8867af8638596e67e4ff2a46f6b83b198c9715684155",
+        sha256: "3ea4c80c47dd66130be16f10de85f9693934971e0189ebb9e51fb795972132c9",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -2909,13 +2909,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "8435af1dfd0bbb94d31bb02efa9a3a8fedbe4138dd5526f02b6ca0bc45c91dde",
+        sha256: "1e2e30f381dd18232c5c48cda40ed0f0a9140db03e3a22369cde5d416d40f7af",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "d84d85e225776398a0f2d1d85f96526a0da272210e2775930db189d1ab2abde0",
+        sha256: "db9542fd17bdd50aae2d67f6492f25e59a82082a6849475329a3812ea1e95114",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -2923,7 +2923,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "f06b6407c15e6974a105f80bde3d450b17a057ffe316351d2d13c2a0d191a4b1",
+        sha256: "7242cf15f9bd6f16627fb1f98ef73c00bdbe78df5c7ec3a35709c0292e00ce59",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -2931,37 +2931,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "d8cf2f9cc6c0402d5450f13e5b406a94e1d9bcee563f8aa6663c230a36486dc7",
+        sha256: "cca8fb01c246dea97dbe25696e07e51a114d1fe541987cb73c0a581a1bc73edf",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "17f07b4ec20ada7a56828859c12e704b3d614a040099b3561d02fb16eac7a048",
+        sha256: "930002fcd19bb9798efcc6d410dca9b515877fdb8f1a121ab27334f14c821059",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "0ae3fced5a234ea309db2b6641bc6947581d75e613ec132d5eda2f6eedb484a3",
+        sha256: "03e109e1a612c0f733a76248325e8add823b170bbf8cfea23189397487da3625",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "579cfa5a2e155eac5943a72aa93826bbf1a630bd4fda21763eebb987a478e319",
+        sha256: "d7734d1c7e591ccbcde5752affeb035d89dc8d5d475084360f9878fdb3af0495",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "2a4a91fb1e95f5d66c9a6d5b6c308072a467ac22b08498c5ab8955e576b4a882",
+        sha256: "e3cd4aad8ac26fd2bc8a7b64667a683a6dab04de5079ba81f9342216b1d77eac",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "1dae47b442635c300a41d8e4a4f147208856338e6c1b0bfaa496c9e5a85fff60",
+        sha256: "7e02788f67215eeab542d1358cbfabd8c9ba0827e9b46e5c7f23b9010a68b3ab",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -2969,31 +2969,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "147c5a6adb72e5bf053c08e212b5e9cff1f786f088d1a87c10af8aca6a2957e8",
+        sha256: "c8efc75f4715c81e036cd4bff7e562b67541575a579b1b4d16e880504bfb5e7f",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "dd1f9ea57cc1f84fa679ee80fc12b238ec853a008fa0fe780427659078a1c36d",
+        sha256: "a8bbcae9ea3fb160552e4ee93a95c7b314604c07896dcdf26a38ebedf8983f44",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "55d280454832c964d0758a16662961ec3f44abf554e5caf0c0014307b6f05fd4",
+        sha256: "b87877d9a187b539ef01f7c96225b59d6c839bbabb1c22057ba7fdc9752b5c4a",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "0720bd8aa20ac3eb0e409eadbfb074c410967df85fdd21483316ed762bb39ae0",
+        sha256: "bbed13c80a3826a078e98e6068bce742fa0684a80166bc01bb8579a25b07c1dc",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "f0de431525ee2c62366a2ab81282920170404fec29210feae201e26556a76531",
+        sha256: "ae34a41387b3f24f1cb673e9616eb3deb9bd46fd2084a8ffd136762a6f546b2e",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3001,7 +3001,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "9504d9d4e9ce553b8063aa76c229696bf9242d47ad4e31db4da1eb71dfd465c8",
+        sha256: "f5990488e74cdf1c026b8aec0d91b31a5b934301b60b34ca2e70882ef75fea60",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3009,19 +3009,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "a108120a648e6dd2cf6b58a8e5f0e5d63e951aaaf34f940d7988f6475065b0c1",
+        sha256: "3b7fd62656a345bffe6c3c86ce291279586577cae1b446c86f1f303dbefc2c9b",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "860b84a531417a768fc041b043a29ad6718f7aa740670fe8dd0368263dce3408",
+        sha256: "7ba94d34ccba66fa50d0e75e556bf47b4fb74c3a1c5964cd4ed9fc51d96ae313",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic-lobes_diffuse.wgsl"),
-        sha256: "45e974af53a4382a4e4fa29fb20f8e28c8f2b66d962744c53e25a423bf6bdc3e",
+        sha256: "c5216c2f78347ae8189c72a1aa1859c5d45a70dc627c66efb047b02966de9419",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
@@ -3029,7 +3029,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "79ac004789008eff75ddfa78e3efa9da0767e87c3459baea55fc2d85a10660ba",
+        sha256: "d9a31deb3422de4d6e65b6a4b6245dd815432b9380f0b3e01e0815c132320d56",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3037,31 +3037,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "15eec49ca1d6abd49d32845f1f69fb44bb89bbdaf6efe1a498d771e91aa3e8ac",
+        sha256: "a55676ac56bdc613a0636a3000f4146428de3f2d264a9da6cccc7e1cbab69984",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "dc0395979fc850351194d1b2c745aba606a529d4a04d46ecfad509dcf9ccd1d9",
+        sha256: "9990bb40301838a2e364b3c1473fb6ccd0bbde9deb4cff88bbb9a14093d59482",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "769c7e8e87568be1096ccafd7ee077691e11ba462717fdb3e169999b69f2e0ca",
+        sha256: "aed2364d112d09221b9ec494ba9b9302fe9453fba13cfad0373f6235c812373a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "65f36cbf202c36f34a34d085e148bab58aee29880fe8684a6f848da283d3b584",
+        sha256: "10e5fccacbbc1cb4693514c43945b5a0a5b01550966adfa5a90e86b7982fab38",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "ca9e770ca9991b18d0def2dd826104d3f2ae4dd89703359899e9348cfd5bc85d",
+        sha256: "ecf40d23efa9e28b6a5d47019bc49920a428d40398c661d34ea9664319886352",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3069,7 +3069,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "33bfad04817c00b4d7ea537896820753b52b8638784c5a0810c5e23c83a5b11f",
+        sha256: "7b2adc3aa4f2019444089a1fe11a33fff8254044386359b431fd5e83d69a5386",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3077,7 +3077,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "3537a2e7f0783db0c5594d72499d45154f36ce3e8cb82dfe761ca79bc55aec8c",
+        sha256: "e65cec6c80462d1abd5c011d9bbc2d7d73dacba0a0529cc9fd81d0b09c35d0ab",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3085,7 +3085,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "2bc8306dc0777485d41dd1d67b5050b6183b39cf348de5ffb7de19f7da03890d",
+        sha256: "03f112ccc46b3b3324c7aa1f9935859e8625b4fcdc3b094174233a8122e7856f",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3093,19 +3093,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "4ff67cda307c649ee8c6c278dadb1a3a081b90faa44d814b32e748a76a99bc5e",
+        sha256: "32c989163db5fe15e38993ded556960029dcda31679126c1272c64826c70bf0a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "2fd4de217c20290bfc2a6db18a950b52c9cd4a52d2583171945c266ba579867b",
+        sha256: "bcb1cdf97915f78734ea0e1b5ecaea76ebfa22231dcd236fc95b726ec25efb23",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "c419894e2026b9e208429953df970988b7f01de44b9136416972a8e9db62bd96",
+        sha256: "af4a7fbe85dca8229a50b4e7e1f924214ae9e245534471e2755833049fb9291a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3113,7 +3113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9df174000bd3e5bb38de0a8456176a744eb23751ebc9ccaf219173ca155f6cd6",
+        sha256: "6eb4b35ff0cdeb33f376ef3c516a56ef2c491ab3d3b747d5c09571c18a3c4f2c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3121,7 +3121,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "d49cf4bb6c9fba6d0732b9a0c9b4140d9cd61db92c98d7b7683b251f5d0c1c21",
+        sha256: "084b64930cb07161547377e0ba40ed00d10f4ca764f7c2537864fd983c3a221c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3129,7 +3129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "8f66f97fe69adb74b729e39ce49cbbb72c72683e9fde5efd0329e4fc8a763128",
+        sha256: "4455afefccf40899c0ed54deb34265c1fd7f3b92942617749e5a96d2cb32aaac",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3137,7 +3137,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "f60baa4885c3aa69899a6e2f25a33402fc2783698ddd40eb67061bfcb5e9c660",
+        sha256: "04b9987f783d62dc45fba076678b344e45ffa5a6357044a3830ae117c8e32ccc",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3145,7 +3145,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "3a5f1bff74385d57170df65620732a534a03c12d0844258ab9560d5ee0861592",
+        sha256: "6bf664e25e18313757792d4ac42c52488b0e105046ee36024b8fe76f25092e88",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3153,7 +3153,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "f2833cba11d958814201a33edb0aaac82693370458fc0c0777611a0463698d5b",
+        sha256: "9151c48b1b129cab03cd9349aab9f48c191883ef0205523b73db1db98073cd56",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3161,7 +3161,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "474fcb4f57d26cdcac6ba6eea09044c26be39e44570a0c221cda96c9edc5bfa4",
+        sha256: "be62229d4ba866e8febd6c76b2ae63b632864de92b6a496bf3247ed97cee00c9",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3169,7 +3169,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "2b371b61dac24b3bcf51c48f2e893d5cf8259fad66fc857ca005c9bc87e6b244",
+        sha256: "8541bf1e0a0501015ff3316a4576bc7b5682adbb2a7206c3cbd001eb0cd19ae1",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3177,7 +3177,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "3d74568922c99eef2870053804cad90c948e98c10a68f4085fc2d8ee5bca2be7",
+        sha256: "a460faf32b45afd1edb173bcf9bc7e2ad1e54d465f126cdfce7844a872304835",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3185,7 +3185,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "c15983d4f1f7090e080fee5271222dd57bab7860ad398ab35cfd0b4ddbb38b69",
+        sha256: "dca50dc60ffc1330348fe4cda439f59695e73ecfcf1fa5ccf07bed9c7dde3b20",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3193,7 +3193,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "4b45575e003b55f7dc790a083279bd231d5b3b696447aeebe9612223ffc405df",
+        sha256: "0d4a64bac2abf9c7eeb3f47c36b4b0ab9e27f145044b80560aacce46f19dc505",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3201,7 +3201,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "aa99bbf2d26ff6c23c2dd1cac5c442f2a7a8e69c89d65a65613ccc8d1f4a5cca",
+        sha256: "4c7e76d955f9d4b3d99d3686e3aff3f7a35eb674142763d33c23bbd0b3189301",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3209,13 +3209,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "64e007abd27014d46486c88a022788b12e96826f94b831a283200d0886b167a2",
+        sha256: "7e86d6e5f73b76343804027f158e04d099a212bd7e4b70012c0055ab8a382a89",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "8dbb196833a3f026c6d9f38b86c900c889db29e017036c690dd2fcca6cb36ec3",
+        sha256: "ad3d09a2370fad04d00df4d2f3d54fb47ab5266a0640e3828744d9a0e2cc1f1e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3223,7 +3223,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "1016e6a136d5f17f6c8bd21f1b1ea2bb7d3d0dedb00492986da9464e63212006",
+        sha256: "ff2fdaf759da945fab2a1e8b37ceeea8ab8a5d88e0cba7edc052f7048405c7ed",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3231,7 +3231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "826d735db5d0d7c3484c9e7eeaf1d7994b9895eee23a5aaa66be41016e7af421",
+        sha256: "e118e28b8e49ac23b2f1b91ad9b6a86a677e8e2835137f68034cac76d2c58bcc",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3239,7 +3239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "8b65409c25901b380336df6dfa0391ca1ab046853ddfdec68594c001e775ac3c",
+        sha256: "7751b708abdf1c390986c0c48dea91d7d79da34cfc9996de9d05880defe499aa",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -3247,7 +3247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "453b174696e4dd68134773d4177463989d63b0f96823905964b3ad63f5020e19",
+        sha256: "620d3b08bdea3132f5a5970685dc58a420482b1a2acf1f3d071de1f56e3f500a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "881160b9afc0f94b29a895d661408fe802da17171255699c8966475220e5452c",
+        sha256: "ff276151b798206830270b42a12ca428353c3e8dd5b85569c22868ee4e69369b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3263,7 +3263,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "11833b24e543f22f5cd5434e6133ed814585fe37aee9805286257e5dca06fe22",
+        sha256: "e947365946086f75a74d27b33f131b9eed2420856cbc85c6d1384b243d51f16f",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -3271,7 +3271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "1c9c10256a2b342a9b5ba70aa4d4da3892cbd563db5dc19bf1878bf12e32cc6c",
+        sha256: "ae85f319bbcd4a0acaeab944b1b87260828ee43e3b2501a3e1b469c9c85430d1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -3279,7 +3279,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "926e443082e16e96cab9ec251f7913f985d7effb077c471d7acad50929d049f6",
+        sha256: "42e8f164d4014a6e1a1cc7fda03c7ea905a9bba0f280a21f22ea735036e7eda6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3287,7 +3287,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "fe2f0153e81dc4c76a1ea8d03a3cfbfc31e10e01a939845ed55556877d55c1e2",
+        sha256: "eccd5239ab11e67eb55b057af77fbc6ebc7e0719ccb0043119f3e19175d8fa8e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -3295,7 +3295,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "8177b390cbdfa9ec4b8ceb577725b8ba5f53b1fc8fd91624bd9577f9ec7814ce",
+        sha256: "00695d69151a6adcf16deea279264ca430297d970f4a65bb30d49319dcd709bd",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3303,7 +3303,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "1ef1abcdb8daa54799089aa19f0515e872c771ab1bcc26538f1bdfa2d6507256",
+        sha256: "2e829c5bcc09a31a9ec3967b965a0670a94c354dcf252616547dc1b93e53ca35",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3311,13 +3311,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "8cee7bece4fbc56cfc70f4b7768779295845a3deed75dcc78b788f752d75df45",
+        sha256: "7b3e9555b16f71940d9bc40a116a14f57a72d837329a9d038e7a4854286ae143",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_constant.wgsl"),
-        sha256: "f5918dcbe9dcb20ad5f87ae4d6d7a8d0bc1eef087e4e862babbbfeea2ce73bb2",
+        sha256: "f5093529a94741de895df96d70f6ab07943a4e9d203e27e0e690f921b18bde28",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
@@ -3325,7 +3325,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-lobes_diffuse.wgsl"
         ),
-        sha256: "84ad9b26dfbf10796e70009bcd8d2e26c202e6b831054502de23be77b8db5183",
+        sha256: "7dee82d029a4f214e30477202401339147c699ab4503dfeaa26262b509913cea",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
@@ -3333,7 +3333,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none.wgsl"
         ),
-        sha256: "f292bf4f72677a08c2d3f92ed23ac2232538c2923dcc8b406e3721eb53d2ad8b",
+        sha256: "dbc609aaec66ad368b7be869f39e96cc30eeba2dccca6d0f9f38ae858c39b0f9",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-diffuse-f32-none",
@@ -3341,7 +3341,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "40e483f61715950e289d5611e0db951bf039b6cf4c0d80674362727faaedea8c",
+        sha256: "60c371fe5556c7c2f6858501818fa44c72cc7492b6559e33f9f185cdfc594992",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
@@ -3349,7 +3349,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg.wgsl"
         ),
-        sha256: "eb9091c1170a880296461bcc3119cdbb053f4471f44d50882ef186abe78598a8",
+        sha256: "0de3175311b63c61b109963a328e4ebf94e19bd6b51de008d1e5798ea23d29bf",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
@@ -3357,25 +3357,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "aa71d5b00d5de277098dc855423243fc771a5800909c954e54b71833614c00cb",
+        sha256: "c29a9dfdfa79d90dcf2b5e8df5c59e55e70166eff028a72908a2585697e8692c",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "586d18891021f683fc2ff62853681c3846cd4683483c6645a69bdf9997989ee5",
+        sha256: "c0302984fb2677fe6320d5c36494af1d4a1d1d8c355f9e5e7ee0b0ae2ae96461",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "b7947d576b0aa3c60c2e93ffe8ce2ec1824840b88a163896f1d83bc645da63d3",
+        sha256: "dc17fe0b04dcffcd81e71069836b86e13bf30fe015be829dfbdf64f8ab28f3e4",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "5f8dbfbdf84fa9bed008873cafba0ed8b94ff424cdeb5b397eba8633cdc56664",
+        sha256: "939c3059f8544ee5d7f485e5d00e9d65f37cdcab6556edab897c2b64b7ec9f0b",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3383,13 +3383,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "a4652d5613c2de9ac9805ccd494b4cbbd4315fb11877c512ff367d00ef93ad70",
+        sha256: "aecade753c0a2a8a80abd29d17435797df288c3f7e068e9359d23f7f31034cb1",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "09b0c72db02a2789c766670bb6614465336897f6819772fef136e1367b0b5f2b",
+        sha256: "9c37e71fa05f598830383e358a22a7a70301fe0ffca83bcb471d5249e3d4b550",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3397,7 +3397,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "bf7fb4204fde8ac731520898a67614a0a0777ec0c63d702db9e6a8ab92d64d39",
+        sha256: "ed10fb28bf6d16c48bf12da1e5482b8b02fcc7ac4a0b6104655686690c9770d5",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3405,7 +3405,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "e362dabf032fbe1b88e797996489e7272ce276edbaf151e7f329d36b7843b165",
+        sha256: "71a0360075cda3ffc95e54e2b78de60c2f305a1327a4346bb1cb9014446cf267",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3413,7 +3413,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "f9e9616b78ebaaae251222fae8c3cecb4a86d15e432475dc29818ea8f702bfe5",
+        sha256: "a915453c8a8569728a21ab64e5fbada9b1f7b4ff64bcbeb016777b84615e35f8",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3421,7 +3421,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "29d02eb628b817a75c28afeda9026975bc446242de57a239022dd4952c8803f0",
+        sha256: "0a8d8b8d97aad0c5648e8142a255dec677ec06a57a8b63c1002358bce37e1274",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3429,7 +3429,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "a7123497da9d3f0c962287dd0bd915bcf94f22b25ed41610194f4e7a2260ec6d",
+        sha256: "ade81992057a4716cf6c22e98fe0a5b7d99288c5893eb25a43d0595a910643ec",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3437,13 +3437,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "5dd93ae4d4662b55578424ddcf5994948f9c9f855c34e56b58bca42448f576a9",
+        sha256: "95c9e142613fefabf63872ac952f98a46ad9d5c65cc85ca2c3ee7bfe14b5ce35",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "25b7fd4dd7553c499975c43a273e6c09639e5a7be0d430d3b6deeec3ba4efe7e",
+        sha256: "4f13b73035ae170b70b860ca55373d7ac176d513eb1c5554d631f4e070505b48",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -3451,7 +3451,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "06911841c23ccdf597387930315c2732317e3edeb7d6de696f68d048392fda7d",
+        sha256: "0fdabe242de001ff2d793fdd0769fe95fc506b2d7d07dd1bf1a8be15dad15587",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3459,7 +3459,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "ca83c61f1e5a2b331c7ae57f05212b8364b60d3dbd8d621b0c63f12e49797998",
+        sha256: "0ed4191bb2ce6c967e0179bcbf6e1ee1be2bdfd649c41d9cd433703d5cf7f341",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3467,7 +3467,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "8c29df6046a37a57d019cce0db8336b3ac9fde24b85ffdba57a969f51672fe20",
+        sha256: "ac4614fac3608119ab2426c0d5fdf3aeb0cc4a93d1cbb98803a0189c71a80bdc",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -3475,25 +3475,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "2f0ee5fc27d2857cd3e035642206e3d270cd56adf98dca0dba76a18ba50fc62c",
+        sha256: "614232fc7959ff7b6d24f62f149e93eeaa04d7762244587e47e451258646f185",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "ad09582f05b00346d595f324a4b365a74f9896cf0dec527fafc805d2fed29709",
+        sha256: "846ed3059227adffebf242d359c8439db6aca9c09bb835dac2dd95dd3e1351d0",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "3fdf52719f1cfb8db120f7cf2bca3440367818951c55f4d0a1fd3d79304e63e9",
+        sha256: "ed60387e89fa4ee573dbcdb38cae62d0eb493d3425421d164ad1ac5dd43509dc",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_gaussian.wgsl"),
-        sha256: "8742185b2d1e7c19367bf6cbe4f5f2593efacdb4f89f63f90a3c95d2c0cb709a",
+        sha256: "fa1401782a7a39fc055c97e1b18561468a4eeb6370d0ddb8e0aa1d2de242f61c",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
@@ -3501,7 +3501,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-lobes_diffuse.wgsl"
         ),
-        sha256: "37080c6ba1d8cb878568b0af61b3e827413cb238ecf0f2aa45f72421f6b52c96",
+        sha256: "ca073a0e6eb5c6ccf496ef367bc25a88fc1782966adb352dc024dc60a6b6b12e",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
@@ -3509,7 +3509,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none.wgsl"
         ),
-        sha256: "9244e9ed08b7b4370a46ffdd5db92263f23e937bb6047200f54d548740ce322e",
+        sha256: "b4a88242804f35a1ec2dd23a012b9bdb46ee7a9241495af6ac9922c5d18f5062",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
@@ -3517,7 +3517,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "c76aa5d8b51f894c9c859b9098a66d937f802ca96d4b7454db6309bcfb699bd5",
+        sha256: "cf05074cd507e1f5933b09032550047a2a63bbe86383042e735a4aed43aac74b",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
@@ -3525,7 +3525,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg.wgsl"
         ),
-        sha256: "090640b34d611421de375a8167b71aa32c2c1383a9450245a3ae2bba611c51b2",
+        sha256: "f5cbd7cec9ab802753edc7f4a7bae4f6d230a4783cdbeb06f2482287ffe22fa0",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
@@ -3533,7 +3533,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "998b2f7a062d718c39f8e1d2b8a41c3008529fcf8cec2b39e7cdd141215810b9",
+        sha256: "205cf847cc6dae9a2862765848c87e0b1b1103d9286ac004738ae9c9cb4432fe",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -13531,7 +13531,7 @@ const _: () = {
     equal(core::mem::offset_of!(SglowLight, cone_offset), 60);
     equal(core::mem::offset_of!(SglowLight, intensity), 64);
 };
-/// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere about the axis of the light's emission, seen from its mean position.
+/// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere about the axis of the light's emission, seen from its position.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct SglowLightMaps {

@@ -144,7 +144,7 @@ fn sglow_cut_make_lights(@builtin(global_invocation_id) id: vec3<u32>) {
     let sum = sglow_cut_sum(sglow_cut_lights_parameters.places, first, end);
     var vsgl =
         sglow_cut_light(sum, sglow_cut_lights_parameters.origin, sglow_cut_lights_parameters.diffuse_mean_length);
-    // Of a root this light gives its map alone, which is seen from a surface.
+    // This light serves the map of a root, which is seen from a surface; shading takes that of the node.
     vsgl.position = sglow_cut_lights_parameters.origin
         + sglow_cut_central(sglow_cut_lights_parameters.places, first, end, sum.mean);
     sglow_vsgls[id.x] = vsgl;
@@ -189,7 +189,7 @@ fn sglow_cut_sum(places: u32, first: u32, end: u32) -> SglowCutMoments {
 
 /// The mean position of the leaf that is nearest to the mean position of the leaves from first up to end: of all leaves,
 /// or of at least 64 of them where there are more than 127, at equal steps. The mean position itself may lie off every
-/// surface, within a column or above a floor, where what is seen is another than from any texel.
+/// surface, within a column or above a floor, and see what no texel sees.
 fn sglow_cut_central(places: u32, first: u32, end: u32, mean: vec3<f32>) -> vec3<f32> {
     let step = max((end - first) / 64u, 1u);
     var nearest = 3.4e38;
@@ -415,7 +415,7 @@ fn sglow_vmf_mean_length_exact(sharpness: f32) -> f32 {
 /// [Tokuyoshi 2016, Appendix A]
 ///
 /// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 fn sglow_sg_integral(sharpness: f32) -> f32 {
     // Twice a larger sharpness would be infinite.
     return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));

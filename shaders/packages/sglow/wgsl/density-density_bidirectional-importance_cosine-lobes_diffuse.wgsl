@@ -182,7 +182,7 @@ fn sglow_diffuse_clamped(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32
 // (oracle/examples/fit_cosine.rs prints them). In all of them:
 //
 // cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
-// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 
 /// The integral of a lobe times a clamped cosine that is constant over the lobe: sharp lobes only. Error 3.0 for a dull
 /// lobe, 0.13 at sharpness 10, 0.004 at 1e4.
@@ -223,7 +223,7 @@ fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
 /// [Tokuyoshi 2016, Appendix A]
 ///
 /// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 fn sglow_sg_integral(sharpness: f32) -> f32 {
     // Twice a larger sharpness would be infinite.
     return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));

@@ -16,7 +16,7 @@
 // Do not edit; regenerate with `cargo xtask gen-shaders`.
 
 /// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere
-/// about the axis of the light's emission, seen from its mean position.
+/// about the axis of the light's emission, seen from its position.
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,

@@ -202,7 +202,7 @@ fn sglow_luminance(color: vec3<f32>) -> f32 {
 /// up to seven parts in a thousand. What this gives is stored as it is, but for numbers below 6.1e-5, whose steps are
 /// 6e-8 and which a device may flush to zero.
 ///
-/// Contract: anything; infinite numbers give the largest half, of NaN the result is unspecified.
+/// Contract: anything; infinite numbers give the largest half, NaN input: unspecified result.
 fn sglow_half(value: vec4<f32>) -> vec4<f32> {
     let bits = bitcast<vec4<u32>>(clamp(value, vec4<f32>(-65504.0), vec4<f32>(65504.0)));
     // Of the 24 bits of an f32 13 go. In integers, for a driver may drop a float's addition and subtraction.

@@ -434,7 +434,7 @@ fn sglow_pack_vsgl(vsgl: SglowVsgl) -> SglowPackedVsgl {
 /// up to seven parts in a thousand. What this gives is stored as it is, but for numbers below 6.1e-5, whose steps are
 /// 6e-8 and which a device may flush to zero.
 ///
-/// Contract: anything; infinite numbers give the largest half, of NaN the result is unspecified.
+/// Contract: anything; infinite numbers give the largest half, NaN input: unspecified result.
 fn sglow_half(value: vec4<f32>) -> vec4<f32> {
     let bits = bitcast<vec4<u32>>(clamp(value, vec4<f32>(-65504.0), vec4<f32>(65504.0)));
     // Of the 24 bits of an f32 13 go. In integers, for a driver may drop a float's addition and subtraction.
@@ -642,7 +642,7 @@ fn sglow_vmf_mean_length_exact(sharpness: f32) -> f32 {
 /// [Tokuyoshi 2016, Appendix A]
 ///
 /// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 fn sglow_sg_integral(sharpness: f32) -> f32 {
     // Twice a larger sharpness would be infinite.
     return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));

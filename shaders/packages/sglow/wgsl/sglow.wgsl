@@ -40,7 +40,7 @@ fn sglow_erfc_scaled(x: f32) -> f32 {
 ///
 /// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
 /// error 9e-8 before rounding.
-/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; of NaN the result is unspecified.
+/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
 fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
     let t = clamp(x, 0.0, 1e5);
     // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
@@ -66,7 +66,7 @@ fn sglow_erfc_integral_scaled(x: f32) -> f32 {
 /// Result: 0 to 2; 0 from about x = 9.2 on, where it leaves the normal numbers.
 /// The square is rounded before its exponential is taken, which costs x^2 ULP of the result besides what exp(-x^2)
 /// does.
-/// Contract: infinite arguments give 0 and 2; of NaN the result is unspecified.
+/// Contract: infinite arguments give 0 and 2; NaN input: unspecified result.
 fn sglow_erfc(x: f32) -> f32 {
     // exp(-144) is 0, and the square of a large argument would be infinite.
     let magnitude = min(abs(x), 12.0);
@@ -77,7 +77,7 @@ fn sglow_erfc(x: f32) -> f32 {
 /// The error function.
 ///
 /// Result: -1 to 1, of the sign of x.
-/// Contract: infinite arguments give -1 and 1; of NaN the result is unspecified.
+/// Contract: infinite arguments give -1 and 1; NaN input: unspecified result.
 fn sglow_erf(x: f32) -> f32 {
     let magnitude = min(abs(x), 12.0);
     if magnitude < 1.0 {
@@ -126,7 +126,7 @@ fn sglow_expm1_over_x(x: f32) -> f32 {
 ///
 /// direction, axis: unit vectors; sharpness: at least 0. Result: 0 to 1.
 /// Contract: sharpness above 4e37 is taken as 4e37; vectors that are not unit give exp(-sharpness/2 |direction -
-/// axis|^2), at most 1; of NaN the result is unspecified.
+/// axis|^2), at most 1; NaN input: unspecified result.
 fn sglow_sg_evaluate(direction: vec3<f32>, axis: vec3<f32>, sharpness: f32) -> f32 {
     // The dot product minus one cancels near the axis; the squared chord does not.
     let chord = direction - axis;
@@ -138,7 +138,7 @@ fn sglow_sg_evaluate(direction: vec3<f32>, axis: vec3<f32>, sharpness: f32) -> f
 /// [Tokuyoshi 2016, Appendix A]
 ///
 /// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 fn sglow_sg_integral(sharpness: f32) -> f32 {
     // Twice a larger sharpness would be infinite.
     return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
@@ -157,7 +157,7 @@ struct SglowLobe {
 /// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
 /// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
 /// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; of NaN the result is unspecified.
+/// their lengths are; NaN input: unspecified result.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
     // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
     // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
@@ -183,7 +183,7 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
 /// [Meder 2018, Eq. (9)]
 ///
 /// sharpness: at least 0. Result: pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 fn sglow_sg_upper_cosine_integral(sharpness: f32) -> f32 {
     let l = min(sharpness, 4e37);
     if l < 1.0 {
@@ -199,7 +199,7 @@ fn sglow_sg_upper_cosine_integral(sharpness: f32) -> f32 {
 /// [Meder 2018, Eq. (10)]
 ///
 /// sharpness: at least 0. Result: pi at sharpness 0, about 2 pi exp(-sharpness)/sharpness^2 when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 fn sglow_sg_lower_cosine_integral(sharpness: f32) -> f32 {
     let l = min(sharpness, 4e37);
     // exp(l) would be infinite above 88; this goes to 0.
@@ -239,7 +239,7 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
 ///
 /// cosine: of the angle between the normal and the lobe's axis, -1 to 1; sharpness: at least 0.
 /// Result: 0 to 1, at most 4.9e-3 away from the share.
-/// Contract: the cosine is clamped to its range, sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+/// Contract: the cosine is clamped to its range, sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 fn sglow_sg_hemisphere_share(cosine: f32, sharpness: f32) -> f32 {
     let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
@@ -273,7 +273,7 @@ fn sglow_sg_hemisphere_integral(cosine: f32, sharpness: f32) -> f32 {
 // (oracle/examples/fit_cosine.rs prints them). In all of them:
 //
 // cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
-// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 
 /// The integral of a lobe times a clamped cosine that is constant over the lobe: sharp lobes only. Error 3.0 for a dull
 /// lobe, 0.13 at sharpness 10, 0.004 at 1e4.

@@ -66,7 +66,7 @@ struct SglowVsgl {
 }
 
 /// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere
-/// about the axis of the light's emission, seen from its mean position.
+/// about the axis of the light's emission, seen from its position.
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
@@ -597,8 +597,8 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let tilt = r * dot(vsgl.diffuse_axis, receiver.normal);
     let across = min(sqrt(max(1.0 - tilt * tilt, 0.0) * inverse), 1.0);
     let horizon = across * sglow_cut_tail(abs(height) / max(across, 1e-10));
-    // One product with each lobe's intensity: of a sum of products compilers take the common factor out, and the
-    // estimate would round otherwise in a variant whose specular terms are 0 than in one without them.
+    // One product with each lobe's intensity: compilers factor a sum of products, and the estimate
+    // would round differently in a variant whose specular terms are 0 and in one without them.
     var received = receiver.diffuse * (front * share + horizon);
     let glossy = receiver.reflectance * select(0.0, 1.0, front > 0.0)
         * sglow_cut_blurred(dot(towards, receiver.axis), receiver.sharpness, extent);
@@ -691,7 +691,7 @@ fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
 // (oracle/examples/fit_cosine.rs prints them). In all of them:
 //
 // cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
-// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 
 /// The integral of a lobe times a clamped cosine from its exact odd part and a fit to what a lobe gives on a surface
 /// that faces away from it.
@@ -766,7 +766,7 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
 ///
 /// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
 /// error 9e-8 before rounding.
-/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; of NaN the result is unspecified.
+/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
 fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
     let t = clamp(x, 0.0, 1e5);
     // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
@@ -1169,7 +1169,7 @@ fn sglow_in_basis(basis: SglowBasis, vector: vec3<f32>) -> vec3<f32> {
 /// up to seven parts in a thousand. What this gives is stored as it is, but for numbers below 6.1e-5, whose steps are
 /// 6e-8 and which a device may flush to zero.
 ///
-/// Contract: anything; infinite numbers give the largest half, of NaN the result is unspecified.
+/// Contract: anything; infinite numbers give the largest half, NaN input: unspecified result.
 fn sglow_half(value: vec4<f32>) -> vec4<f32> {
     let bits = bitcast<vec4<u32>>(clamp(value, vec4<f32>(-65504.0), vec4<f32>(65504.0)));
     // Of the 24 bits of an f32 13 go. In integers, for a driver may drop a float's addition and subtraction.

@@ -510,8 +510,8 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let tilt = r * dot(vsgl.diffuse_axis, receiver.normal);
     let across = min(sqrt(max(1.0 - tilt * tilt, 0.0) * inverse), 1.0);
     let horizon = across * sglow_cut_tail(abs(height) / max(across, 1e-10));
-    // One product with each lobe's intensity: of a sum of products compilers take the common factor out, and the
-    // estimate would round otherwise in a variant whose specular terms are 0 than in one without them.
+    // One product with each lobe's intensity: compilers factor a sum of products, and the estimate
+    // would round differently in a variant whose specular terms are 0 and in one without them.
     var received = receiver.diffuse * (front * share + horizon);
     var error = emitted * received;
     return error;
@@ -605,7 +605,7 @@ fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
 // (oracle/examples/fit_cosine.rs prints them). In all of them:
 //
 // cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
-// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 
 /// The integral of a lobe times a clamped cosine from its exact odd part and a fit to what a lobe gives on a surface
 /// that faces away from it.
@@ -680,7 +680,7 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
 ///
 /// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
 /// error 9e-8 before rounding.
-/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; of NaN the result is unspecified.
+/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
 fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
     let t = clamp(x, 0.0, 1e5);
     // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,

@@ -60,7 +60,7 @@ struct SglowVsgl {
 }
 
 /// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere
-/// about the axis of the light's emission, seen from its mean position.
+/// about the axis of the light's emission, seen from its position.
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
@@ -271,7 +271,7 @@ fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
 // (oracle/examples/fit_cosine.rs prints them). In all of them:
 //
 // cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
-// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 
 /// The integral of a lobe times a clamped cosine from its exact odd part and a fit to what a lobe gives on a surface
 /// that faces away from it.
@@ -346,7 +346,7 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
 ///
 /// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
 /// error 9e-8 before rounding.
-/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; of NaN the result is unspecified.
+/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
 fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
     let t = clamp(x, 0.0, 1e5);
     // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
@@ -416,7 +416,7 @@ struct SglowLobe {
 /// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
 /// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
 /// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; of NaN the result is unspecified.
+/// their lengths are; NaN input: unspecified result.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
     // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
     // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
@@ -597,7 +597,7 @@ fn sglow_in_basis(basis: SglowBasis, vector: vec3<f32>) -> vec3<f32> {
 /// up to seven parts in a thousand. What this gives is stored as it is, but for numbers below 6.1e-5, whose steps are
 /// 6e-8 and which a device may flush to zero.
 ///
-/// Contract: anything; infinite numbers give the largest half, of NaN the result is unspecified.
+/// Contract: anything; infinite numbers give the largest half, NaN input: unspecified result.
 fn sglow_half(value: vec4<f32>) -> vec4<f32> {
     let bits = bitcast<vec4<u32>>(clamp(value, vec4<f32>(-65504.0), vec4<f32>(65504.0)));
     // Of the 24 bits of an f32 13 go. In integers, for a driver may drop a float's addition and subtraction.

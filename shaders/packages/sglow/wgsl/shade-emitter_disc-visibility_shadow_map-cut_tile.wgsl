@@ -68,7 +68,7 @@ struct SglowVsgl {
 }
 
 /// What the maps of all lights have in common: one square tile for each light, in rows of an atlas, over the hemisphere
-/// about the axis of the light's emission, seen from its mean position.
+/// about the axis of the light's emission, seen from its position.
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
@@ -597,8 +597,8 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let tilt = r * dot(vsgl.diffuse_axis, receiver.normal);
     let across = min(sqrt(max(1.0 - tilt * tilt, 0.0) * inverse), 1.0);
     let horizon = across * sglow_cut_tail(abs(height) / max(across, 1e-10));
-    // One product with each lobe's intensity: of a sum of products compilers take the common factor out, and the
-    // estimate would round otherwise in a variant whose specular terms are 0 than in one without them.
+    // One product with each lobe's intensity: compilers factor a sum of products, and the estimate
+    // would round differently in a variant whose specular terms are 0 and in one without them.
     var received = receiver.diffuse * (front * share + horizon);
     let glossy = receiver.reflectance * select(0.0, 1.0, front > 0.0)
         * sglow_cut_blurred(dot(towards, receiver.axis), receiver.sharpness, extent);
@@ -779,7 +779,7 @@ fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
 // (oracle/examples/fit_cosine.rs prints them). In all of them:
 //
 // cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
-// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 
 /// The integral of a lobe times a clamped cosine from its exact odd part and a fit to what a lobe gives on a surface
 /// that faces away from it.
@@ -854,7 +854,7 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
 ///
 /// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
 /// error 9e-8 before rounding.
-/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; of NaN the result is unspecified.
+/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
 fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
     let t = clamp(x, 0.0, 1e5);
     // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
@@ -1033,7 +1033,7 @@ struct SglowLobe {
 /// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
 /// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
 /// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; of NaN the result is unspecified.
+/// their lengths are; NaN input: unspecified result.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
     // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
     // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.

@@ -185,7 +185,7 @@ struct SglowLobe {
 /// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
 /// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
 /// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; of NaN the result is unspecified.
+/// their lengths are; NaN input: unspecified result.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
     // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
     // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
@@ -210,7 +210,7 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
 /// [Tokuyoshi 2016, Appendix A]
 ///
 /// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; of NaN the result is unspecified.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 fn sglow_sg_integral(sharpness: f32) -> f32 {
     // Twice a larger sharpness would be infinite.
     return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
