@@ -3,14 +3,16 @@
 use sglow_oracle::cut::estimate::SLACK;
 use sglow_oracle::cut::tile::{self, Entry, How, SIDE};
 use sglow_oracle::cut::{Branch, LightTree};
-use sglow_oracle::shade::shade;
+use sglow_oracle::shade::{shade, shade_visible};
 use sglow_oracle::surface::SurfaceTexel;
+use sglow_oracle::visibility::{Maps, Seen, visible};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3};
 use sglow_renderer::frame::Renderer;
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
+use sglow_runtime::host;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::{Cut, Diffuse, Emitter, Lobes, Ndf, Precision, Space, Specular, Visibility};
@@ -239,6 +241,93 @@ fn maps_hide_what_is_below_their_lights() {
     let free = of(&Settings { visibility: Visibility::None, ..own });
     assert!(apart(&cut, &flat) < 1e-6, "{}", apart(&cut, &flat));
     assert!(apart(&cut, &free) > 1e-2, "light that is let through goes unnoticed");
+}
+
+/// Compares the lights of roots, each seen or not by the oracle through the device's maps, with the picture.
+fn behind_maps(package: &Package) -> (Comparison, usize) {
+    let scene = sglow_scene::Scene::builtin("cornell").unwrap();
+    let settings = Settings {
+        lobes: Lobes::Diffuse,
+        specular: Specular::None,
+        ndf: Ndf::None,
+        visibility: Visibility::ShadowMap,
+        tolerance: 1e30,
+        map: 32,
+        near_scale: 0.75,
+        ..settings()
+    };
+    let renderer = Renderer::new(gpu(), package, &scene, &settings, 0).unwrap();
+    renderer.render().unwrap();
+    let indirect = renderer.indirect();
+    let buffer = |name: &str| indirect.buffer(name).unwrap();
+    let Settings { lobes, precision, tile, lights: count, near_scale, bias_scale, .. } =
+        *indirect.settings();
+    let lights = |name: &str| -> Vec<Vsgl<Bounded>> {
+        reference::lights_of(gpu(), &buffer(name), lobes, precision).unwrap()
+    };
+    let (maps_of, nodes) = (lights("vsgls"), lights("cut_vsgls"));
+    let roots: Vec<u32> = readback::buffer(gpu(), &buffer("roots")).unwrap();
+    let atlas = readback::texture(gpu(), &indirect.light_maps().unwrap(), 0).unwrap();
+    let atlas: Vec<f32> = atlas.into_iter().map(|texel| texel[0]).collect();
+    let maps = Maps {
+        tile: tile as usize,
+        columns: 1 << count.next_power_of_two().ilog2().div_ceil(2),
+        near_scale: near_scale.into(),
+        least_near: renderer.inputs().light.least_near.into(),
+        bias: host::bias(bias_scale, tile).into(),
+    };
+    let model = reference::model(indirect.settings());
+    let eye = Vector3::constant(reference::vector(renderer.eye()));
+    let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&renderer.read_gbuffer().unwrap());
+    let found = renderer.read().unwrap().indirect_diffuse.unwrap();
+    let (mut comparison, mut hidden) = (Comparison::default(), 0);
+    for (index, (surface, [r, g, b, _])) in surfaces.iter().zip(found).enumerate() {
+        if !surface.present {
+            continue;
+        }
+        let of_roots =
+            roots[..count as usize].iter().enumerate().filter(|(_, node)| **node != u32::MAX);
+        let seen: Vec<(Vsgl<Bounded>, Seen)> = of_roots
+            .map(|(root, &node)| {
+                let map = &maps_of[root];
+                let seen = visible(root, map, surface.position, surface.normal, &maps, &atlas);
+                hidden += usize::from(seen == Seen::No);
+                (nodes[node as usize], seen)
+            })
+            .collect();
+        let expected = shade_visible(surface, eye, seen, &model).diffuse;
+        comparison.vector(&format!("pixel {index}"), [r, g, b], expected);
+    }
+    (comparison, hidden)
+}
+
+#[test]
+fn roots_are_seen_through_their_own_maps() {
+    let (comparison, hidden) = behind_maps(whole_space());
+    comparison.assert_holds("roots behind maps");
+    assert!(hidden > 100, "{hidden} hidden");
+    let settings = Settings {
+        lobes: Lobes::Diffuse,
+        specular: Specular::None,
+        ndf: Ndf::None,
+        visibility: Visibility::ShadowMap,
+        ..settings()
+    };
+    let id = settings.shade().id();
+    let breaks = [
+        // Seen from the mean of the node, and through another's map.
+        (
+            "sglow_reaches(root, sglow_vsgl(root), point",
+            "sglow_reaches(root, sglow_cut_vsgl(node.node), point",
+        ),
+        (
+            "sglow_reaches(root, sglow_vsgl(root), point",
+            "sglow_reaches(root ^ 1u, sglow_vsgl(root), point",
+        ),
+    ];
+    for (from, to) in breaks {
+        behind_maps(&broken(&id, from, to)).0.assert_fails(to);
+    }
 }
 
 /// A root's map is seen from the leaf nearest to the mean of its leaves.
