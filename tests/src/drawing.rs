@@ -56,7 +56,7 @@ fn what_is_kept_and_used_is_what_is_bound() {
         |uses: &[Use]| -> Vec<String> { uses.iter().map(|one| one.resource.clone()).collect() };
     let shade = step("shade");
     assert_eq!(names(&shade.writes), ["diffuse"]);
-    assert!(names(&shade.reads).contains(&"vsgls".to_owned()));
+    assert!(names(&shade.reads).contains(&"cut_vsgls".to_owned()));
     // The group gives it, the variant does not bind it.
     assert!(!names(&shade.reads).contains(&"light_maps".to_owned()));
     let surface = step("surface");

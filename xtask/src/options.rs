@@ -124,8 +124,7 @@ pub(crate) struct Numbers {
     /// A named configuration of the library; what else is given changes it [default: the defaults for the scene]
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
-    /// Number of virtual lights, 1 to 65536; flat ones, in the place of a cut for each tile [default: the preset's or the
-    /// scene's]
+    /// Number of virtual lights, 1 to 65536: flat ones, and no cut [default: the preset's or the scene's]
     #[arg(long, value_name = "N", allow_negative_numbers = true,
         value_parser = value_parser!(u32).range(1..=65536))]
     pub(crate) lights: Option<u32>,

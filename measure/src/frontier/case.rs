@@ -142,7 +142,10 @@ pub(crate) mod tests {
         }
         let case = case("cornell", &[]);
         let base = &case.derivation.settings;
-        assert_eq!((base.lights, base.near_scale), (screen::ROOTS, screen::NEAR_SCALE));
+        assert_eq!(
+            (base.lights, base.near_scale),
+            (configuration::ROOTS, configuration::NEAR_SCALE)
+        );
         assert!(case.set(base).unwrap().is_empty());
         // The name alone gives flat lights.
         let few = screen::with(base, "lights", "64").unwrap();

@@ -10,7 +10,6 @@ use sglow_shaders::{
     Specular, Visibility, centres, cut_lights, light_points, light_shadow,
 };
 
-use super::screen;
 use sglow_oracle::cut::tile::QUEUE;
 
 /// The value on each axis that methods are compared by, of those that follow from others as well.
@@ -149,8 +148,8 @@ pub fn every(base: &Settings) -> Vec<Settings> {
                     for diffuse in Diffuse::ALL {
                         let own = Settings { emitter, diffuse, ..lights.clone() };
                         let mut configuration = Settings { specular, ndf, visibility, ..own };
-                        if base.near_scale == screen::near_scale(base) {
-                            configuration.near_scale = screen::near_scale(&configuration);
+                        if base.near_scale == near_scale(base) {
+                            configuration.near_scale = near_scale(&configuration);
                         }
                         if configuration.shade().excluded().is_none() {
                             all.push(configuration);
@@ -171,6 +170,17 @@ pub(super) fn distribution(specular: Specular, base: &Settings) -> Ndf {
         (_, Ndf::None) => Ndf::Ggx,
         (_, ndf) => ndf,
     }
+}
+
+/// The number of lights that a cut for each tile begins with, and `near_scale` with it: as the rules cut-with-occluders and
+/// near-with-cut set them.
+pub(super) const ROOTS: u32 = 256;
+pub(super) const NEAR_SCALE: f32 = 0.75;
+
+/// `near_scale` unless it is set: a cut's rasterised maps are seen from a surface.
+pub(super) fn near_scale(settings: &Settings) -> f32 {
+    let surface = settings.cut != Cut::None && settings.visibility == Visibility::ShadowMap;
+    if surface { NEAR_SCALE } else { Settings::default().near_scale }
 }
 
 /// What makes virtual lights.
@@ -263,7 +273,7 @@ mod tests {
             emitter: Emitter::Disc,
             visibility: Visibility::ShadowMap,
             lights: 448,
-            near_scale: screen::NEAR_SCALE,
+            near_scale: NEAR_SCALE,
             ..base.clone()
         };
         assert!(every(&cut).contains(&cut), "the default of a class");

@@ -7,7 +7,7 @@ use sglow_shaders::{
     Specular, SpecularPower, Variance, Visibility,
 };
 
-use super::screen;
+use super::{configuration, screen};
 
 /// The number of flat lights that promises are about, unless they say another.
 const LIGHTS: u32 = 1024;
@@ -64,7 +64,7 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         cut: Cut::Tile,
         emitter: Emitter::Disc,
         lights,
-        near_scale: screen::NEAR_SCALE,
+        near_scale: configuration::NEAR_SCALE,
         ..kernels.clone()
     };
     let emitter = |value| screen::with(base, "emitter", value).unwrap_or_else(|| base.clone());
@@ -78,7 +78,7 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         (named::BARE_1024, bare(flat(LIGHTS))),
         (named::BARE_16384, bare(flat(16_384))),
         (named::BARE, bare(cut(BARE_ROOTS))),
-        (named::CUT, cut(screen::ROOTS)),
+        (named::CUT, cut(configuration::ROOTS)),
         (named::LOBE, emitter("lobe")),
         (named::COSINE, emitter("cosine")),
     ]
@@ -106,7 +106,7 @@ mod tests {
             assert!(settings.sample().excluded().is_none(), "{what}");
         }
         let names: std::collections::BTreeSet<String> =
-            all.iter().map(|(_, one)| super::super::configuration::name(one, &base)).collect();
+            all.iter().map(|(_, one)| configuration::name(one, &base)).collect();
         assert_eq!(names.len(), all.len());
     }
 }

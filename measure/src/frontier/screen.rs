@@ -52,17 +52,6 @@ fn choices() -> Vec<(&'static str, Vec<String>)> {
     axes.chain(numbers).collect()
 }
 
-/// The number of lights that a cut for each tile begins with, and `near_scale` with it: as the rules cut-with-occluders and
-/// near-with-cut set them.
-pub(super) const ROOTS: u32 = 256;
-pub(super) const NEAR_SCALE: f32 = 0.75;
-
-/// `near_scale` unless it is set: a cut's rasterised maps are seen from a surface.
-pub(super) fn near_scale(settings: &Settings) -> f32 {
-    let surface = settings.cut != Cut::None && settings.visibility == Visibility::ShadowMap;
-    if surface { NEAR_SCALE } else { Settings::default().near_scale }
-}
-
 /// Axes and parameters of kernels, which clusters have none of.
 const OF_KERNELS: [&str; 6] =
     ["kernel", "solver", "filter", "precision", "size_factor", "iterations"];
@@ -83,14 +72,14 @@ pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
     // A cut for each tile begins with a few nodes of a tree, whose emitters are discs.
     if axis == Cut::AXIS && settings.cut != Cut::None {
         (settings.space, settings.emitter) = (Space::Tree, Emitter::Disc);
-        settings.lights = settings.lights.min(ROOTS);
+        settings.lights = settings.lights.min(configuration::ROOTS);
     }
     if settings.space != Space::Tree || settings.lights as usize > QUEUE {
         settings.cut = Cut::None;
     }
     let maps = settings.visibility != Visibility::None;
-    if maps && base.near_scale == near_scale(base) && axis != parameter::NEAR_SCALE {
-        settings.near_scale = near_scale(&settings);
+    if maps && base.near_scale == configuration::near_scale(base) && axis != parameter::NEAR_SCALE {
+        settings.near_scale = configuration::near_scale(&settings);
     }
     // Density and draw do not apply to trees.
     if settings.space == Space::Tree && [Density::AXIS, Draw::AXIS].contains(&axis) {

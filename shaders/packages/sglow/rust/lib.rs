@@ -2047,7 +2047,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_lights-trace-exact-both-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-cut_tile.wgsl"),
-        sha256: "d04afd8e83a69279c1b98c326498d6fc070e1aaa90fef9c3f01160d166559378",
+        sha256: "5aef936ed45f6fcf78d2be066f5f6fa58e84d68c88291c8bbeb85a88e055b1ae",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32",
@@ -2059,7 +2059,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_lights-trace-exact-diffuse-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "4063f34e49a5988b58bff0aae1e45758151b1e20b1792f397fdfaaaa148b0fcd",
+        sha256: "ae20c700e20ca8deb1b679bfb67e8122d31f056a3e869681b4badcd8144bf35e",
     },
     Embedded {
         id: "cut_lit-directional-both-f0",
@@ -2729,43 +2729,43 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "d0403392ff6152b85fbe0ec86de4534b592a37e0b0469ac611ce92a8e7c16759",
+        sha256: "cede10a00c6484a31619aeb13c75d6b4f82700a792d44e6653da6c568dafd585",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "fc632603f247df54a40bd6e57d43556514ccee973c77a28326e50f31afb28234",
+        sha256: "ebbe1a879de375a11ea90a3c96c6a3ca3ba9ed1eee9dc13557b0245bde19c4b9",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "ce8b8388d5d21a31b157d3750289c5cc4610e6bd362e683caae5deab433a3cb9",
+        sha256: "0e5d799c7c233fc71309d5f24d9573a4902ee4ff44ed99f1da10baa653919f81",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "1513000464ef99487a52b4a9a13c9c958dc32e2a1248d68419119f040e1b7c9d",
+        sha256: "7f5ab8301a09d940718094df0da4abb2b634e9701101373a54a5fda45781b51b",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "6030e52fe897c2435e7cd9a5207d6a13053c2de85dec38926a9e08fb5a85bdd6",
+        sha256: "04fa591175822a7752458b28df9d11d3b9c05cc44357701bac274efa79813b60",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "d42166d8856e60f5acbb75fd2171a42dc20b63cfe947c05ca576554ff3e69769",
+        sha256: "d01a7f414f901b0a51acb14b9eef2eec39e66cc71849ca7dd6cadc39601ba45e",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "b4d082c4c2cf7619ba5f2ef41b103b8ee9849d2fa1e3b64ec4ca391b0d57f2f7",
+        sha256: "fb4d09050c6e3c975f7833ef0af9cc744270d3ff0ad12e677eb53cec358b509b",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -2773,31 +2773,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "84781a636378f5d90489ad0c647dea76dcfc3ab6ad12c72856bc44faa5443cad",
+        sha256: "3dc4ac6b4bb0a35211eab49157c25d3e1674ca1e6af134681fd23e70552f1d2e",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "6afa1ec752a63c3ce3d72f877668af3304bd4291289558d0b55aad109c721133",
+        sha256: "ad76003da85292be9cb9e09851e835816a55274e791af25767aeefbccc9a8662",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "dc8ddc796086918aaf312bf3ff9a8e3731de310ee1b55d630c00ab5b25042073",
+        sha256: "049b35744337ecba3aaad8066fb09e98a3d12ad04a32818f7c6f0b0000a81bad",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "ffa5ad4d1bca2e0e6a091d3e55671d18b4d0fa65df2f29066cbf0a52fcd73d53",
+        sha256: "645f83e9d727b1c083e21e9c6a8bb965f554d3b3f1801f4941442f4b81a8b338",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "03dc79e5dd8eafe1e7f1c1b6752bf23a6a0329846dd334a1e89c01fb8330daf4",
+        sha256: "aba8606aad4659d8a9f73b0547f8a7b59d9778f1c308bb54c5f671171fa718fe",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -2805,13 +2805,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "943639715b8f295f4cccd2335fa2e01fc4159a8e3e5178b3b68d86af0f65ef22",
+        sha256: "e76e2246f61f38427926094293ca2b9609bdf2fd78e74cdcd0955a165e2f98e0",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "0cad7c99f494022eb3edef0677e8670b3d76c93e61716a52e04fb0d3ef3f42e1",
+        sha256: "de0f43b326a75411645b33ab740a77ba9b480ccbed9e4f9b1adb6e255a0aa3e0",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -2819,7 +2819,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "b7de198188a433db1ee4184300716ab256209cd8d4f83d5009a570a5025fddf8",
+        sha256: "5ded2655d4a5fb2fcce6206019ec71c42e7b16e0896b90806b10c9a262131765",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -2827,13 +2827,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "9af6d20fef5bf2df3eec62bf3536f7394facd949b74e9e946f539ff344338ea0",
+        sha256: "e20d6fb8d9b3e7dc925f7d2db1e8981ec1cffde64f6320ebd292556d6fdd9f61",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "b29944be20f9d9ded39cbf6e37a972d2ea204c2bd61b31a03d915ec3f2b769bd",
+        sha256: "06fca045080322b03edb39318e10af506c17f3c2df3943bdec86cc32d30b3b2a",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -2841,13 +2841,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "ee3779e0ccf1b0417c6794ef59e021c3ca7317ca354e5877b67eeaaa927f83fc",
+        sha256: "a8122fcd536f42d56b544d7e61d32ce5673278332ab5e8ae04884bc372dc6650",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "501dcfef62ea99cc7d87deb405cd350ed0fb537e69226f10bde85f0880531b5d",
+        sha256: "1de7e6acb4e154acbec22e34f19f96fa5254cb0eae17e8afaec100aea1ed8d5f",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -2855,7 +2855,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "fcf1f4847fb6646e66fedb408f798ee5cf391974ea3c3772e633a1440295c1a4",
+        sha256: "31a8ab7345504f05407c7fb9d58b609e5885eb8bdd94b4ec8afd39f11ac610fe",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -2863,13 +2863,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "c5cbfbf27de9694f5b5e2913601ea64b0cc01957ebb0055d00719f27bd7aae62",
+        sha256: "3fb672e421056f0680d05a508f62d954e6844f39b5d456ed40c75fe9002da8dd",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "e1d405386060484aaa68755bd1170eab81f2da70e3c41e7fdd7b5ce8c354f433",
+        sha256: "d8addc304fedc268ee296d4f003b0cb070eb2dfcbc423deb477e9a9cf69ff168",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -2877,7 +2877,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "8f9cf7a8faf1612a54e9e512c09824788edfe6e175e25d9e1e2744ec12b7e65f",
+        sha256: "c1413f694c66f5caf6799a4db87c1cb58e78cab9ccaee1a5d418abc49cfd7e6e",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -2885,7 +2885,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "28b2f2eabdeaf1c32e3590e9f7bea37e1b5cadc51cf403cc79a6775139773879",
+        sha256: "f7c6b9a94fbfb6984bcacf8c8265f8fcf8c9984fbfc4fa9b77e842fa32704d62",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -2893,7 +2893,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "bdb40a1a60c13c0864af68599e4d8186d1239444e32f07cec8f3dfe417c18844",
+        sha256: "7e7a66c2b31a9ccbd9ed4010e6aa974bb1921525075b3ff0c23f0c7f49a7486a",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -2901,7 +2901,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "3ea4c80c47dd66130be16f10de85f9693934971e0189ebb9e51fb795972132c9",
+        sha256: "162f4d226fa3725086cdbff54e090768497a42f9b6d601e49acf2beca0fed71e",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -2909,13 +2909,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "1e2e30f381dd18232c5c48cda40ed0f0a9140db03e3a22369cde5d416d40f7af",
+        sha256: "669239967950f607dc3e45c64dcd06de74e773713c94e5ac58986e8eba7cf33a",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "db9542fd17bdd50aae2d67f6492f25e59a82082a6849475329a3812ea1e95114",
+        sha256: "58ff8ed6b22646411f36e7118024d6d772858bb964f0a91c1acadeaf09e4a2d3",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -2923,7 +2923,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "7242cf15f9bd6f16627fb1f98ef73c00bdbe78df5c7ec3a35709c0292e00ce59",
+        sha256: "313639b256791d0b9c7807c3e86df0db10c05324ae98e6d9d3cc2c21fffc3d8a",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -2931,37 +2931,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "cca8fb01c246dea97dbe25696e07e51a114d1fe541987cb73c0a581a1bc73edf",
+        sha256: "edff316515b7ca392756803effa1b79523a08fab6c5a09fe27ad3a43c8aef45d",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "930002fcd19bb9798efcc6d410dca9b515877fdb8f1a121ab27334f14c821059",
+        sha256: "f06b0f87a90e617f9e266f3fee8f632f59ab24512487f205a05f475c0b1d8d05",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "03e109e1a612c0f733a76248325e8add823b170bbf8cfea23189397487da3625",
+        sha256: "05e4550b6aec3a849b788485cf28dce28e0883abf53a4545931768bd0ef9931b",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "d7734d1c7e591ccbcde5752affeb035d89dc8d5d475084360f9878fdb3af0495",
+        sha256: "2bbd70b77e57b92d65e0afbca4ab12384d06b4075b8ec4f4af6a07bccbe529f3",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "e3cd4aad8ac26fd2bc8a7b64667a683a6dab04de5079ba81f9342216b1d77eac",
+        sha256: "0de9324659272044d2fb89aec6deacc01fc1751c83fd2fabe8bbd60e25e4a676",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "7e02788f67215eeab542d1358cbfabd8c9ba0827e9b46e5c7f23b9010a68b3ab",
+        sha256: "b2cf431721a772d40feb10ca110b54b3d38a19861957f8ceb794198aae6421d6",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -2969,31 +2969,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "c8efc75f4715c81e036cd4bff7e562b67541575a579b1b4d16e880504bfb5e7f",
+        sha256: "08e8112d31068a191e7f5384d7c2193f449c79b03b2bbb9abda2c94afd1d3d4f",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "a8bbcae9ea3fb160552e4ee93a95c7b314604c07896dcdf26a38ebedf8983f44",
+        sha256: "ac318788548acd3f4d6297a5cc7a4b049e510eb2bbbbf5990ed034921085a158",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "b87877d9a187b539ef01f7c96225b59d6c839bbabb1c22057ba7fdc9752b5c4a",
+        sha256: "f8d35d5b3e806250ea55c49cc70c142d24033c7063459d1d9f3d5a1586c91d4f",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "bbed13c80a3826a078e98e6068bce742fa0684a80166bc01bb8579a25b07c1dc",
+        sha256: "bd06fc81996a0a501af04a157b66530d79d457afcbcba840190822cb8c2eca64",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "ae34a41387b3f24f1cb673e9616eb3deb9bd46fd2084a8ffd136762a6f546b2e",
+        sha256: "e33cb63d5ace3c263aa14fe61f3080b6282e7c5392510b13189dce48d09ac38d",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3001,7 +3001,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "f5990488e74cdf1c026b8aec0d91b31a5b934301b60b34ca2e70882ef75fea60",
+        sha256: "bed556798dc8721ff78f7baaada1dd3f97fa2ed761833b28fe964f57045303db",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3009,13 +3009,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "3b7fd62656a345bffe6c3c86ce291279586577cae1b446c86f1f303dbefc2c9b",
+        sha256: "050105878a8f972c095067c2d085a472d45f84901e3d0e3ee146240d008a6593",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "7ba94d34ccba66fa50d0e75e556bf47b4fb74c3a1c5964cd4ed9fc51d96ae313",
+        sha256: "dbaa70428b74904156d5137d9525fccab82410ed27f41827d58935fd24ed43e8",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
@@ -3029,7 +3029,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "d9a31deb3422de4d6e65b6a4b6245dd815432b9380f0b3e01e0815c132320d56",
+        sha256: "7217b99fe34bc27b11108905a646563735d1698634b7540a24b47cdf9f753028",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3043,25 +3043,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "9990bb40301838a2e364b3c1473fb6ccd0bbde9deb4cff88bbb9a14093d59482",
+        sha256: "93ba1549f73add65223ded35d1c92e7c6d71bf83959781a997e81027f09298a9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "aed2364d112d09221b9ec494ba9b9302fe9453fba13cfad0373f6235c812373a",
+        sha256: "22a7e221f7d6d0116a1aed28409aede2c3577a8c18a9496110343957911662e0",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "10e5fccacbbc1cb4693514c43945b5a0a5b01550966adfa5a90e86b7982fab38",
+        sha256: "9fa7267eaa4b781edab359c96c3ea40897373d3398ecef501186aea0c31104e1",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "ecf40d23efa9e28b6a5d47019bc49920a428d40398c661d34ea9664319886352",
+        sha256: "24c1ef0274907d2125faf0fb011c9412f262cd36fb0756de495d01c66535b3aa",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3069,7 +3069,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "7b2adc3aa4f2019444089a1fe11a33fff8254044386359b431fd5e83d69a5386",
+        sha256: "fc980b0374e08882c450477e168a2b4a4ac430e5c3a3327d74f05d329a0faaea",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3077,7 +3077,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e65cec6c80462d1abd5c011d9bbc2d7d73dacba0a0529cc9fd81d0b09c35d0ab",
+        sha256: "8ef64d17dad7b32fc2634efc320ea44fc98bc41795a9adb3323b98fd807080fa",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3085,7 +3085,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "03f112ccc46b3b3324c7aa1f9935859e8625b4fcdc3b094174233a8122e7856f",
+        sha256: "44956e658aceb7d646995db5521ec1c5e94e0e8987af22fc5e065925e2c03efa",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3093,19 +3093,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "32c989163db5fe15e38993ded556960029dcda31679126c1272c64826c70bf0a",
+        sha256: "23092273244a532271978f9ab0a805a84c784221c41930293cfdb424d45f4405",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "bcb1cdf97915f78734ea0e1b5ecaea76ebfa22231dcd236fc95b726ec25efb23",
+        sha256: "4724644b87bba5f28441fad69db98cff75e77c9f5c5b7d385b94f756b50a4db9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "af4a7fbe85dca8229a50b4e7e1f924214ae9e245534471e2755833049fb9291a",
+        sha256: "3b7197c7573243f995a0b8c13a11e434dafa555b548b698a529ae6d4d503fce2",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3113,7 +3113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "6eb4b35ff0cdeb33f376ef3c516a56ef2c491ab3d3b747d5c09571c18a3c4f2c",
+        sha256: "44e403f7b71a0952d21db5d70c5e1156bd2cb2f80235e2b1213aba1ef32ce373",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3121,7 +3121,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "084b64930cb07161547377e0ba40ed00d10f4ca764f7c2537864fd983c3a221c",
+        sha256: "41a7433d0946e83fed8468c90f0627109daef14e45226fab6f6c8a919bad328f",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3129,7 +3129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "4455afefccf40899c0ed54deb34265c1fd7f3b92942617749e5a96d2cb32aaac",
+        sha256: "814e1eaf426fef2cda7b56ca5fe215916bca7644b35c06c223d7fd53c2c56b27",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3137,7 +3137,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "04b9987f783d62dc45fba076678b344e45ffa5a6357044a3830ae117c8e32ccc",
+        sha256: "240cd20b9420092f2873d3f47625fcfa09625dc68554ec8bab337f22bbfd2fb6",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3145,7 +3145,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "6bf664e25e18313757792d4ac42c52488b0e105046ee36024b8fe76f25092e88",
+        sha256: "291c18f91e1f9b1bf48347316a94ace0dd2fc74169a5c6c3e99d9431dbd873e8",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3153,7 +3153,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "9151c48b1b129cab03cd9349aab9f48c191883ef0205523b73db1db98073cd56",
+        sha256: "8ac613222fee428e43c3987825e482614756cd8c0b9c7fd223305338bc613f32",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3161,7 +3161,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "be62229d4ba866e8febd6c76b2ae63b632864de92b6a496bf3247ed97cee00c9",
+        sha256: "f958c0b50338a153386ce5b78cf821f39c0c08e1e07e5f3fecdd13f17598ac69",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3169,7 +3169,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "8541bf1e0a0501015ff3316a4576bc7b5682adbb2a7206c3cbd001eb0cd19ae1",
+        sha256: "8f1037bd1df7a4592a65e70b10466def0c18be634451cbe37d3b99e2715c3eab",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3177,7 +3177,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "a460faf32b45afd1edb173bcf9bc7e2ad1e54d465f126cdfce7844a872304835",
+        sha256: "d51abf389309c232cba71337fb8f42726df3ac3b271eb52cf8e080a5be6ff791",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3185,7 +3185,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "dca50dc60ffc1330348fe4cda439f59695e73ecfcf1fa5ccf07bed9c7dde3b20",
+        sha256: "4f5953266c734ab0898c7c6a3fbf7fa8d77de7dceff1dfde869714545def2e5c",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3193,7 +3193,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "0d4a64bac2abf9c7eeb3f47c36b4b0ab9e27f145044b80560aacce46f19dc505",
+        sha256: "e6f076e4f4ff926be3f232086c065be773d164f6e0c26d1515df60ca33c153b8",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3201,7 +3201,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "4c7e76d955f9d4b3d99d3686e3aff3f7a35eb674142763d33c23bbd0b3189301",
+        sha256: "1132064e8933b0d656c38ca8881f0c4af367b0c12ebd96703bfb41b6761b6095",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3209,13 +3209,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "7e86d6e5f73b76343804027f158e04d099a212bd7e4b70012c0055ab8a382a89",
+        sha256: "bdda1561e968591d0a545e64b7de750d6f2c44c9b48e920769028997a560ff04",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "ad3d09a2370fad04d00df4d2f3d54fb47ab5266a0640e3828744d9a0e2cc1f1e",
+        sha256: "b7e8de64c073b3de29fadf296ce09d9d8c478558e8dabfb6f279cd573a669fca",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3223,7 +3223,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "ff2fdaf759da945fab2a1e8b37ceeea8ab8a5d88e0cba7edc052f7048405c7ed",
+        sha256: "bb22f9030ad81afb149fafeafdfb6d9461659d1a1f0526b4b2565b8e555621cb",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3231,7 +3231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "e118e28b8e49ac23b2f1b91ad9b6a86a677e8e2835137f68034cac76d2c58bcc",
+        sha256: "0442d2355b6a468d906ca1ae3418703dc258127136c9ab2a236c1d9a2749029d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3239,7 +3239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "7751b708abdf1c390986c0c48dea91d7d79da34cfc9996de9d05880defe499aa",
+        sha256: "ae75258d126f3a3b880f86fea70bec41c939a431ff42841373ff7ddfc163b95f",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -3247,7 +3247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "620d3b08bdea3132f5a5970685dc58a420482b1a2acf1f3d071de1f56e3f500a",
+        sha256: "443e2ca9f746fbc2d6fa4a129c61c5a1fab83eb92f00fb5a2ec8e16f57b93519",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ff276151b798206830270b42a12ca428353c3e8dd5b85569c22868ee4e69369b",
+        sha256: "f1987a2d3725f7dd84dfab45c82aac6aa3a9a3bec6442a5614d164c1b31b0070",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3263,7 +3263,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "e947365946086f75a74d27b33f131b9eed2420856cbc85c6d1384b243d51f16f",
+        sha256: "3a75a1b63207f11e0d3e997e6e4bfd21b2cc14d5b831ac9edc0b302f1a35bb7e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -3271,7 +3271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "ae85f319bbcd4a0acaeab944b1b87260828ee43e3b2501a3e1b469c9c85430d1",
+        sha256: "d3f690fa1abd820338604f56deadbf8698253443b4a19b9ec29277cc46899aeb",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -3279,7 +3279,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "42e8f164d4014a6e1a1cc7fda03c7ea905a9bba0f280a21f22ea735036e7eda6",
+        sha256: "b4c49385c6e55e9dae2c285cf48846afaff2ab7625fa00d724833d3319dd7090",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3287,7 +3287,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "eccd5239ab11e67eb55b057af77fbc6ebc7e0719ccb0043119f3e19175d8fa8e",
+        sha256: "21efe4bb5b3f3fe063aa91364a78227c83aa5775c052b607eb3c9226b5091900",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -3295,7 +3295,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "00695d69151a6adcf16deea279264ca430297d970f4a65bb30d49319dcd709bd",
+        sha256: "40bce9064898d85ddce30bf02ac8d923ade31a31e7f4e66817503f294aaf9693",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3303,7 +3303,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "2e829c5bcc09a31a9ec3967b965a0670a94c354dcf252616547dc1b93e53ca35",
+        sha256: "3138a7f0a50ed4d3f74f503c1f42fbe730ec5eb5fb19549c098bb6a6f0fe67d1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3311,7 +3311,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7b3e9555b16f71940d9bc40a116a14f57a72d837329a9d038e7a4854286ae143",
+        sha256: "49e963e80bc46c8f0f0b5c16cfb68fd5c5267d51ebcc04f62888f111d3c524cf",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -3363,19 +3363,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "c0302984fb2677fe6320d5c36494af1d4a1d1d8c355f9e5e7ee0b0ae2ae96461",
+        sha256: "0cfaa9b453b332f9a28a478a3ddaafe99c075b0036a77f0fe1581f9dcf9cc800",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "dc17fe0b04dcffcd81e71069836b86e13bf30fe015be829dfbdf64f8ab28f3e4",
+        sha256: "3b08d43879fcd719b2c7c93bcca4568f477efe7f50400fe4e980644e451eae43",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "939c3059f8544ee5d7f485e5d00e9d65f37cdcab6556edab897c2b64b7ec9f0b",
+        sha256: "5f05669298b981c2f1ea2822b8d8d22fc98febb1fd5d2ac28f84750b8925d6cc",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3383,13 +3383,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "aecade753c0a2a8a80abd29d17435797df288c3f7e068e9359d23f7f31034cb1",
+        sha256: "101707ac7f0c5a4aa5cb8d79a892ea93a30a4747069ab9a3a9d5a39a771742fe",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "9c37e71fa05f598830383e358a22a7a70301fe0ffca83bcb471d5249e3d4b550",
+        sha256: "f84e99d7986387ca6c13e013e713edec421a06f978a915fcc8f6b2d223a50821",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3397,7 +3397,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "ed10fb28bf6d16c48bf12da1e5482b8b02fcc7ac4a0b6104655686690c9770d5",
+        sha256: "e411fe522eae11ffa20165bec07a63def685162c35f7eb710988bea865cc38f6",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3405,7 +3405,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "71a0360075cda3ffc95e54e2b78de60c2f305a1327a4346bb1cb9014446cf267",
+        sha256: "0d56ec057423d1c0dbe060b43c62fcab8f1e3475215d2d76dd3fac686e5ee078",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3413,7 +3413,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "a915453c8a8569728a21ab64e5fbada9b1f7b4ff64bcbeb016777b84615e35f8",
+        sha256: "3a6ef230c8585a893d03bfe845c79ce0a60de385d8ad95a8ce6bccf9fba56726",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3421,7 +3421,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "0a8d8b8d97aad0c5648e8142a255dec677ec06a57a8b63c1002358bce37e1274",
+        sha256: "e87896529decbc0dde3c0a08f3943018e78b7feb3f87c2584b670c78675ba645",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3429,7 +3429,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "ade81992057a4716cf6c22e98fe0a5b7d99288c5893eb25a43d0595a910643ec",
+        sha256: "9a2f15e472164a5bf9b895b739ebcf3cdbbb45def987fc40a4aa1511d0b67b97",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3437,13 +3437,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "95c9e142613fefabf63872ac952f98a46ad9d5c65cc85ca2c3ee7bfe14b5ce35",
+        sha256: "f8620e14a925039fda5eece3640773a2335e52d84908f3fdc87b32353cd78639",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "4f13b73035ae170b70b860ca55373d7ac176d513eb1c5554d631f4e070505b48",
+        sha256: "87b3e34c72898a138bba29586900982fea1cb1e69035772d6737e6209c2344ee",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -3451,7 +3451,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "0fdabe242de001ff2d793fdd0769fe95fc506b2d7d07dd1bf1a8be15dad15587",
+        sha256: "811361e35e83416a3c669ac583eb0367a1381ebaff7a279962ee12e7dd7792f9",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3459,7 +3459,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "0ed4191bb2ce6c967e0179bcbf6e1ee1be2bdfd649c41d9cd433703d5cf7f341",
+        sha256: "871094497a42e79bc61d8a8ede3c35ea2e5779bda68578a347cdf3c4ce09db63",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3467,7 +3467,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "ac4614fac3608119ab2426c0d5fdf3aeb0cc4a93d1cbb98803a0189c71a80bdc",
+        sha256: "d4151b339c9df3b249214a0968c671afefd06d7920e8f2eb62c081c59f2830f1",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -3475,19 +3475,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "614232fc7959ff7b6d24f62f149e93eeaa04d7762244587e47e451258646f185",
+        sha256: "edc2d024ea5c271ac49269e28222a4722e54bd5bfb6f6e28150e91443e791bb1",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "846ed3059227adffebf242d359c8439db6aca9c09bb835dac2dd95dd3e1351d0",
+        sha256: "2a8da095d4f363af5ef405027b245f3fa20723992cab787d990390bae8f10648",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "ed60387e89fa4ee573dbcdb38cae62d0eb493d3425421d164ad1ac5dd43509dc",
+        sha256: "a3390ff4a027d7822abb440c1bb2110ee25159c8c78ad40ab4f7a11531ae27a7",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",

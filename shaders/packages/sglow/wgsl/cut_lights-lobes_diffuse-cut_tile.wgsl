@@ -187,8 +187,8 @@ fn sglow_cut_sum(places: u32, first: u32, end: u32) -> SglowCutMoments {
     return sglow_cut_merged(left, right);
 }
 
-/// The mean position of the leaf that is nearest to the mean position of the leaves from first up to end: of all leaves,
-/// or of at least 64 of them where there are more than 127, at equal steps. The mean position itself may lie off every
+/// The position of the leaf that is nearest to the mean position of the leaves from first up to end: of all of them, or
+/// of at least 64 at equal steps where there are more than 127. The mean position itself may lie off every
 /// surface, within a column or above a floor, and see what no texel sees.
 fn sglow_cut_central(places: u32, first: u32, end: u32, mean: vec3<f32>) -> vec3<f32> {
     let step = max((end - first) / 64u, 1u);

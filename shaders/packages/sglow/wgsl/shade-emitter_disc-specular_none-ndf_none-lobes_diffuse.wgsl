@@ -247,7 +247,7 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
 ///
 /// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
 /// error 9e-8 before rounding.
-/// Contract: an x outside of the range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
+/// Contract: an x out of range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
 fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
     let t = clamp(x, 0.0, 1e5);
     // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
