@@ -112,12 +112,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         others.first().map(|runner_up| terminal::choose::margin(winner, runner_up, metric, budget));
     say::line(lost.as_deref().unwrap_or("There is no runner-up: nothing else meets the budget."));
 
-    let base = &case.derivation.settings;
-    let chosen = configurations
-        .iter()
-        .find(|settings| configuration::name(settings, base) == winner.name)
-        .ok_or_else(|| Failure::new(format!("{}: not among what was measured", winner.name)))?;
-    let set = case.set(chosen).map_err(Failure::from)?;
+    let name =
+        |settings: &&_| configuration::name(settings, &case.derivation.settings) == winner.name;
+    let chosen = configurations.iter().find(name);
+    let missing = || Failure::new(format!("{}: not among what was measured", winner.name));
+    let set = case.set(chosen.ok_or_else(missing)?).map_err(Failure::from)?;
     gen_shaders::run(&gen_shaders::Arguments {
         choice: options::Choice {
             over: arguments.numbers.over.clone(),
