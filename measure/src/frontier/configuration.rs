@@ -194,18 +194,12 @@ fn makers(base: &Settings) -> Vec<Settings> {
                     all.extend(kernels(&base));
                     // Clusters have no kernels to size, and are held in 32 bits.
                     if precision == Precision::F32 {
-                        all.extend([Space::Image, Space::World].map(|space| Settings {
-                            space,
-                            cut: Cut::None,
-                            kernel: Kernel::Modified,
-                            solver: Solver::Bracketed,
-                            filter: Filter::Exact,
-                            ..base.clone()
-                        }));
+                        let clusters = [Space::Image, Space::World];
+                        all.extend(clusters.map(|space| grouped(&base, space, Cut::None)));
                     }
                     // Density and draw do not apply to trees.
                     if (density, draw) == (Density::Power, Draw::Warped) {
-                        all.extend(Cut::ALL.map(|cut| trees(&base, cut)));
+                        all.extend(Cut::ALL.map(|cut| grouped(&base, Space::Tree, cut)));
                     }
                 }
             }
@@ -214,11 +208,11 @@ fn makers(base: &Settings) -> Vec<Settings> {
     all
 }
 
-/// Lights of a tree, flat or a cut for each tile.
-fn trees(base: &Settings, cut: Cut) -> Settings {
+/// Clusters, or the nodes of a tree, which have no kernels to size; with a cut as many as a tile takes.
+fn grouped(base: &Settings, space: Space, cut: Cut) -> Settings {
     let lights = if cut == Cut::None { base.lights } else { base.lights.min(QUEUE as u32) };
     Settings {
-        space: Space::Tree,
+        space,
         cut,
         lights,
         kernel: Kernel::Modified,
