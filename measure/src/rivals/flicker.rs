@@ -169,7 +169,8 @@ pub fn flicker(
         own.encode_moments(&mut encoder, &inputs, None)?;
         own.encode_density(&mut encoder, &inputs, None)?;
         for other in &others {
-            if shares(other.settings(), own.settings()) {
+            // A cut draws by no density, so that it has none to copy.
+            if shares(other.settings(), own.settings()) && own.density().is_some() {
                 other.encode_moments(&mut encoder, &inputs, None)?;
                 other.encode_density_of(&mut encoder, own);
             } else {

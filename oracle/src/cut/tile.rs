@@ -8,10 +8,10 @@ use crate::surface::SurfaceTexel;
 
 /// Width and height of a tile in pixels.
 pub const SIDE: usize = 8;
-/// Maximum number of nodes in the list of a tile.
-pub const NODES: usize = 704;
-/// Maximum number of nodes that are still to be estimated.
-pub const QUEUE: usize = 448;
+/// Maximum number of nodes in the list of a tile, with those still to be estimated.
+pub const NODES: usize = 1152;
+/// Maximum number of roots, so that some may be refined.
+pub const MOST_ROOTS: usize = 1024;
 /// Number of nodes that are estimated before any of their children.
 pub const BATCH: usize = 64;
 /// A node is refined from 1/1.5 of the limit on, and its children alone are left at the limit.
@@ -129,13 +129,13 @@ pub fn list(tree: &LightTree, votes: &[SurfaceTexel; 5], how: &How<'_>) -> Vec<E
                 own
             })
             .collect();
-        let refined = own.iter().filter(|own| own[5] > 0).count();
-        let kept = batch.iter().zip(&own).filter(|((_, _, above), own)| above != *own).count();
-        let more = queue.len() + 2 * refined;
-        // The list has room for all that is in the queue, so that no light is lost.
-        let full = more > QUEUE || more + list.len() + kept > NODES;
-        for ((node, root, above), own) in batch.into_iter().zip(own) {
-            let own = if full { [0; 6] } else { own };
+        // The list has room for all that is in the queue, so that no light is lost: the last ones are not refined.
+        let mut room = (NODES - queue.len() - batch.len() - list.len()) / 2;
+        for ((node, root, above), mut own) in batch.into_iter().zip(own) {
+            if own[5] > 0 {
+                own = if room > 0 { own } else { [0; 6] };
+                room = room.saturating_sub(1);
+            }
             if above != own {
                 list.push(Entry { node, root, above, own });
             }

@@ -310,7 +310,7 @@ fn cuts(list: &mut List) {
             list.three(name, Settings { precision, lobes, ..base.clone() });
         }
     }
-    for lights in [1, 448] {
+    for lights in [1, 1024] {
         list.one(format!("cut=tile lights={lights}"), Settings { lights, ..base.clone() });
     }
     for sharpness in [Sharpness::Toksvig, Sharpness::Banerjee] {

@@ -71,6 +71,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cluster_starts::NAMES_0,
     },
     Variant {
+        id: "cluster_sum-camera-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_0,
+        binding_names: cluster_sum::NAMES_0,
+    },
+    Variant {
         id: "cluster_sum-camera-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         entry_points: cluster_sum::ENTRY_POINTS_0,
@@ -83,6 +90,13 @@ pub static VARIANTS: &[Variant] = &[
         entry_points: cluster_sum::ENTRY_POINTS_0,
         bind_groups: cluster_sum::LAYOUT_1,
         binding_names: cluster_sum::NAMES_1,
+    },
+    Variant {
+        id: "cluster_sum-directional-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_0,
+        binding_names: cluster_sum::NAMES_0,
     },
     Variant {
         id: "cluster_sum-directional-trace-exact-both-f0",
@@ -99,6 +113,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cluster_sum::NAMES_1,
     },
     Variant {
+        id: "cluster_sum-point-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_0,
+        binding_names: cluster_sum::NAMES_0,
+    },
+    Variant {
         id: "cluster_sum-point-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         entry_points: cluster_sum::ENTRY_POINTS_0,
@@ -111,6 +132,13 @@ pub static VARIANTS: &[Variant] = &[
         entry_points: cluster_sum::ENTRY_POINTS_0,
         bind_groups: cluster_sum::LAYOUT_1,
         binding_names: cluster_sum::NAMES_1,
+    },
+    Variant {
+        id: "cluster_sum-spot-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_0,
+        binding_names: cluster_sum::NAMES_0,
     },
     Variant {
         id: "cluster_sum-spot-trace-exact-both-f0",
@@ -183,6 +211,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cut_keys::NAMES_0,
     },
     Variant {
+        id: "cut_leaves-directional-both-albedo-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_0,
+        binding_names: cut_leaves::NAMES_0,
+    },
+    Variant {
         id: "cut_leaves-directional-both-f0-exact",
         pass: cut_leaves::PASS,
         entry_points: cut_leaves::ENTRY_POINTS_0,
@@ -197,6 +232,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cut_leaves::NAMES_1,
     },
     Variant {
+        id: "cut_leaves-point-both-albedo-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_0,
+        binding_names: cut_leaves::NAMES_0,
+    },
+    Variant {
         id: "cut_leaves-point-both-f0-exact",
         pass: cut_leaves::PASS,
         entry_points: cut_leaves::ENTRY_POINTS_0,
@@ -209,6 +251,13 @@ pub static VARIANTS: &[Variant] = &[
         entry_points: cut_leaves::ENTRY_POINTS_0,
         bind_groups: cut_leaves::LAYOUT_1,
         binding_names: cut_leaves::NAMES_1,
+    },
+    Variant {
+        id: "cut_leaves-spot-both-albedo-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_0,
+        binding_names: cut_leaves::NAMES_0,
     },
     Variant {
         id: "cut_leaves-spot-both-f0-exact",
@@ -253,6 +302,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cut_lights::NAMES_3,
     },
     Variant {
+        id: "cut_lit-directional-both-albedo",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_0,
+        binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
         id: "cut_lit-directional-both-f0",
         pass: cut_lit::PASS,
         entry_points: cut_lit::ENTRY_POINTS_0,
@@ -267,6 +323,13 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cut_lit::NAMES_0,
     },
     Variant {
+        id: "cut_lit-point-both-albedo",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_0,
+        binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
         id: "cut_lit-point-both-f0",
         pass: cut_lit::PASS,
         entry_points: cut_lit::ENTRY_POINTS_0,
@@ -275,6 +338,13 @@ pub static VARIANTS: &[Variant] = &[
     },
     Variant {
         id: "cut_lit-point-diffuse-f0",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_0,
+        binding_names: cut_lit::NAMES_0,
+    },
+    Variant {
+        id: "cut_lit-spot-both-albedo",
         pass: cut_lit::PASS,
         entry_points: cut_lit::ENTRY_POINTS_0,
         bind_groups: cut_lit::LAYOUT_0,
@@ -624,6 +694,34 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: mip::NAMES_8,
     },
     Variant {
+        id: "moments-camera-both-albedo-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-camera-both-albedo-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-camera-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-camera-both-albedo-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
         id: "moments-camera-both-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
@@ -674,6 +772,34 @@ pub static VARIANTS: &[Variant] = &[
     },
     Variant {
         id: "moments-camera-diffuse-f0-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-directional-both-albedo-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-directional-both-albedo-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-directional-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-directional-both-albedo-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
@@ -736,6 +862,34 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: moments::NAMES_1,
     },
     Variant {
+        id: "moments-point-both-albedo-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-point-both-albedo-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-point-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-point-both-albedo-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
         id: "moments-point-both-f0-exact-f16",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
@@ -786,6 +940,34 @@ pub static VARIANTS: &[Variant] = &[
     },
     Variant {
         id: "moments-point-diffuse-f0-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-spot-both-albedo-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-spot-both-albedo-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_1,
+        binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-spot-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_0,
+        binding_names: moments::NAMES_0,
+    },
+    Variant {
+        id: "moments-spot-both-albedo-toksvig-f32",
         pass: moments::PASS,
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
@@ -1906,6 +2088,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "728366b95ec07eb834c1b0b21d43dffec5f5c5e081aaf5bd3600f5ac2e9f8275",
     },
     Embedded {
+        id: "cluster_sum-camera-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        text: include_str!(
+            "../wgsl/cluster_sum-light_camera-specular_power_albedo.wgsl"
+        ),
+        sha256: "495c79e5e951d5e3fdee9f48abe04abe9d743e9569c22f41e485109a40be63d4",
+    },
+    Embedded {
         id: "cluster_sum-camera-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_camera.wgsl"),
@@ -1916,6 +2106,14 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_camera-lobes_diffuse.wgsl"),
         sha256: "4440ee1b32f447fd8a7272253dd29c57d9795bd77bcac2c53cb770d4be9c3f7f",
+    },
+    Embedded {
+        id: "cluster_sum-directional-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        text: include_str!(
+            "../wgsl/cluster_sum-light_directional-specular_power_albedo.wgsl"
+        ),
+        sha256: "3de5932ae20129f4dfee0bba8581b9d89a0e7e5687a42c83fd4220141a9bb25a",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-both-f0",
@@ -1930,6 +2128,12 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "c9bbbf1bc1ec626116efc1088174a25b7de6cfb3764e170e1e3fa084eaba40de",
     },
     Embedded {
+        id: "cluster_sum-point-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-light_point-specular_power_albedo.wgsl"),
+        sha256: "856793f7b35537481ac9d5b97176916dd9fd090a89a6d944dd272a5e1e351085",
+    },
+    Embedded {
         id: "cluster_sum-point-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_point.wgsl"),
@@ -1940,6 +2144,12 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_point-lobes_diffuse.wgsl"),
         sha256: "028afe66e3995a92ce36e1a32d677d8deb2c90fd3f56308d0f8bd8ce5733aa10",
+    },
+    Embedded {
+        id: "cluster_sum-spot-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-specular_power_albedo.wgsl"),
+        sha256: "55b067461f57aae9a2d6b151df118e1ed60916ec6b287cf23ca25bee99212699",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-both-f0",
@@ -2002,6 +2212,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "6d15f195c7e0aa601eb745e1585a1c159e91b5a7e54e44b06e123a63c098b318",
     },
     Embedded {
+        id: "cut_leaves-directional-both-albedo-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!(
+            "../wgsl/cut_leaves-light_directional-specular_power_albedo.wgsl"
+        ),
+        sha256: "b7726b665ccc42355fe76c856c2b08942114da42341bb94f0c8d3610d29f09df",
+    },
+    Embedded {
         id: "cut_leaves-directional-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_directional.wgsl"),
@@ -2014,6 +2232,12 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "97c6deeb3ec0683c1ad706402bd4f4c48932228294ed68d05e699e469fa14c93",
     },
     Embedded {
+        id: "cut_leaves-point-both-albedo-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves-light_point-specular_power_albedo.wgsl"),
+        sha256: "6048bc722d769af08aa3b8728e914cd901403526eda9ded1c1ad6101edf23dda",
+    },
+    Embedded {
         id: "cut_leaves-point-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point.wgsl"),
@@ -2024,6 +2248,12 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point-lobes_diffuse.wgsl"),
         sha256: "c2f2794486609648ff356a806ca607c9fc3eaf69435f0b593a990515ec6d55ee",
+    },
+    Embedded {
+        id: "cut_leaves-spot-both-albedo-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves-specular_power_albedo.wgsl"),
+        sha256: "9c7e8be3fd4f11e07577c93f1ea73016a0f2c83002495a50a68beb5a576ac609",
     },
     Embedded {
         id: "cut_leaves-spot-both-f0-exact",
@@ -2062,6 +2292,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "ae20c700e20ca8deb1b679bfb67e8122d31f056a3e869681b4badcd8144bf35e",
     },
     Embedded {
+        id: "cut_lit-directional-both-albedo",
+        pass: cut_lit::PASS,
+        text: include_str!(
+            "../wgsl/cut_lit-light_directional-specular_power_albedo.wgsl"
+        ),
+        sha256: "bc844c87dd5f096f71df5ae45ef243ebcb96cbf3578657f581d2b0d4329cf77c",
+    },
+    Embedded {
         id: "cut_lit-directional-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_directional.wgsl"),
@@ -2074,6 +2312,12 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "17a9f1c36cfa2c80ddb628e1720dffca36c2a24c09697da9cf3e477f6d0229e5",
     },
     Embedded {
+        id: "cut_lit-point-both-albedo",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-light_point-specular_power_albedo.wgsl"),
+        sha256: "ad86e0bed2749050f497d735e230a26ec1d41ec5f76826cd0b4442d9bfe0a637",
+    },
+    Embedded {
         id: "cut_lit-point-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point.wgsl"),
@@ -2084,6 +2328,12 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point-lobes_diffuse.wgsl"),
         sha256: "7880d684ed74971dadb6209bdad5328ac4c75949f076333f07fd4619748ce5a4",
+    },
+    Embedded {
+        id: "cut_lit-spot-both-albedo",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-specular_power_albedo.wgsl"),
+        sha256: "63708c135cc945fb878f40936dbd4114ecba6a58c4ad9bb7f8a70aa7c8aeb1f9",
     },
     Embedded {
         id: "cut_lit-spot-both-f0",
@@ -2386,6 +2636,36 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "3007737b1290493dc0799803b2a3c090233505e9902573e3a440dca7f44b31ed",
     },
     Embedded {
+        id: "moments-camera-both-albedo-exact-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_camera-specular_power_albedo-precision_f16.wgsl"
+        ),
+        sha256: "8fc83ea4ee4221d51f3fc0757ee7eaafc5ec28264a4a63ff4a86ab149c09f285",
+    },
+    Embedded {
+        id: "moments-camera-both-albedo-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-light_camera-specular_power_albedo.wgsl"),
+        sha256: "ce6c1ec3c5fcac97c9921b198cecd9f16741d247c8bc47843b66c1e54c474a43",
+    },
+    Embedded {
+        id: "moments-camera-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_camera-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "f55f36636772c16b7392cd177edfae4320d327f79debb21acd7fd313d5dedf04",
+    },
+    Embedded {
+        id: "moments-camera-both-albedo-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_camera-specular_power_albedo-sharpness_toksvig.wgsl"
+        ),
+        sha256: "5b527e4d59fe57938fdfb36b561d1174bad47e9b15f44e6cabcf0738267e8077",
+    },
+    Embedded {
         id: "moments-camera-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_camera-precision_f16.wgsl"),
@@ -2440,6 +2720,38 @@ pub static EMBEDDED: &[Embedded] = &[
             "../wgsl/moments-light_camera-lobes_diffuse-sharpness_toksvig.wgsl"
         ),
         sha256: "8c0d6e594d1d174fb0d66dbf349f70420ee13ce92b2ede884027194fdab043c3",
+    },
+    Embedded {
+        id: "moments-directional-both-albedo-exact-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_directional-specular_power_albedo-precision_f16.wgsl"
+        ),
+        sha256: "4b7e2467aaf564e4c882e8614016cf56793215adf6766e8ba8838a701fd14dbd",
+    },
+    Embedded {
+        id: "moments-directional-both-albedo-exact-f32",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_directional-specular_power_albedo.wgsl"
+        ),
+        sha256: "e3582e82d4ea7f7ba2bc9fcce01cdbd64aa90738ea09e79f927814b508d21762",
+    },
+    Embedded {
+        id: "moments-directional-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_directional-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "9da3663884b320ef5e38773b50d43bc6d3bfc6a7e92ddffeed9ea642637be03e",
+    },
+    Embedded {
+        id: "moments-directional-both-albedo-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_directional-specular_power_albedo-sharpness_toksvig.wgsl"
+        ),
+        sha256: "071b8f28f79daeca800f3b2d6c2631e854b72e5ed045a0babf0948c76d05b490",
     },
     Embedded {
         id: "moments-directional-both-f0-exact-f16",
@@ -2498,6 +2810,36 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "366f2482e15243a094dfb6071da9307b9ce9f7ac72cafda04682ea2bb7beee75",
     },
     Embedded {
+        id: "moments-point-both-albedo-exact-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_point-specular_power_albedo-precision_f16.wgsl"
+        ),
+        sha256: "ca72c258e82fa9fefaaa9279c1c9fc75cad72ab94bf3c0ba64d7d9876da88cc1",
+    },
+    Embedded {
+        id: "moments-point-both-albedo-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-light_point-specular_power_albedo.wgsl"),
+        sha256: "cef6e76d400286f215f853e0134cd2404451a3a87b3ab3e8b7fdc1237628dfe1",
+    },
+    Embedded {
+        id: "moments-point-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_point-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "fdc4acca177193b2882c0f3db96ed68f3ed40b0cbb117d14a13a085479becd4b",
+    },
+    Embedded {
+        id: "moments-point-both-albedo-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_point-specular_power_albedo-sharpness_toksvig.wgsl"
+        ),
+        sha256: "f956d86d306bcf51c932ad4039c964734061020a4684a2150928a998b8d58d89",
+    },
+    Embedded {
         id: "moments-point-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_point-precision_f16.wgsl"),
@@ -2552,6 +2894,34 @@ pub static EMBEDDED: &[Embedded] = &[
             "../wgsl/moments-light_point-lobes_diffuse-sharpness_toksvig.wgsl"
         ),
         sha256: "72d8d5bca0d18d8878b71ab1b01ad7599791f7905dd876ee6e6905f0132e8fb1",
+    },
+    Embedded {
+        id: "moments-spot-both-albedo-exact-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-specular_power_albedo-precision_f16.wgsl"),
+        sha256: "266d1c8d307522ad167b8ac0fa474117d919f4b399023f43f01ebbdcfd4fe91d",
+    },
+    Embedded {
+        id: "moments-spot-both-albedo-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-specular_power_albedo.wgsl"),
+        sha256: "5666853ff6e82b8468b60de98c956d5e0e9495bf038b90a22505b807992ed100",
+    },
+    Embedded {
+        id: "moments-spot-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "35332f48ece1373834767ab83598467e14b50198e7909ad67d9be4222d50deee",
+    },
+    Embedded {
+        id: "moments-spot-both-albedo-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-specular_power_albedo-sharpness_toksvig.wgsl"
+        ),
+        sha256: "6304391b793288f5f137edb0b07669c78de2825cf78a7613d111702ff9fd1fee",
     },
     Embedded {
         id: "moments-spot-both-f0-exact-f16",
@@ -3055,7 +3425,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "9fa7267eaa4b781edab359c96c3ea40897373d3398ecef501186aea0c31104e1",
+        sha256: "ee16669421a01407c809820b6ea35644f0a7bebcf6f85d7d658664c308bff2d3",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -3077,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "8ef64d17dad7b32fc2634efc320ea44fc98bc41795a9adb3323b98fd807080fa",
+        sha256: "cf3b18d5e5ea72f9bccbe5099724142fce989abf9b7731bc252d4f570c3a872c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3085,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "44956e658aceb7d646995db5521ec1c5e94e0e8987af22fc5e065925e2c03efa",
+        sha256: "04fd4dc7a7e5d6b97d0e97b3e3e76861beedb97f8d31620083eca6d6f064e902",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3105,7 +3475,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "3b7197c7573243f995a0b8c13a11e434dafa555b548b698a529ae6d4d503fce2",
+        sha256: "978fbb0c7c3fcb01f8a7ab1cf0eaa68c3b93419cdfb05e0543298eb60154b441",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3129,7 +3499,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "814e1eaf426fef2cda7b56ca5fe215916bca7644b35c06c223d7fd53c2c56b27",
+        sha256: "38e5ad7b3c65dc71e6a53ee5d39704bba2092195dd5e685647ae3a9a3fdc453b",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3137,7 +3507,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "240cd20b9420092f2873d3f47625fcfa09625dc68554ec8bab337f22bbfd2fb6",
+        sha256: "665a54835669d37897993d03df6186ed54fe910c36d27397e41414e7e60ec242",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3153,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "8ac613222fee428e43c3987825e482614756cd8c0b9c7fd223305338bc613f32",
+        sha256: "ba745f0235438bf29440d2201aaebce816ef0767567f6fb878d661b9c07bc53e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3169,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "8f1037bd1df7a4592a65e70b10466def0c18be634451cbe37d3b99e2715c3eab",
+        sha256: "e96e7abf9f96956301ca41fb0b06a37461051b934eb6314549eec72483e58480",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3185,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "4f5953266c734ab0898c7c6a3fbf7fa8d77de7dceff1dfde869714545def2e5c",
+        sha256: "c34f0cf239e1b015a643fada673d2b230d5a374375d5d0aae79a5fc7fd8c0113",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3201,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "1132064e8933b0d656c38ca8881f0c4af367b0c12ebd96703bfb41b6761b6095",
+        sha256: "160c29f6593b07970ee1d32021be4f12d00a3c90d19aa7305e09b11090a4d1f4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3223,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "bb22f9030ad81afb149fafeafdfb6d9461659d1a1f0526b4b2565b8e555621cb",
+        sha256: "d4c85c902c489a3dda66bc69d49879c8f3992373c4528215fc1fbfa9ac6f1c94",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3247,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "443e2ca9f746fbc2d6fa4a129c61c5a1fab83eb92f00fb5a2ec8e16f57b93519",
+        sha256: "0cd6948d14db60b68dd59848132c257f7cebc78686f9e07c86b2bb40633508da",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3255,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "f1987a2d3725f7dd84dfab45c82aac6aa3a9a3bec6442a5614d164c1b31b0070",
+        sha256: "818be5f4f674eb61e970b9603c320ea2782ff902ba48226ed98a7fe79a7b9bc2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3279,7 +3649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "b4c49385c6e55e9dae2c285cf48846afaff2ab7625fa00d724833d3319dd7090",
+        sha256: "f96791c1b2419a64d15b7fde858046555a3546dc0e841d1ea2f20cd508c26032",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3303,7 +3673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "3138a7f0a50ed4d3f74f503c1f42fbe730ec5eb5fb19549c098bb6a6f0fe67d1",
+        sha256: "3e052a5b4f9f2a288a723fd8a7f113bd2486f70af6faa7d1ba4fcf60865d3de3",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3311,7 +3681,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "49e963e80bc46c8f0f0b5c16cfb68fd5c5267d51ebcc04f62888f111d3c524cf",
+        sha256: "b14193f54e9cbdbbc914e5044b54604ab34028ef00ed56486da4d5eb297d38cd",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -6346,7 +6716,7 @@ pub mod moments {
             workgroup_size: Some([8, 8, 1]),
         },
     ];
-    /// `moments-camera-both-f0-exact-f16`, `moments-camera-both-f0-toksvig-f16`, `moments-camera-diffuse-f0-exact-f16`, `moments-camera-diffuse-f0-toksvig-f16`, `moments-directional-both-f0-exact-f16`, `moments-directional-both-f0-toksvig-f16`, `moments-directional-diffuse-f0-exact-f16`, `moments-directional-diffuse-f0-toksvig-f16`, `moments-point-both-f0-exact-f16`, `moments-point-both-f0-toksvig-f16`, `moments-point-diffuse-f0-exact-f16`, `moments-point-diffuse-f0-toksvig-f16`, `moments-spot-both-f0-exact-f16`, `moments-spot-both-f0-toksvig-f16`, `moments-spot-diffuse-f0-exact-f16`, `moments-spot-diffuse-f0-toksvig-f16`.
+    /// `moments-camera-both-albedo-exact-f16`, `moments-camera-both-albedo-toksvig-f16`, `moments-camera-both-f0-exact-f16`, `moments-camera-both-f0-toksvig-f16`, `moments-camera-diffuse-f0-exact-f16`, `moments-camera-diffuse-f0-toksvig-f16`, `moments-directional-both-albedo-exact-f16`, `moments-directional-both-albedo-toksvig-f16`, `moments-directional-both-f0-exact-f16`, `moments-directional-both-f0-toksvig-f16`, `moments-directional-diffuse-f0-exact-f16`, `moments-directional-diffuse-f0-toksvig-f16`, `moments-point-both-albedo-exact-f16`, `moments-point-both-albedo-toksvig-f16`, `moments-point-both-f0-exact-f16`, `moments-point-both-f0-toksvig-f16`, `moments-point-diffuse-f0-exact-f16`, `moments-point-diffuse-f0-toksvig-f16`, `moments-spot-both-albedo-exact-f16`, `moments-spot-both-albedo-toksvig-f16`, `moments-spot-both-f0-exact-f16`, `moments-spot-both-f0-toksvig-f16`, `moments-spot-diffuse-f0-exact-f16`, `moments-spot-diffuse-f0-toksvig-f16`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 112),
@@ -6411,7 +6781,7 @@ pub mod moments {
             "sglow_weight_output",
         ],
     ];
-    /// `moments-camera-both-f0-exact-f32`, `moments-camera-both-f0-toksvig-f32`, `moments-camera-diffuse-f0-exact-f32`, `moments-camera-diffuse-f0-toksvig-f32`, `moments-directional-both-f0-exact-f32`, `moments-directional-both-f0-toksvig-f32`, `moments-directional-diffuse-f0-exact-f32`, `moments-directional-diffuse-f0-toksvig-f32`, `moments-point-both-f0-exact-f32`, `moments-point-both-f0-toksvig-f32`, `moments-point-diffuse-f0-exact-f32`, `moments-point-diffuse-f0-toksvig-f32`, `moments-spot-both-f0-exact-f32`, `moments-spot-both-f0-toksvig-f32`, `moments-spot-diffuse-f0-exact-f32`, `moments-spot-diffuse-f0-toksvig-f32`.
+    /// `moments-camera-both-albedo-exact-f32`, `moments-camera-both-albedo-toksvig-f32`, `moments-camera-both-f0-exact-f32`, `moments-camera-both-f0-toksvig-f32`, `moments-camera-diffuse-f0-exact-f32`, `moments-camera-diffuse-f0-toksvig-f32`, `moments-directional-both-albedo-exact-f32`, `moments-directional-both-albedo-toksvig-f32`, `moments-directional-both-f0-exact-f32`, `moments-directional-both-f0-toksvig-f32`, `moments-directional-diffuse-f0-exact-f32`, `moments-directional-diffuse-f0-toksvig-f32`, `moments-point-both-albedo-exact-f32`, `moments-point-both-albedo-toksvig-f32`, `moments-point-both-f0-exact-f32`, `moments-point-both-f0-toksvig-f32`, `moments-point-diffuse-f0-exact-f32`, `moments-point-diffuse-f0-toksvig-f32`, `moments-spot-both-albedo-exact-f32`, `moments-spot-both-albedo-toksvig-f32`, `moments-spot-both-f0-exact-f32`, `moments-spot-both-f0-toksvig-f32`, `moments-spot-diffuse-f0-exact-f32`, `moments-spot-diffuse-f0-toksvig-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
@@ -8245,7 +8615,7 @@ pub mod cluster_sum {
             workgroup_size: Some([64, 1, 1]),
         },
     ];
-    /// `cluster_sum-camera-trace-exact-both-f0`, `cluster_sum-directional-trace-exact-both-f0`, `cluster_sum-point-trace-exact-both-f0`, `cluster_sum-spot-trace-exact-both-f0`.
+    /// `cluster_sum-camera-trace-exact-both-albedo`, `cluster_sum-camera-trace-exact-both-f0`, `cluster_sum-directional-trace-exact-both-albedo`, `cluster_sum-directional-trace-exact-both-f0`, `cluster_sum-point-trace-exact-both-albedo`, `cluster_sum-point-trace-exact-both-f0`, `cluster_sum-spot-trace-exact-both-albedo`, `cluster_sum-spot-trace-exact-both-f0`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 112),
@@ -8412,7 +8782,7 @@ pub mod cut_lit {
             workgroup_size: Some([64, 1, 1]),
         },
     ];
-    /// `cut_lit-directional-both-f0`, `cut_lit-directional-diffuse-f0`, `cut_lit-point-both-f0`, `cut_lit-point-diffuse-f0`, `cut_lit-spot-both-f0`, `cut_lit-spot-diffuse-f0`.
+    /// `cut_lit-directional-both-albedo`, `cut_lit-directional-both-f0`, `cut_lit-directional-diffuse-f0`, `cut_lit-point-both-albedo`, `cut_lit-point-both-f0`, `cut_lit-point-diffuse-f0`, `cut_lit-spot-both-albedo`, `cut_lit-spot-both-f0`, `cut_lit-spot-diffuse-f0`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),
@@ -8614,7 +8984,7 @@ pub mod cut_leaves {
             workgroup_size: Some([64, 1, 1]),
         },
     ];
-    /// `cut_leaves-directional-both-f0-exact`, `cut_leaves-point-both-f0-exact`, `cut_leaves-spot-both-f0-exact`.
+    /// `cut_leaves-directional-both-albedo-exact`, `cut_leaves-directional-both-f0-exact`, `cut_leaves-point-both-albedo-exact`, `cut_leaves-point-both-f0-exact`, `cut_leaves-spot-both-albedo-exact`, `cut_leaves-spot-both-f0-exact`.
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 96),

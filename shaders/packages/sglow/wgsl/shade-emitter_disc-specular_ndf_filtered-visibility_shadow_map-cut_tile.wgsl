@@ -15,9 +15,9 @@
 // Contract:
 // - surface textures: as the surface pass writes them
 // - vsgls: as the sample pass writes them, of moments whose diffuse_mean_length is that of the emitter
-// - count: 1 to 448; roots: as the pass cut_lights writes them; nodes' lights and branches: as the pass cut_nodes
+// - count: 1 to 1024; roots: as the pass cut_lights writes them; nodes' lights and branches: as the pass cut_nodes
 //   writes them
-// - tolerance: at least 0; a tile has at most 704 nodes, and where it would have more, they stay coarser
+// - tolerance: at least 0; a tile has at most 1152 nodes, and where it would have more, they stay coarser
 // - light maps: those that the pass light_shadow was given; light atlas: as it writes it
 // - visibility: nothing is lit behind a light's plane
 // - bias: 0 to 0.5; the receiver is moved along its normal by bias times its distance to the light along |x| + |y| +
@@ -138,16 +138,13 @@ struct SglowTileNode {
     rest: u32,
 }
 
-/// Maximum number of nodes of a tile, by the 16 KiB of workgroup memory that WebGPU grants. Beyond it nodes are not
-/// refined any further, so that no light is lost.
-const SGLOW_TILE_NODES: u32 = 704u;
+/// Maximum number of nodes of a tile, with those still to be estimated, by the 16 KiB of workgroup memory that WebGPU
+/// grants. Beyond it nodes are not refined any further, so that no light is lost.
+const SGLOW_TILE_NODES: u32 = 1152u;
 
+/// The list, and behind it the queue of the nodes that are still to be estimated. What a round takes from the queue is at
+/// least what it adds to the list, so that the list does not reach the queue.
 var<workgroup> sglow_tile_nodes: array<SglowTileNode, SGLOW_TILE_NODES>;
-
-/// Maximum number of nodes that are still to be estimated.
-const SGLOW_TILE_QUEUE: u32 = 448u;
-
-var<workgroup> sglow_tile_queue: array<SglowTileNode, SGLOW_TILE_QUEUE>;
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
 struct SglowSurface {
@@ -342,6 +339,19 @@ fn sglow_tile_rank(words: vec2<u32>, lane: u32) -> u32 {
     return countOneBits(words.x) + countOneBits(words.y & below);
 }
 
+/// The first of the bits that are set.
+fn sglow_tile_first(words: vec2<u32>, count: u32) -> vec2<u32> {
+    var rest = words;
+    for (var bit = 0u; bit < count; bit += 1u) {
+        if rest.x > 0u {
+            rest.x &= rest.x - 1u;
+        } else {
+            rest.y &= rest.y - 1u;
+        }
+    }
+    return words & ~rest;
+}
+
 /// Makes the list of a tile's nodes and returns its length. [Walter 2005] for one pixel; tiles and blending are ours.
 ///
 /// Nodes are refined breadth first from those of the global cut on, each by one invocation. A vote refines no node
@@ -368,7 +378,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
                 sums[vote] += sglow_tile_radiance(vote, vsgl);
             }
         }
-        sglow_tile_queue[root] = SglowTileNode(node, 0xffffffffu, 0xffffu | (root << 16u) | (seen << 27u));
+        sglow_tile_nodes[root] = SglowTileNode(node, 0xffffffffu, 0xffffu | (root << 16u) | (seen << 27u));
     }
     for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
         sglow_tile_sums[64u * vote + lane] = sums[vote];
@@ -395,12 +405,28 @@ fn sglow_tile_list(lane: u32) -> u32 {
         sglow_tile_receivers[lane].limit = sglow_shade_parameters.tolerance * max(radiance, least * reflectance);
     }
     workgroupBarrier();
-    // At most 704 nodes are refined, so no more than 448 + 2 * 704 are taken from the queue; the bound ends the loop
-    // on buffers that are no tree.
+    // Each round takes from the queue, and each node that is refined makes list and queue longer by one at least; the
+    // bound ends the loop on buffers that are no tree.
     for (var round = 0u; round < 4096u; round += 1u) {
         let state = workgroupUniformLoad(&sglow_tile_state);
         if state.x == 0u {
             break;
+        }
+        var start = state.z;
+        if start + state.x + 128u > SGLOW_TILE_NODES && start > state.y {
+            // The children of 64 nodes have no room behind the queue, which moves to the end of the list.
+            start = state.y;
+            for (var moved = 0u; moved < state.x; moved += 64u) {
+                var node: SglowTileNode;
+                if moved + lane < state.x {
+                    node = sglow_tile_nodes[state.z + moved + lane];
+                }
+                workgroupBarrier();
+                if moved + lane < state.x {
+                    sglow_tile_nodes[start + moved + lane] = node;
+                }
+                workgroupBarrier();
+            }
         }
         let batch = min(state.x, 64u);
         let words = 2u * state.w;
@@ -408,7 +434,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
         var corners = 0u;
         var rest = 0u;
         if lane < batch {
-            node = sglow_tile_queue[(state.z + lane) % SGLOW_TILE_QUEUE];
+            node = sglow_tile_nodes[start + lane];
         }
         var branch: SglowCutBranch;
         if node.node != SGLOW_CUT_NONE {
@@ -450,22 +476,18 @@ fn sglow_tile_list(lane: u32) -> u32 {
         workgroupBarrier();
         var refined = vec2<u32>(atomicLoad(&sglow_tile_refined[words]), atomicLoad(&sglow_tile_refined[words + 1u]));
         var kept = vec2<u32>(atomicLoad(&sglow_tile_kept[words]), atomicLoad(&sglow_tile_kept[words + 1u]));
-        let children = 2u * (countOneBits(refined.x) + countOneBits(refined.y));
-        let queued = state.x - batch + children;
-        if queued > SGLOW_TILE_QUEUE
-            || queued + state.y + countOneBits(kept.x) + countOneBits(kept.y) > SGLOW_TILE_NODES {
-            // Full: these nodes are not refined. The list has room for all that is in the queue.
-            refined = vec2<u32>(0u);
-            kept = select(vec2<u32>(0u), vec2<u32>(0xffffffffu), vec2<u32>(batch) >= vec2<u32>(32u, 64u));
-            if batch < 32u {
-                kept.x = (1u << batch) - 1u;
-            } else if batch < 64u {
-                kept.y = (1u << (batch - 32u)) - 1u;
-            }
+        // Full: the last ones are not refined. The list has room for all that is in the queue.
+        let room = (SGLOW_TILE_NODES - state.x - state.y) / 2u;
+        if countOneBits(refined.x) + countOneBits(refined.y) > room {
+            let first = sglow_tile_first(refined, room);
+            kept |= refined & ~first;
+            refined = first;
+        }
+        let mask = vec2<u32>(select(0u, 1u << lane, lane < 32u), select(0u, 1u << (lane & 31u), lane >= 32u));
+        if !any((refined & mask) != vec2<u32>(0u)) {
             corners = 0u;
             rest = 0u;
         }
-        let mask = vec2<u32>(select(0u, 1u << lane, lane < 32u), select(0u, 1u << (lane & 31u), lane >= 32u));
         if any((kept & mask) != vec2<u32>(0u)) {
             let place = state.y + sglow_tile_rank(kept, lane);
             sglow_tile_nodes[place] = SglowTileNode(
@@ -475,17 +497,17 @@ fn sglow_tile_list(lane: u32) -> u32 {
             );
         }
         if any((refined & mask) != vec2<u32>(0u)) {
-            let place = state.z + state.x + 2u * sglow_tile_rank(refined, lane);
+            let place = start + state.x + 2u * sglow_tile_rank(refined, lane);
             let passed = rest | (node.rest & 0xffff0000u);
-            sglow_tile_queue[place % SGLOW_TILE_QUEUE] = SglowTileNode(branch.left, corners, passed);
-            sglow_tile_queue[(place + 1u) % SGLOW_TILE_QUEUE] = SglowTileNode(branch.right, corners, passed);
+            sglow_tile_nodes[place] = SglowTileNode(branch.left, corners, passed);
+            sglow_tile_nodes[place + 1u] = SglowTileNode(branch.right, corners, passed);
         }
         if lane == 0u {
             let more = 2u * (countOneBits(refined.x) + countOneBits(refined.y));
             sglow_tile_state = vec4<u32>(
                 state.x - batch + more,
                 state.y + countOneBits(kept.x) + countOneBits(kept.y),
-                (state.z + batch) % SGLOW_TILE_QUEUE,
+                start + batch,
                 1u - state.w,
             );
             let next = 2u * (1u - state.w);
