@@ -7,7 +7,7 @@ use sglow_results::progress::Progress;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
-use sglow_shaders::{Cut, Emitter, Space, Visibility};
+use sglow_shaders::{Cut, Emitter, Space, SpecularPower, Visibility};
 
 use crate::light_maps::{Case, LightMapsError};
 
@@ -16,11 +16,13 @@ pub const SCENES: [&str; 5] = ["caustic", "cornell-glossy", "atrium", "cornell",
 /// Paths for each pixel of the reference.
 pub const PATHS: u32 = 4096;
 
-/// What all have in common: rasterised maps, kernels of a quarter of their share of the map.
+/// What all have in common: rasterised maps, kernels of a quarter of their share of the map, the default power of specular
+/// lobes.
 #[must_use]
 pub fn base() -> Settings {
-    let visibility = Visibility::ShadowMap;
-    Settings { size: [112, 63], size_factor: 0.25, visibility, ..Settings::default() }
+    let (visibility, specular_power) = (Visibility::ShadowMap, SpecularPower::Albedo);
+    let size_factor = 0.25;
+    Settings { size: [112, 63], size_factor, visibility, specular_power, ..Settings::default() }
 }
 
 /// Measures each on all of [`SCENES`].
@@ -41,6 +43,7 @@ pub fn all(
         cut(448, 0.0),
         cut(448, 0.75),
         cut(448, 1.5),
+        cut(1024, 0.75),
     ];
     progress.start("kernels, clusters and cuts", SCENES.len());
     let mut all = Vec::new();

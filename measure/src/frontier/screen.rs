@@ -373,7 +373,7 @@ mod tests {
         // A cut remains one as long as a tile holds its roots.
         let cut = Settings { lights: 448, ..with(&base, "cut", "tile").unwrap() };
         assert_eq!(with(&cut, "emitter", "lobe").unwrap().cut, Cut::Tile);
-        assert_eq!(with(&cut, "lights", "1024").unwrap().cut, Cut::None);
+        assert_eq!(with(&cut, "lights", "4096").unwrap().cut, Cut::None);
         assert!(singles(&clusters, &|_| true).iter().any(|single| single.axis == "size_factor"));
         assert!(
             with(&base, "emitter", "cosine").is_none() && with(&base, "colour", "red").is_none()

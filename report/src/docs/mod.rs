@@ -4,6 +4,7 @@ pub mod densities;
 pub mod deviations;
 pub mod frontier;
 pub mod marks;
+pub mod needed;
 pub mod references;
 pub mod rivals;
 pub mod specular;
@@ -41,6 +42,7 @@ pub fn write(
     let read = |path: &PathBuf| std::fs::read_to_string(path);
     let [readme, results, deviating] = [read(&paths[0])?, read(&paths[1])?, read(&paths[2])?];
     let results = frontier::frontier(&results, names[1], scenes, checks, &how)?;
+    let results = needed::written(&results, names[1], scenes, &how)?;
     let texts = [
         frontier::by_lights(&readme, names[0], scenes, &how)?,
         densities::written(&results, names[1], on_densities, &how)?,
