@@ -229,6 +229,7 @@ pub fn flicker(
                     error: error(pictures, &both),
                     change: changes(pictures, None).0 * mean(pictures) / mean(&both),
                     flicker,
+                    most: of_most(pictures, &references),
                     worst,
                     not_finite: pictures.iter().flatten().filter(|one| !one.is_finite()).count(),
                 }
@@ -249,6 +250,37 @@ fn error(frames: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
     let [frames, reference] = [frames.concat(), reference.concat()];
     let compared = metrics::compare_exact(frames.as_chunks::<3>().0, reference.as_chunks::<3>().0);
     compared.map_or(0.0, |one| one.rmse_over_mean().value)
+}
+
+/// The share of pixels that [`Flicker::most`] leaves out.
+const FEW: f64 = 0.05;
+
+/// The RMS of the same changes without the few pixels that change most, over the mean of the reference.
+fn of_most(frames: &[Vec<f64>], reference: &[Vec<Vec<f64>>; 2]) -> f64 {
+    let pixels = frames.first().map_or(0, |frame| frame.len() / 3);
+    let change = |frames: &[Vec<f64>], frame: usize, at: usize| {
+        let [before, after] = [frame - 1, frame].map(|frame| frames[frame][at]);
+        after - before
+    };
+    let mut squares: Vec<f64> = (0..pixels)
+        .map(|pixel| {
+            let numbers = (1..frames.len())
+                .flat_map(|frame| (0..3).map(move |channel| (frame, 3 * pixel + channel)));
+            numbers
+                .map(|(frame, at)| {
+                    let own = change(frames, frame, at);
+                    let left = |half: usize| own - change(&reference[half], frame, at);
+                    left(0) * left(1)
+                })
+                .sum()
+        })
+        .collect();
+    squares.sort_by(f64::total_cmp);
+    squares.truncate(pixels - (FEW * pixels as f64) as usize);
+    let count = (3 * squares.len() * frames.len().saturating_sub(1)).max(1);
+    let mean_square = squares.iter().sum::<f64>() / count as f64;
+    let root = if mean_square < 0.0 { 0.0 } else { mean_square.sqrt() };
+    root / (0.5 * (mean(&reference[0]) + mean(&reference[1])))
 }
 
 /// The RMS of changes from frame to frame that the reference's own do not explain, over all pairs and of the worst one,
@@ -329,6 +361,19 @@ mod tests {
         let (free, _) = changes(&steady, Some(&[one.clone(), other]));
         let (noise, _) = changes(&steady, Some(&[one.clone(), one]));
         assert!(free < 0.2 * noise && noise > 0.03, "{free} {noise}");
+    }
+
+    #[test]
+    fn few_pixels_are_left_out() {
+        let steady = vec![vec![1.0; 60]; 3];
+        let halves = [steady.clone(), steady.clone()];
+        let with = |pixels: usize| {
+            let mut frames = steady.clone();
+            frames[1][..3 * pixels].fill(2.0);
+            of_most(&frames, &halves)
+        };
+        assert_eq!(with(1), 0.0);
+        assert!((with(2) - (1.0f64 / 19.0).sqrt()).abs() < 1e-12, "{}", with(2));
     }
 
     #[test]
