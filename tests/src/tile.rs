@@ -442,6 +442,7 @@ fn agrees_with_the_oracle() {
     all.extend(Emitter::ALL.map(|emitter| Settings { emitter, ..settings() }));
     all.push(Settings { precision: Precision::F16, ..settings() });
     all.push(Settings { lights: 3, tolerance: 0.2, ..settings() });
+    all.push(crowded(16));
     for settings in all {
         let run = Run::new(&settings, KINDS[0], whole_space(), 7);
         let (comparison, nodes) = compare(&run);
@@ -450,37 +451,25 @@ fn agrees_with_the_oracle() {
     }
 }
 
-/// Roots of cuts through more leaves than a list has room for; with the most that there may be the queue moves often.
-const CROWDED: [u32; 2] = [16, 1024];
-
+/// A cut through more leaves than a list has room for.
 fn crowded(lights: u32) -> Settings {
-    Settings { tolerance: 1e-4, map: 64, lights, ..settings() }
+    Settings { tolerance: 1e-4, map: 64, lights, size: [SIDE as u32; 2], ..settings() }
 }
 
-/// Nodes that have no room are not refined, and their light stays.
+/// Nodes that have no room are not refined, and their light stays. With the most roots that there may be the queue moves.
 #[test]
 fn a_full_list_loses_no_light() {
-    for lights in CROWDED {
-        let settings = crowded(lights);
-        let id = settings.shade().id();
-        let (comparison, nodes) = compare(&Run::new(&settings, KINDS[0], whole_space(), 7));
-        let tiles =
-            settings.size.map(|side| (side as usize).div_ceil(SIDE)).iter().product::<usize>();
-        println!("{lights}: {nodes} nodes in {tiles} lists");
-        comparison.assert_holds(&id);
-        assert!(nodes > tiles * tile::NODES * 9 / 10, "no list is full: {nodes}");
-        let breaks = [
-            ("kept |= refined & ~first;", ""),
-            ("refined = first;", "refined = vec2<u32>(0u);"),
-            (
-                "sglow_tile_nodes[start + moved + lane] = node",
-                "sglow_tile_nodes[start + moved] = node",
-            ),
-        ];
-        for (from, to) in breaks {
-            let run = Run::new(&settings, KINDS[0], &broken(&id, from, to), 7);
-            compare(&run).0.assert_fails(&format!("{from} as {to}"));
-        }
+    let settings = crowded(tile::MOST_ROOTS as u32);
+    let id = settings.shade().id();
+    let (comparison, nodes) = compare(&Run::new(&settings, KINDS[0], whole_space(), 7));
+    comparison.assert_holds(&id);
+    assert!(nodes > tile::NODES * 9 / 10, "the list is not full: {nodes}");
+    for (from, to) in [
+        ("kept |= refined & ~first;", ""),
+        ("sglow_tile_nodes[start + moved + lane] = node", "sglow_tile_nodes[start + moved] = node"),
+    ] {
+        let run = Run::new(&settings, KINDS[0], &broken(&id, from, to), 7);
+        compare(&run).0.assert_fails(&format!("{from} as {to}"));
     }
 }
 
