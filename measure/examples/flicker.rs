@@ -1,8 +1,8 @@
 //! Where flicker comes from: flicker of the default, of wide kernels, of flat lights, 16384 of them as well, and of a cut
 //! without visibility, by the size of the map.
 //!
-//! Prints RMS over the mean, as the report does, for each scene, and the same without the twentieth of the pixels that change
-//! most.
+//! Prints RMS over the mean, as the report does, for each scene, and the same without the twentieth of the pixels that
+//! change most.
 //!
 //! `cargo run --release -p sglow-measure --example flicker -- cornell columns atrium`
 
@@ -54,8 +54,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 100.0 * found.reference_change
             );
             for one in found.contenders {
-                let [all, most] = [one.flicker, one.most].map(|flicker| 100.0 * flicker);
-                println!("  {all:6.2} %, {most:6.2} %  {}", one.name);
+                let [all, trimmed] = [one.flicker, one.trimmed].map(|flicker| 100.0 * flicker);
+                println!("  {all:6.2} %, {trimmed:6.2} %  {}", one.name);
             }
         }
     }

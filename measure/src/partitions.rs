@@ -16,8 +16,8 @@ pub const SCENES: [&str; 5] = ["caustic", "cornell-glossy", "atrium", "cornell",
 /// Paths for each pixel of the reference.
 pub const PATHS: u32 = 4096;
 
-/// What all have in common: rasterised maps, kernels of a quarter of their share of the map, the default power of specular
-/// lobes.
+/// What all have in common: rasterised maps, kernels of a quarter of their share of the map, the default power of
+/// specular lobes.
 #[must_use]
 pub fn base() -> Settings {
     let (visibility, specular_power) = (Visibility::ShadowMap, SpecularPower::Albedo);

@@ -456,10 +456,10 @@ fn crowded(lights: u32) -> Settings {
     Settings { tolerance: 1e-4, map: 64, lights, ..settings() }
 }
 
-/// Nodes that have no room are not refined, and their light stays. With the most roots that there may be the queue moves.
+/// Nodes that have no room are not refined, and their light stays. With 1024 roots the queue moves.
 #[test]
 fn a_full_list_loses_no_light() {
-    let settings = crowded(tile::MOST_ROOTS as u32);
+    let settings = crowded(tile::MAX_ROOTS as u32);
     let id = settings.shade().id();
     let (comparison, nodes) = compare(&Run::new(&settings, KINDS[0], whole_space(), 7));
     comparison.assert_holds(&id);

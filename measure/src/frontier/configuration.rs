@@ -10,7 +10,7 @@ use sglow_shaders::{
     Specular, Visibility, centres, cut_lights, light_points, light_shadow,
 };
 
-use sglow_oracle::cut::tile::MOST_ROOTS;
+use sglow_oracle::cut::tile::MAX_ROOTS;
 
 /// The value on each axis that methods are compared by, of those that follow from others as well.
 #[must_use]
@@ -208,9 +208,9 @@ fn makers(base: &Settings) -> Vec<Settings> {
     all
 }
 
-/// Clusters, or the nodes of a tree, which have no kernels to size; with a cut as many as a tile takes.
+/// Clusters, or the nodes of a tree, which have no kernels to size; with a cut at most as many as a tile takes.
 fn grouped(base: &Settings, space: Space, cut: Cut) -> Settings {
-    let lights = if cut == Cut::None { base.lights } else { base.lights.min(MOST_ROOTS as u32) };
+    let lights = if cut == Cut::None { base.lights } else { base.lights.min(MAX_ROOTS as u32) };
     Settings {
         space,
         cut,

@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_oracle::cut::tile::MOST_ROOTS;
+use sglow_oracle::cut::tile::MAX_ROOTS;
 use sglow_renderer::variants::Variants as _;
 use sglow_results::frontier::document::{Configuration, Kept, Metric};
 use sglow_results::frontier::rank::{Place, SAME_ERROR, rank};
@@ -74,7 +74,7 @@ pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
         (settings.space, settings.emitter) = (Space::Tree, Emitter::Disc);
         settings.lights = settings.lights.min(configuration::ROOTS);
     }
-    if settings.space != Space::Tree || settings.lights as usize > MOST_ROOTS {
+    if settings.space != Space::Tree || settings.lights as usize > MAX_ROOTS {
         settings.cut = Cut::None;
     }
     let maps = settings.visibility != Visibility::None;

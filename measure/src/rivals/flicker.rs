@@ -229,7 +229,7 @@ pub fn flicker(
                     error: error(pictures, &both),
                     change: changes(pictures, None).0 * mean(pictures) / mean(&both),
                     flicker,
-                    most: of_most(pictures, &references),
+                    trimmed: trimmed(pictures, &references),
                     worst,
                     not_finite: pictures.iter().flatten().filter(|one| !one.is_finite()).count(),
                 }
@@ -252,11 +252,11 @@ fn error(frames: &[Vec<f64>], reference: &[Vec<f64>]) -> f64 {
     compared.map_or(0.0, |one| one.rmse_over_mean().value)
 }
 
-/// The share of pixels that [`Flicker::most`] leaves out.
-const FEW: f64 = 0.05;
+/// The share of pixels that [`Flicker::trimmed`] leaves out.
+const TRIMMED_SHARE: f64 = 0.05;
 
 /// The RMS of the same changes without the few pixels that change most, over the mean of the reference.
-fn of_most(frames: &[Vec<f64>], reference: &[Vec<Vec<f64>>; 2]) -> f64 {
+fn trimmed(frames: &[Vec<f64>], reference: &[Vec<Vec<f64>>; 2]) -> f64 {
     let pixels = frames.first().map_or(0, |frame| frame.len() / 3);
     let change = |frames: &[Vec<f64>], frame: usize, at: usize| {
         let [before, after] = [frame - 1, frame].map(|frame| frames[frame][at]);
@@ -276,7 +276,7 @@ fn of_most(frames: &[Vec<f64>], reference: &[Vec<Vec<f64>>; 2]) -> f64 {
         })
         .collect();
     squares.sort_by(f64::total_cmp);
-    squares.truncate(pixels - (FEW * pixels as f64) as usize);
+    squares.truncate(pixels - (TRIMMED_SHARE * pixels as f64) as usize);
     let count = (3 * squares.len() * frames.len().saturating_sub(1)).max(1);
     let mean_square = squares.iter().sum::<f64>() / count as f64;
     let root = if mean_square < 0.0 { 0.0 } else { mean_square.sqrt() };
@@ -370,7 +370,7 @@ mod tests {
         let with = |pixels: usize| {
             let mut frames = steady.clone();
             frames[1][..3 * pixels].fill(2.0);
-            of_most(&frames, &halves)
+            trimmed(&frames, &halves)
         };
         assert_eq!(with(1), 0.0);
         assert!((with(2) - (1.0f64 / 19.0).sqrt()).abs() < 1e-12, "{}", with(2));

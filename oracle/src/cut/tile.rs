@@ -10,8 +10,8 @@ use crate::surface::SurfaceTexel;
 pub const SIDE: usize = 8;
 /// Maximum number of nodes in the list of a tile, with those still to be estimated.
 pub const NODES: usize = 1152;
-/// Maximum number of roots, so that some may be refined.
-pub const MOST_ROOTS: usize = 1024;
+/// Maximum number of roots, below [`NODES`] so that some can be refined.
+pub const MAX_ROOTS: usize = 1024;
 /// Number of nodes that are estimated before any of their children.
 pub const BATCH: usize = 64;
 /// A node is refined from 1/1.5 of the limit on, and its children alone are left at the limit.

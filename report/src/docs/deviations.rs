@@ -17,10 +17,6 @@ pub struct Deviation {
     axis: String,
     /// The value that gives the printed form.
     printed: String,
-    /// The default's value.
-    default: String,
-    /// In what both differ from the default, where the value means nothing beside the default; else empty.
-    beside: String,
     /// Each scene that was measured with both.
     scenes: Vec<OnScene>,
 }
@@ -30,6 +26,10 @@ pub struct Deviation {
 struct OnScene {
     /// The scene.
     scene: String,
+    /// The default's value.
+    default: String,
+    /// In what both differ from the default, where the value means nothing beside the default; else empty.
+    beside: String,
     /// The error of the default's picture against paths.
     default_error: PictureError,
     /// That of the default with this one value as printed.
@@ -50,20 +50,20 @@ pub fn deviations(library: &Library, scenes: &[SceneReport]) -> Result<Vec<Devia
     let mut all = Vec::new();
     for (axis, value) in &printed.set {
         let printed = value.to_string();
-        let mut one = Deviation {
-            axis: axis.clone(),
-            default: String::new(),
-            printed: printed.clone(),
-            beside: String::new(),
-            scenes: Vec::new(),
-        };
+        let mut one =
+            Deviation { axis: axis.clone(), printed: printed.clone(), scenes: Vec::new() };
         for scene in scenes {
             let name = format!("{axis}={printed}");
             let Some((default, changed)) = pair(&scene.configurations, &name) else { continue };
-            one.default = value_of(default, axis);
-            one.beside = if default.default { String::new() } else { default.name.clone() };
+            // The roots of a cut are not the papers' lights.
+            let of_cut = value_of(default, "cut") != "none";
+            if of_cut && axis == "lights" {
+                continue;
+            }
             one.scenes.push(OnScene {
                 scene: scene.scene.clone(),
+                default: value_of(default, axis),
+                beside: if default.default { String::new() } else { default.name.clone() },
                 default_error: default.picture,
                 printed_error: changed.picture,
                 default_milliseconds: default.time.median,
@@ -130,16 +130,16 @@ fn table(deviations: &[Deviation], how: &str) -> String {
                     .map(|error| picture_error::text(error.of(metric), metric, false));
                 format!("{ours} → {theirs}")
             };
-            let beside = if one.beside.is_empty() {
+            let beside = if on.beside.is_empty() {
                 String::new()
             } else {
-                format!(", with `{}`", one.beside)
+                format!(", with `{}`", on.beside)
             };
             text.push_str(&format!(
                 "| `{}={}` | `{}`{beside} | {} | {} | {:.1} → {:.1} |\n",
                 one.axis,
                 one.printed,
-                one.default,
+                on.default,
                 on.scene,
                 metrics.map(cell).join(" | "),
                 on.default_milliseconds,
@@ -172,7 +172,7 @@ mod tests {
         let found = deviations(&library().unwrap(), &[scene]).unwrap();
         assert_eq!(found.len(), 1);
         assert_eq!((found[0].axis.as_str(), found[0].printed.as_str()), ("emitter", "lobe"));
-        assert_eq!(found[0].beside, "");
+        assert_eq!(found[0].scenes[0].beside, "");
         // What means nothing beside the default stands beside what gives it a meaning.
         let mut clusters = made_up::scenes().remove(0).measured;
         for configuration in
@@ -188,7 +188,7 @@ mod tests {
         clusters.configurations[others[1]].name = "space=none".to_owned();
         let beside = deviations(&library().unwrap(), &[clusters]).unwrap();
         let sized = beside.iter().find(|one| one.axis == "size_factor").unwrap();
-        assert_eq!(sized.beside, "space=none");
+        assert_eq!(sized.scenes[0].beside, "space=none");
         assert!(table(&beside, "").contains("with `space=none`"));
         let document = "# Title\n<!-- measured: begin -->\nold\n<!-- measured: end -->\nprose\n";
         let text = written(document, &found, "cargo xtask report").unwrap();

@@ -92,7 +92,7 @@ mod tests {
             error: 1.0,
             change: 0.1,
             flicker: 0.131,
-            most: 0.05,
+            trimmed: 0.05,
             worst: 0.2,
             not_finite: 0,
         };

@@ -112,10 +112,14 @@ pub fn points(scenes: &[SceneReport]) -> Option<[Point<'_>; 3]> {
         ),
         point(
             "balanced",
-            "between fast and accurate on the frontier, where both are furthest off the other's side alike",
+            "between fast and accurate by geometric means over the scenes; on a single scene it may be dominated",
             balanced,
         ),
-        point("accurate", "the least relative MSE of all that were measured", accurate),
+        point(
+            "accurate",
+            "the minimum geometric mean over the scenes of the relative MSE over the default's",
+            accurate,
+        ),
     ])
 }
 

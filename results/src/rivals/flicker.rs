@@ -34,10 +34,10 @@ pub struct Flicker {
     /// Root of the mean square of the difference between its change from frame to frame and the reference's own, of which
     /// the reference's noise is no part.
     pub flicker: f64,
-    /// The same without the twentieth of the pixels that change most: few pixels close to lit surfaces have most of it.
-    pub most: f64,
     /// The same of the worst pair of frames.
     pub worst: f64,
+    /// `flicker` without the twentieth of the pixels that change most.
+    pub trimmed: f64,
     /// Numbers that were not finite.
     pub not_finite: usize,
 }

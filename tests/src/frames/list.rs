@@ -476,7 +476,9 @@ fn scenes(list: &mut List) {
 /// Configurations that have a name: those of a class of scenes, and presets, with fewer lights.
 fn named(list: &mut List) {
     let today = Settings { size_factor: 0.25, ..base() };
-    list.one("kernels of a scene without occluders", today.clone()).place = Place::GlossyWalls;
+    let glossy = Settings { specular_power: SpecularPower::Albedo, ..today.clone() };
+    list.one("kernels of a scene without occluders", glossy).place = Place::GlossyWalls;
+    list.one("kernels of a matt scene without occluders", today.clone()).place = Place::Walls;
     let shadowed = Settings { visibility: Visibility::ShadowMap, tile: 64, ..today.clone() };
     list.three("kernels of a scene with occluders", shadowed.clone());
     let disc = Settings { space: Space::World, emitter: Emitter::Disc, ..today };
@@ -488,7 +490,7 @@ fn named(list: &mut List) {
     list.one("cut of a scene with occluders", cut.clone());
     list.one(
         "cut of a scene with occluders and specular surfaces",
-        Settings { lights: 448, near_scale: 0.75, ..cut },
+        Settings { lights: 448, near_scale: 0.75, specular_power: SpecularPower::Albedo, ..cut },
     );
     // [Tokuyoshi 2016, Section 5, Appendices A to D]
     let printed = Settings {

@@ -3425,7 +3425,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "ee16669421a01407c809820b6ea35644f0a7bebcf6f85d7d658664c308bff2d3",
+        sha256: "63928bb63c1e94b457e5203bdf48d80a85814cd42d98fe53e4de8a3ef6dd5311",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -3447,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "cf3b18d5e5ea72f9bccbe5099724142fce989abf9b7731bc252d4f570c3a872c",
+        sha256: "e06dab6d97e52b557d4470383865601164b20a56f09e9efd69657f1d4eb08d59",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3455,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "04fd4dc7a7e5d6b97d0e97b3e3e76861beedb97f8d31620083eca6d6f064e902",
+        sha256: "ac47baff6bfc2ac8a65733337fc122475970a4408adfed9dcb0bbd486fbedce6",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3475,7 +3475,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "978fbb0c7c3fcb01f8a7ab1cf0eaa68c3b93419cdfb05e0543298eb60154b441",
+        sha256: "55920402371efea27c480d49063d167d1a973663bcb328c485792423a3af042d",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3499,7 +3499,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "38e5ad7b3c65dc71e6a53ee5d39704bba2092195dd5e685647ae3a9a3fdc453b",
+        sha256: "f98b48d5e32e7034877d8fc488f11dd8ae07528cfdb6e5f71d7c5eb5c06695e6",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3507,7 +3507,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "665a54835669d37897993d03df6186ed54fe910c36d27397e41414e7e60ec242",
+        sha256: "65d2bfc0f1b6abd50c585f57834e66922956e051159cc959978c4507f2044ddb",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3523,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "ba745f0235438bf29440d2201aaebce816ef0767567f6fb878d661b9c07bc53e",
+        sha256: "1c4e86f36ad5751a77b01dfea4ebddd84f0dab730b7adb3cfe4f1a2103978b22",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3539,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "e96e7abf9f96956301ca41fb0b06a37461051b934eb6314549eec72483e58480",
+        sha256: "469716dee1049f14290f66704993e387b4e3b0f6b79fe418a318d944a41570be",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3555,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "c34f0cf239e1b015a643fada673d2b230d5a374375d5d0aae79a5fc7fd8c0113",
+        sha256: "2a0ea6bd527ede676fecd5a111cc18c618cd3be394012e8849feb5341a8ab217",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3571,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "160c29f6593b07970ee1d32021be4f12d00a3c90d19aa7305e09b11090a4d1f4",
+        sha256: "e334b753c5dec34a537b229806376d8817bb83bc5661b0c2b82097ec5e781b14",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3593,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "d4c85c902c489a3dda66bc69d49879c8f3992373c4528215fc1fbfa9ac6f1c94",
+        sha256: "e674518d8fcec7daea4a1b9df832c5890e171160bf234f3d2d06ff9c91ba70d1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3617,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "0cd6948d14db60b68dd59848132c257f7cebc78686f9e07c86b2bb40633508da",
+        sha256: "5d33c6335a739fc30f697c0c4c688e5ab7c29f802835aef6ce89fcdb14fd4bb1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3625,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "818be5f4f674eb61e970b9603c320ea2782ff902ba48226ed98a7fe79a7b9bc2",
+        sha256: "1838a6cc8f8acf56995e6ce659aea442a3f5db0509fcd783ad8a43562ef1eab2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3649,7 +3649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "f96791c1b2419a64d15b7fde858046555a3546dc0e841d1ea2f20cd508c26032",
+        sha256: "74886e8aa0ff64fc72c206bc56bdc284946a4c952909ecccff167c1a994a5338",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3673,7 +3673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "3e052a5b4f9f2a288a723fd8a7f113bd2486f70af6faa7d1ba4fcf60865d3de3",
+        sha256: "76558bdf183c613f963404044b0e71d209d6337223d43436e4f6872549cc85f6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3681,7 +3681,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "b14193f54e9cbdbbc914e5044b54604ab34028ef00ed56486da4d5eb297d38cd",
+        sha256: "ad284f878173832deadf2124d59708b11252e19d6866876e0207c594b7699e3a",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",

@@ -16,7 +16,7 @@
 // - vsgls: as the sample pass writes them, of moments whose diffuse_mean_length is that of the emitter
 // - count: 1 to 1024; roots: as the pass cut_lights writes them; nodes' lights and branches: as the pass cut_nodes
 //   writes them
-// - tolerance: at least 0; a tile has at most 1152 nodes, and where it would have more, they stay coarser
+// - tolerance: at least 0; list and queue of a tile have room for 1152 nodes, beyond which nodes are not refined
 // - light maps: those that the pass light_shadow was given; light atlas: as it writes it
 // - visibility: nothing is lit behind a light's plane
 // - bias: 0 to 0.5; the receiver is moved along its normal by bias times its distance to the light along |x| + |y| +
@@ -133,8 +133,8 @@ struct SglowTileNode {
 /// grants. Beyond it nodes are not refined any further, so that no light is lost.
 const SGLOW_TILE_NODES: u32 = 1152u;
 
-/// The list, and behind it the queue of the nodes that are still to be estimated. What a round takes from the queue is at
-/// least what it adds to the list, so that the list does not reach the queue.
+/// The list, and behind it the queue of nodes still to be estimated. A round adds no more nodes to the list than it takes
+/// from the queue, so the list never reaches the queue.
 var<workgroup> sglow_tile_nodes: array<SglowTileNode, SGLOW_TILE_NODES>;
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
@@ -315,7 +315,7 @@ fn sglow_tile_rank(words: vec2<u32>, lane: u32) -> u32 {
     return countOneBits(words.x) + countOneBits(words.y & below);
 }
 
-/// The first of the bits that are set.
+/// The lowest `count` of the bits that are set.
 fn sglow_tile_first(words: vec2<u32>, count: u32) -> vec2<u32> {
     var rest = words;
     for (var bit = 0u; bit < count; bit += 1u) {
@@ -380,8 +380,8 @@ fn sglow_tile_list(lane: u32) -> u32 {
         sglow_tile_receivers[lane].limit = sglow_shade_parameters.tolerance * max(radiance, least * reflectance);
     }
     workgroupBarrier();
-    // Each round takes from the queue, and each node that is refined makes list and queue longer by one at least; the
-    // bound ends the loop on buffers that are no tree.
+    // A refined node makes list and queue longer by one at least, so that at most 1152 are refined and 1024 + 2 * 1152
+    // taken from the queue; the bound ends the loop on buffers that are no tree.
     for (var round = 0u; round < 4096u; round += 1u) {
         let state = workgroupUniformLoad(&sglow_tile_state);
         if state.x == 0u {
@@ -397,11 +397,12 @@ fn sglow_tile_list(lane: u32) -> u32 {
                     node = sglow_tile_nodes[state.z + moved + lane];
                 }
                 workgroupBarrier();
+                // Written where this chunk or an earlier one was read.
                 if moved + lane < state.x {
                     sglow_tile_nodes[start + moved + lane] = node;
                 }
-                workgroupBarrier();
             }
+            workgroupBarrier();
         }
         let batch = min(state.x, 64u);
         let words = 2u * state.w;
@@ -451,7 +452,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
         workgroupBarrier();
         var refined = vec2<u32>(atomicLoad(&sglow_tile_refined[words]), atomicLoad(&sglow_tile_refined[words + 1u]));
         var kept = vec2<u32>(atomicLoad(&sglow_tile_kept[words]), atomicLoad(&sglow_tile_kept[words + 1u]));
-        // Full: the last ones are not refined. The list has room for all that is in the queue.
+        // Full: the last ones are not refined. Each node of the batch may go into the list, and each refined one adds two.
         let room = (SGLOW_TILE_NODES - state.x - state.y) / 2u;
         if countOneBits(refined.x) + countOneBits(refined.y) > room {
             let first = sglow_tile_first(refined, room);
@@ -459,7 +460,8 @@ fn sglow_tile_list(lane: u32) -> u32 {
             refined = first;
         }
         let mask = vec2<u32>(select(0u, 1u << lane, lane < 32u), select(0u, 1u << (lane & 31u), lane >= 32u));
-        if !any((refined & mask) != vec2<u32>(0u)) {
+        let refines = any((refined & mask) != vec2<u32>(0u));
+        if !refines {
             corners = 0u;
             rest = 0u;
         }
@@ -471,7 +473,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
                 ((node.rest & 0xffffu) - rest) | (node.rest & 0xffff0000u),
             );
         }
-        if any((refined & mask) != vec2<u32>(0u)) {
+        if refines {
             let place = start + state.x + 2u * sglow_tile_rank(refined, lane);
             let passed = rest | (node.rest & 0xffff0000u);
             sglow_tile_nodes[place] = SglowTileNode(branch.left, corners, passed);
