@@ -3425,7 +3425,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "63928bb63c1e94b457e5203bdf48d80a85814cd42d98fe53e4de8a3ef6dd5311",
+        sha256: "72a8c9a0de2d5fbd7f768369c89a9041dedc01cad081749d224123195ea09ffc",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -3447,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e06dab6d97e52b557d4470383865601164b20a56f09e9efd69657f1d4eb08d59",
+        sha256: "efb7e883cbf698b26f4489b8ec3d493d73e5dbf9ec9e9ee988544479e38ade2c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3455,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ac47baff6bfc2ac8a65733337fc122475970a4408adfed9dcb0bbd486fbedce6",
+        sha256: "7c047ff34d0889ba8dd314f13f9e4805adc4d98f0945f6a2827d3e252c952ec1",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3475,7 +3475,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "55920402371efea27c480d49063d167d1a973663bcb328c485792423a3af042d",
+        sha256: "7adc843571d8d159e2630306f66c2fcfbff1bf9ea9557856d1baf885a5375046",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3499,7 +3499,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "f98b48d5e32e7034877d8fc488f11dd8ae07528cfdb6e5f71d7c5eb5c06695e6",
+        sha256: "6a4b63a1521c37d499ba06df180b90ca63b48fad73829733e74527b2f4771703",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3507,7 +3507,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "65d2bfc0f1b6abd50c585f57834e66922956e051159cc959978c4507f2044ddb",
+        sha256: "2e60bef5bb190d63c5cc3a5e0af4570cff8e4b5db6939fe2d7bd169db06c7f35",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3523,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "1c4e86f36ad5751a77b01dfea4ebddd84f0dab730b7adb3cfe4f1a2103978b22",
+        sha256: "2a24e7f2c7a0e19145ae6c58868b0dc90a28c3bb9d235658d05d3fb81170823e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3539,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "469716dee1049f14290f66704993e387b4e3b0f6b79fe418a318d944a41570be",
+        sha256: "442d8ce2b3800f1eab5934d5f6fbe8d592b180f6992a10a172590a9e24141192",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3555,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "2a0ea6bd527ede676fecd5a111cc18c618cd3be394012e8849feb5341a8ab217",
+        sha256: "df6a679ae2c23c854cb66c175c0776cf72056b1bf3215329c731cd7b377955ff",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3571,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "e334b753c5dec34a537b229806376d8817bb83bc5661b0c2b82097ec5e781b14",
+        sha256: "42f5230a16c91d9aefae802bccc6d69f1b6dc19149fd387f0c3c391ceddc9281",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3593,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "e674518d8fcec7daea4a1b9df832c5890e171160bf234f3d2d06ff9c91ba70d1",
+        sha256: "2eea6eaf67b0c1fba48a9415bfb4a5f436daaded571d747332966c727271335d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3617,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "5d33c6335a739fc30f697c0c4c688e5ab7c29f802835aef6ce89fcdb14fd4bb1",
+        sha256: "9abdc4ccb34f494fb967b4ad02262dd943d280bbc96aa5f6d5520c1a42675a24",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3625,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "1838a6cc8f8acf56995e6ce659aea442a3f5db0509fcd783ad8a43562ef1eab2",
+        sha256: "463fcec58cb6f6e26c72aa450183c81516f851d9ec41ab8f466ca18e0b83f557",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3649,7 +3649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "74886e8aa0ff64fc72c206bc56bdc284946a4c952909ecccff167c1a994a5338",
+        sha256: "d12bd1c2258fa775782d0b878950307ec920d5efda4b70d3c9fb19bb7fa517ab",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3673,7 +3673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "76558bdf183c613f963404044b0e71d209d6337223d43436e4f6872549cc85f6",
+        sha256: "e6c0b3521c16ad2587286ebbc6593b3826e10dc07a8012f2e4acbb6c3ecd5838",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3681,7 +3681,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ad284f878173832deadf2124d59708b11252e19d6866876e0207c594b7699e3a",
+        sha256: "7f4d8e9804ef2ac82bcfd14d455cbef9042dccbce8fd0bf6e616e38fb98a035e",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",

@@ -142,8 +142,8 @@ struct SglowTileNode {
 /// grants. Beyond it nodes are not refined any further, so that no light is lost.
 const SGLOW_TILE_NODES: u32 = 1152u;
 
-/// The list, and behind it the queue of nodes still to be estimated. A round adds no more nodes to the list than it takes
-/// from the queue, so the list never reaches the queue.
+/// The list, and behind it the queue of nodes still to be estimated. A round adds no more nodes to the list than it
+/// takes from the queue, so the list never reaches the queue.
 var<workgroup> sglow_tile_nodes: array<SglowTileNode, SGLOW_TILE_NODES>;
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
@@ -477,7 +477,8 @@ fn sglow_tile_list(lane: u32) -> u32 {
         workgroupBarrier();
         var refined = vec2<u32>(atomicLoad(&sglow_tile_refined[words]), atomicLoad(&sglow_tile_refined[words + 1u]));
         var kept = vec2<u32>(atomicLoad(&sglow_tile_kept[words]), atomicLoad(&sglow_tile_kept[words + 1u]));
-        // Full: the last ones are not refined. Each node of the batch may go into the list, and each refined one adds two.
+        // Full: the last ones are not refined. Each node of the batch may go into the list, and each refined one adds
+        // two to the queue.
         let room = (SGLOW_TILE_NODES - state.x - state.y) / 2u;
         if countOneBits(refined.x) + countOneBits(refined.y) > room {
             let first = sglow_tile_first(refined, room);
