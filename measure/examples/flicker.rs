@@ -4,7 +4,10 @@
 //! Prints RMS over the mean, as the report does, for each scene, and the same without the twentieth of the pixels that
 //! change most.
 //!
+//! With values, of the default and of the default with each one, at the first size alone.
+//!
 //! `cargo run --release -p sglow-measure --example flicker -- cornell columns atrium`
+//! `cargo run --release -p sglow-measure --example flicker -- columns lights=448 lights=800 tile=128 near_scale=3`
 
 use std::error::Error;
 
@@ -17,6 +20,7 @@ use sglow_renderer::request::selection::whole_space;
 use sglow_renderer::request::shot::load;
 use sglow_results::frontier::promise::named;
 use sglow_results::rivals::flicker::Walk;
+use sglow_runtime::settings::Settings;
 use sglow_shader_gen::library::Library;
 
 /// Widths and heights of the map.
@@ -29,24 +33,28 @@ fn main() -> Result<(), Box<dyn Error>> {
     let package = whole_space(&Library::load(folder.as_ref())?)?;
     let gpu = Gpu::open(None)?;
     println!("adapter {}, driver {}", gpu.adapter.name, gpu.adapter.driver);
-    let names: Vec<String> = std::env::args().skip(1).collect();
+    let (values, names): (Vec<String>, Vec<String>) =
+        std::env::args().skip(1).partition(|argument| argument.contains('='));
     if names.is_empty() {
         return Err("name scenes, such as cornell".into());
     }
     for name in names {
         let (scene, _) = load(&name, None, &sglow_scene::Options::default())?;
         let case = Case::new(scene, Library::load(folder.as_ref())?, &Request::of([112, 63]))?;
-        for map in MAPS {
+        let sizes = if values.is_empty() { &MAPS[..] } else { &MAPS[..1] };
+        for &map in sizes {
             let walk = Walk { frames: 5, pixels: 400, samples: 512, step: 0.002 };
-            let named = configurations(&case.derivation.settings);
-            let contenders: Vec<Contender> = NAMES
-                .iter()
-                .filter_map(|name| named.iter().find(|(what, _)| what == name))
-                .map(|(what, settings)| {
-                    let mut settings = settings.clone();
-                    settings.map = map;
-                    Contender { name: (*what).to_owned(), settings }
-                })
+            let base = &case.derivation.settings;
+            let compared = if values.is_empty() {
+                let named = configurations(base).into_iter();
+                let shown = named.filter(|(what, _)| NAMES.contains(what));
+                shown.map(|(what, settings)| (what.to_owned(), settings)).collect()
+            } else {
+                with_each(base, &values)?
+            };
+            let contenders: Vec<Contender> = compared
+                .into_iter()
+                .map(|(name, settings)| Contender { name, settings: Settings { map, ..settings } })
                 .collect();
             let found = flicker(&gpu, &package, &case.scene, &contenders, walk, |_| {})?;
             println!(
@@ -60,4 +68,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
+}
+
+/// The default, and the default with each value.
+fn with_each(
+    base: &Settings,
+    values: &[String],
+) -> Result<Vec<(String, Settings)>, Box<dyn Error>> {
+    let mut all = vec![("default".to_owned(), base.clone())];
+    for value in values {
+        let mut settings = base.clone();
+        let (name, text) = value.split_once('=').unwrap_or((value, ""));
+        settings.set(name, text)?;
+        all.push((value.clone(), settings));
+    }
+    Ok(all)
 }

@@ -20,7 +20,7 @@ use sglow_runtime::indirect::{Indirect, IndirectError, PARTS};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::{Light, LightKind, Scene};
-use sglow_shaders::Density;
+use sglow_shaders::{Density, Space};
 use thiserror::Error;
 
 /// Why nothing could be followed.
@@ -115,11 +115,13 @@ pub fn indirect_at(
 /// Whether two settings draw by the same density.
 fn shares(one: &Settings, other: &Settings) -> bool {
     let drawn_by = |settings: &Settings| {
-        let Settings { density, lobes, precision, map, .. } = *settings;
+        let Settings { density, lobes, precision, map, space, .. } = *settings;
         // The camera's lights and their emission are a part of the bidirectional density.
         let bidirectional = density == Density::Bidirectional;
         let camera = bidirectional.then_some((settings.camera_lights, settings.emitter));
-        (density, lobes, precision, map, settings.specular_power(), camera)
+        // A tree has no density that another could copy.
+        let none = space == Space::Tree;
+        (density, lobes, precision, map, settings.specular_power(), camera, none)
     };
     drawn_by(one) == drawn_by(other)
 }
@@ -169,8 +171,7 @@ pub fn flicker(
         own.encode_moments(&mut encoder, &inputs, None)?;
         own.encode_density(&mut encoder, &inputs, None)?;
         for other in &others {
-            // A cut draws by no density, so that it has none to copy.
-            if shares(other.settings(), own.settings()) && own.density().is_some() {
+            if shares(other.settings(), own.settings()) {
                 other.encode_moments(&mut encoder, &inputs, None)?;
                 other.encode_density_of(&mut encoder, own);
             } else {
@@ -258,29 +259,33 @@ const TRIMMED_SHARE: f64 = 0.05;
 /// The RMS of the same changes without the few pixels that change most, over the mean of the reference.
 fn trimmed(frames: &[Vec<f64>], reference: &[Vec<Vec<f64>>; 2]) -> f64 {
     let pixels = frames.first().map_or(0, |frame| frame.len() / 3);
-    let change = |frames: &[Vec<f64>], frame: usize, at: usize| {
-        let [before, after] = [frame - 1, frame].map(|frame| frames[frame][at]);
-        after - before
+    let square = |pixel: usize| -> f64 {
+        let numbers = || 3 * pixel..3 * pixel + 3;
+        let pairs = 1..frames.len();
+        pairs
+            .flat_map(|frame| numbers().map(move |at| (frame, at)))
+            .map(|(frame, at)| product(frames, Some(reference), frame, at))
+            .sum()
     };
-    let mut squares: Vec<f64> = (0..pixels)
-        .map(|pixel| {
-            let numbers = (1..frames.len())
-                .flat_map(|frame| (0..3).map(move |channel| (frame, 3 * pixel + channel)));
-            numbers
-                .map(|(frame, at)| {
-                    let own = change(frames, frame, at);
-                    let left = |half: usize| own - change(&reference[half], frame, at);
-                    left(0) * left(1)
-                })
-                .sum()
-        })
-        .collect();
+    let mut squares: Vec<f64> = (0..pixels).map(square).collect();
     squares.sort_by(f64::total_cmp);
     squares.truncate(pixels - (TRIMMED_SHARE * pixels as f64) as usize);
     let count = (3 * squares.len() * frames.len().saturating_sub(1)).max(1);
     let mean_square = squares.iter().sum::<f64>() / count as f64;
     let root = if mean_square < 0.0 { 0.0 } else { mean_square.sqrt() };
     root / (0.5 * (mean(&reference[0]) + mean(&reference[1])))
+}
+
+/// The product of what the reference's two halves leave unexplained of one number's change since the frame before.
+fn product(
+    frames: &[Vec<f64>],
+    reference: Option<&[Vec<Vec<f64>>; 2]>,
+    frame: usize,
+    at: usize,
+) -> f64 {
+    let change = |frames: &[Vec<f64>]| frames[frame][at] - frames[frame - 1][at];
+    let left = |half: usize| change(frames) - reference.map_or(0.0, |halves| change(&halves[half]));
+    left(0) * left(1)
 }
 
 /// The RMS of changes from frame to frame that the reference's own do not explain, over all pairs and of the worst one,
@@ -292,17 +297,8 @@ fn changes(frames: &[Vec<f64>], reference: Option<&[Vec<Vec<f64>>; 2]>) -> (f64,
         .map_or_else(|| mean(frames), |halves| 0.5 * (mean(&halves[0]) + mean(&halves[1])));
     let squares: Vec<f64> = (1..frames.len())
         .map(|frame| {
-            let change = |frames: &[Vec<f64>], at: usize| frames[frame][at] - frames[frame - 1][at];
             let count = frames[frame].len();
-            let sum: f64 = (0..count)
-                .map(|at| {
-                    let left = |half: usize| {
-                        let due = reference.map_or(0.0, |halves| change(&halves[half], at));
-                        change(frames, at) - due
-                    };
-                    left(0) * left(1)
-                })
-                .sum();
+            let sum: f64 = (0..count).map(|at| product(frames, reference, frame, at)).sum();
             sum / count.max(1) as f64
         })
         .collect();
@@ -326,6 +322,8 @@ mod tests {
         assert!(shares(&base, &lights));
         let albedo = Settings { specular_power: SpecularPower::Albedo, ..base.clone() };
         assert!(!shares(&base, &albedo));
+        let tree = Settings { space: Space::Tree, ..base.clone() };
+        assert!(!shares(&base, &tree) && !shares(&tree, &base) && shares(&tree, &tree));
         let diffuse = |settings: &Settings| Settings { lobes: Lobes::Diffuse, ..settings.clone() };
         assert!(shares(&diffuse(&base), &diffuse(&albedo)));
         let bidirectional =
