@@ -1,9 +1,10 @@
 //! Flicker: how much more a picture changes from frame to frame than it has to, while the light moves.
 //!
-//! The reference are paths of one bounce whose random numbers are the same in every frame: scene and camera stand still,
-//! so that each path's two ends do too, and only the light at its second end changes, smoothly but for the edge of a
-//! shadow. There, and with the number of paths of a pixel, the estimate changes by chance: the reference comes in two independent
-//! halves, and the mean product of the differences to both has no part of that noise. The sum over the texels of a map would not do: the texels move with the light, and the sum flickers itself.
+//! The reference are paths of one bounce whose random numbers are the same in every frame: scene and camera stand
+//! still, so that each path's two ends do too, and only the light at its second end changes, smoothly but for the edge
+//! of a shadow. There, and with the number of paths of a pixel, the estimate changes by chance: the reference comes in
+//! two independent halves, and the mean product of the differences to both has no part of that noise. The sum over the
+//! texels of a map would not do: the texels move with the light, and the sum flickers itself.
 
 use glam::Vec3;
 use sglow_oracle::fis::stress::Random;
@@ -289,9 +290,9 @@ fn product(
 }
 
 /// The RMS of changes from frame to frame that the reference's own do not explain, over all pairs and of the worst one,
-/// over the mean of the reference; without one of the frames themselves. With the reference's two halves it is the root of
-/// the mean product of the differences to both: unbiased before the root, 0 where noise makes it negative; that of the worst
-/// pair, a maximum, is biased upwards.
+/// over the mean of the reference; without one of the frames themselves. With the reference's two halves it is the root
+/// of the mean product of the differences to both: unbiased before the root, 0 where noise makes it negative; that of
+/// the worst pair, a maximum, is biased upwards.
 fn changes(frames: &[Vec<f64>], reference: Option<&[Vec<Vec<f64>>; 2]>) -> (f64, f64) {
     let scale = reference
         .map_or_else(|| mean(frames), |halves| 0.5 * (mean(&halves[0]) + mean(&halves[1])));
