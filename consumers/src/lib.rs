@@ -5,6 +5,7 @@ pub mod chromium;
 pub mod doctor;
 pub mod fuzz;
 pub mod hosts;
+mod known;
 pub mod machine;
 pub mod spirv_val;
 pub mod subject;

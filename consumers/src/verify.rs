@@ -14,6 +14,8 @@ use sglow_shader_gen::package::{self, Options, Target};
 
 use crate::chromium::{self, Browser};
 use crate::hosts::{self, Hosts};
+use crate::known;
+use crate::machine::vulkan::{self, Vulkan};
 use crate::machine::{apt, library_folder, program, repository};
 use crate::spirv_val::Validator;
 use crate::subject::{self, Subject};
@@ -199,6 +201,10 @@ pub fn install(request: &Request<'_>) -> Result {
     packages.sort_unstable();
     packages.dedup();
     let dawn = [Consumer::Tint, Consumer::TintSpirv, Consumer::Hosts];
+    // Dawn in Node loads the system's loader; the runtime repeats the frames of hosts.
+    if dawn.iter().any(|one| request.includes(*one)) && !Vulkan::find().usable() {
+        packages.extend(vulkan::PACKAGES);
+    }
     if dawn.iter().any(|one| request.includes(*one)) && swiftshader().is_none() {
         packages.extend(SWIFTSHADER_PACKAGES);
     }
@@ -227,7 +233,10 @@ fn record(
     let (valid, invalid, skipped) = (count("valid"), count("invalid"), count("skipped"));
     let pipelines: usize = verdict_on_subjects.iter().map(|verdict| verdict.pipelines).sum();
 
-    for verdict in verdict_on_subjects.iter().filter(|verdict| verdict.state == "invalid") {
+    let known = known::counted(consumer, &verdict_on_subjects);
+    let is_new =
+        |verdict: &&&Verdict| verdict.state == "invalid" && !known::is_known(consumer, verdict);
+    for verdict in verdict_on_subjects.iter().filter(is_new) {
         eprintln!("{consumer} refuses {}:\n  {}", verdict.name, verdict.messages.join("\n  "));
     }
     let tools: Vec<String> =
@@ -241,13 +250,26 @@ fn record(
     report.check(
         Check::new(
             format!("{consumer}: modules refused"),
-            invalid as f64,
+            (invalid - known.refused) as f64,
             "modules",
             Relation::AtMost,
             0.0,
         )
         .note(note),
     );
+    if !known.why.is_empty() {
+        let refused = known.refused;
+        report.check(
+            Check::new(
+                format!("{consumer}: modules whose refusal was known, taken by now"),
+                known.taken as f64,
+                "modules",
+                Relation::AtMost,
+                0.0,
+            )
+            .note(format!("{refused} modules refused as known: {}", known.why.join("; "))),
+        );
+    }
     report.check(
         Check::new(
             format!("{consumer}: modules read"),

@@ -35,10 +35,7 @@ impl Setting {
 
 impl fmt::Display for Number {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Whole(number) => number.fmt(out),
-            Self::Real(number) => number.fmt(out),
-        }
+        self.real().fmt(out)
     }
 }
 

@@ -1,12 +1,13 @@
 //! From the class of an input to a configuration.
 
 use crate::configuration::Configuration;
-use crate::description::{ClassDefault, Description, Setting, Table};
+use crate::description::{Description, Setting, Table};
 use crate::error::Errors;
 use crate::scope::{Env, Evaluation};
 
 impl Description {
     /// What an input with these facts is rendered with: the defaults of its class, changed by a preset, changed by `set`.
+    /// A rule sees the axes as `set`, the preset and the rules before it leave them.
     ///
     /// # Errors
     ///
@@ -20,12 +21,19 @@ impl Description {
         let mut configuration = Configuration { facts: facts.clone(), ..Configuration::default() };
         let of = Evaluation::new(self, &configuration);
         let env = Env::new(&of, &[]);
-        let by_hand = |rule: &ClassDefault| rule.unless.iter().any(|name| set.contains_key(name));
-        let rules = self.default.iter().filter(|rule| env.holds(&rule.when) && !by_hand(rule));
-        let mut made: Table<_> = rules.flat_map(|rule| rule.set.clone()).collect();
         let named = preset.and_then(|name| env.entry(&self.preset, "preset", name));
-        made.extend(named.into_iter().flat_map(|preset| preset.set.clone()));
-        made.extend(set.clone());
+        let mut later = named.map(|preset| preset.set.clone()).unwrap_or_default();
+        later.extend(set.clone());
+        let mut made = Table::new();
+        for rule in &self.default {
+            let axes = made.iter().chain(&later).map(|(name, of)| (name.clone(), of.to_string()));
+            let axes = axes.collect();
+            let holds = Env { axes: Some(&axes), ..env.clone() }.holds(&rule.when);
+            if holds && !rule.unless.iter().any(|name| set.contains_key(name)) {
+                made.extend(rule.set.clone());
+            }
+        }
+        made.extend(later);
         of.finish()?;
         for (name, setting) in made {
             match setting {

@@ -180,7 +180,7 @@ described!(
     pub struct ClassDefault {
         /// Its name.
         pub name: String,
-        /// When it holds, by the facts of the input.
+        /// When it holds, by the facts of the input and by axes as the preset, what is set and the rules before it leave them.
         pub when: Option<Formula>,
         /// Values of axes and parameters.
         pub set: Table<Setting>,

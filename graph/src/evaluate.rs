@@ -25,6 +25,7 @@ impl Description {
     pub fn evaluate(&self, configuration: &Configuration) -> Result<Frame, Errors> {
         let mut of = Evaluation::new(self, configuration);
         of.check();
+        of.frame.get_mut().reads.clear();
         for (name, resource) in &self.resource {
             let made = Env::new(&of, &["resource", name]).made(name, resource);
             let resources = &mut of.frame.get_mut().resources;
@@ -142,20 +143,14 @@ impl<'a> Env<'a> {
                 }
             };
             let new = step.new.as_ref().map(|name| env.kept(name));
-            let (label, part) = (step.label.clone(), step.part.clone());
-            let step =
-                action.map(|action| Step { place: env.place.to_vec(), label, part, new, action });
+            let (place, label, part) = (env.place.to_vec(), step.label.clone(), step.part.clone());
+            let step = action.map(|action| Step { place, label, part, new, action });
             self.of.frame.borrow_mut().steps.extend(step);
         }
     }
 
     /// Does something in each round of a repetition.
-    fn repeat(
-        &self,
-        times: &Option<Formula>,
-        index: &Option<String>,
-        mut run: impl FnMut(Env<'_>),
-    ) {
+    fn repeat(&self, times: &Option<Formula>, index: &Option<String>, mut run: impl FnMut(Env)) {
         let rounds = self.option(times).unwrap_or(1);
         if rounds > MAXIMUM_ROUNDS {
             self.wrong(Invalid, format!("{rounds} rounds; at most {MAXIMUM_ROUNDS}"));

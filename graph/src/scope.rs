@@ -32,9 +32,8 @@ pub(crate) struct Evaluation<'d> {
 #[derive(Clone)]
 pub(crate) struct Env<'a> {
     pub(crate) of: &'a Evaluation<'a>,
-    /// The place of the entry.
     pub(crate) place: Rc<[String]>,
-    /// The axes of one of the host's draws.
+    /// Values that go before the configured ones: of the host's draws, of a variant, of a rule.
     pub(crate) axes: Option<&'a Table<String>>,
     /// The names and numbers of the rounds it stands in.
     pub(crate) rounds: &'a [(&'a str, u64)],
@@ -49,12 +48,8 @@ impl<'d> Evaluation<'d> {
 
     /// The frame, if nothing is wrong.
     pub(crate) fn finish(self) -> Result<Frame, Errors> {
-        let errors = self.errors.into_inner();
-        if errors.is_empty() {
-            Ok(self.frame.into_inner())
-        } else {
-            Err(Errors(errors.into_iter().collect()))
-        }
+        let errors: Vec<_> = self.errors.into_inner().into_iter().collect();
+        if errors.is_empty() { Ok(self.frame.into_inner()) } else { Err(Errors(errors)) }
     }
 }
 
@@ -127,8 +122,11 @@ impl<'a> Env<'a> {
 
     /// The value of an axis: of the draw, configured, or the default.
     pub(crate) fn axis(&self, name: &str) -> Option<&'a String> {
-        let given = self.axes.and_then(|axes| axes.get(name));
-        let given = given.or_else(|| self.of.configuration.axes.get(name));
+        let own = self.axes.and_then(|axes| axes.get(name));
+        if own.is_none() {
+            self.of.frame.borrow_mut().reads.insert(name.to_owned());
+        }
+        let given = own.or_else(|| self.of.configuration.axes.get(name));
         given.or_else(|| self.of.description.axes.get(name).map(|axis| &axis.default))
     }
 
@@ -154,6 +152,7 @@ impl<'a> Env<'a> {
             return if self.depth < MAXIMUM_DEPTH { inner.value(formula) } else { Err(circle()) };
         }
         if let Some(parameter) = description.parameter.get(name) {
+            self.of.frame.borrow_mut().reads.insert(name.to_owned());
             // What is out of its range is an error already: the others are found with its default.
             let given = configuration.parameters.get(name);
             let value = *given.filter(|of| parameter.allows(**of)).unwrap_or(&parameter.default);

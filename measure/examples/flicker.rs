@@ -46,7 +46,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             let walk = Walk { frames: 5, pixels: 400, samples: 512, step: 0.002 };
             let base = &case.derivation.settings;
             let compared = if values.is_empty() {
-                let named = configurations(base).into_iter();
+                let occluders = case.space()?.of_class(&["occluders"])?;
+                let named = configurations(base, &occluders).into_iter();
                 let shown = named.filter(|(what, _)| NAMES.contains(what));
                 shown.map(|(what, settings)| (what.to_owned(), settings)).collect()
             } else {

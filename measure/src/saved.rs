@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     fn side(passes: &[(&str, f64)]) -> Side {
-        let time = |median| Time { median, least: median, most: median };
+        let time = |median| Time { median, minimum: median, maximum: median };
         let pass =
             |&(name, median): &(&str, f64)| Pass { name: name.to_owned(), time: time(median) };
         Side {

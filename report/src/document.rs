@@ -15,7 +15,7 @@ use crate::page::report::LeftOut;
 use crate::write;
 
 /// The form of the file; it grows when a reader of the form before would misread it.
-pub const VERSION: u32 = 5;
+pub const VERSION: u32 = 6;
 
 /// What `report` found: error against run time of every configuration of each scene's indirect light.
 #[derive(Serialize, JsonSchema)]

@@ -24,7 +24,7 @@ pub use self::frame::Frame;
 pub use self::inputs::Example;
 pub use self::overlay::Overlay;
 pub use self::preset::{Measurement, Preset, PresetFile};
-pub use self::rule::{ClassDefault, Exclusion};
+pub use self::rule::{ClassDefault, Condition, Exclusion};
 use crate::link::Graph;
 use crate::source::Sources;
 pub use sglow_graph::description::{Parameter, Setting};

@@ -41,7 +41,7 @@ fn is_figure(cell: &str) -> bool {
 
 /// What is wrong with a document.
 fn faults(name: &str, text: &str) -> Vec<String> {
-    let (mut faults, mut heading, mut mark) = (Vec::new(), "", None);
+    let (mut faults, mut heading, mut mark, mut code) = (Vec::new(), "", None, false);
     for (index, line) in text.lines().enumerate() {
         let mut fault = |what: &str| faults.push(format!("{name}:{}: {what}: {line}", index + 1));
         if let Some(rest) = line.strip_prefix("<!-- ") {
@@ -63,7 +63,14 @@ fn faults(name: &str, text: &str) -> Vec<String> {
         {
             mark = Some((begun, true));
         }
+        if line.starts_with("```") {
+            code = !code;
+        }
         let table = line.starts_with('|');
+        // A link or an image cannot be broken.
+        if !table && !code && !line.starts_with(['!', '(']) && line.chars().count() > 120 {
+            fault("more than 120 columns");
+        }
         let defined = DEFINITIONS.contains(&(name, heading));
         if table && mark.is_none() && !defined && line.split('|').any(is_figure) {
             fault("no command writes this figure");
@@ -98,6 +105,7 @@ fn every_table_of_figures_is_written_by_a_command() {
 fn figures_and_placeholders_are_found() {
     let found = |text: &str| faults("docs/x.md", text).len();
     assert_eq!(found("# Results\n| a | 0.5 |\n"), 1);
+    assert_eq!(found(&format!("{0}\n```\n{0}\n```\n", "word ".repeat(30))), 1);
     assert_eq!(found("| a | 12 % |\n"), 1);
     assert_eq!(found("| a | 12 texels |\n"), 0);
     let marked = |how: &str| format!("<!-- a: begin -->\n{how}\n| a | 0.5 |\n<!-- a: end -->\n");

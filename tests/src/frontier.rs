@@ -1,12 +1,13 @@
 //! Error against time: what is measured of every configuration, that it is kept, and that what is wrong shows.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::OnceLock;
 
 use sglow_measure::cache::Cache;
-use sglow_measure::frontier::configuration::{Allowed, allowed, every, fits};
+use sglow_measure::frontier::configuration::{Allowed, allowed};
 use sglow_measure::frontier::references::references;
+use sglow_measure::frontier::space::Space;
 use sglow_measure::frontier::subject::{FrontierError, Subject};
 use sglow_measure::frontier::{buy, scene};
 use sglow_results::frontier::choose::Budget;
@@ -58,9 +59,12 @@ fn configurations() -> Vec<Settings> {
         "diffuse=constant",
         "diffuse=fitted",
         "emitter=lobe",
+        "variance=trace",
+        "sharpness=exact",
     ];
     let only: Allowed = allowed(&only.map(str::to_owned), &base()).unwrap();
-    every(&base()).into_iter().filter(|configuration| fits(configuration, &only)).collect()
+    let (package, facts) = (Package::embedded(), BTreeMap::new());
+    Space::new(package.description().unwrap(), &facts).every(&base(), &only, &|_, _| true)
 }
 
 fn measure(package: &Package, folder: &Path) -> (SceneReport, [usize; 3]) {

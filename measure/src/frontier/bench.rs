@@ -347,8 +347,8 @@ mod tests {
         }
         let passes = runs.passes();
         assert_eq!(passes.len(), 2);
-        assert_eq!((passes[0].time.least, passes[0].time.most), (2.0, 3.0));
-        assert_eq!((runs.whole().least, runs.whole().most), (8.0, 11.0));
+        assert_eq!((passes[0].time.minimum, passes[0].time.maximum), (2.0, 3.0));
+        assert_eq!((runs.whole().minimum, runs.whole().maximum), (8.0, 11.0));
         assert_eq!(Runs::default().whole(), Time::default());
     }
 }

@@ -5,9 +5,11 @@ use sglow_renderer::request::derivation::{Derivation, Request};
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
+use sglow_shader_gen::matrix::Facts;
 use thiserror::Error;
 
 use super::configuration;
+use super::space::Space;
 use super::subject::FrontierError;
 use crate::cache::CacheError;
 
@@ -53,6 +55,7 @@ pub struct Case {
     pub derivation: Derivation,
     /// The library that it was derived by.
     pub library: Library,
+    facts: Facts,
 }
 
 impl Case {
@@ -63,7 +66,18 @@ impl Case {
     /// When what is requested is not possible.
     pub fn new(scene: Scene, library: Library, request: &Request) -> Result<Self, RequestError> {
         let derivation = Derivation::new(&library, &scene, &[], request)?;
-        Ok(Self { scene, derivation, library })
+        let facts = scene.facts().known();
+        Ok(Self { scene, derivation, library, facts })
+    }
+
+    /// The configurations of scenes of its class.
+    ///
+    /// # Errors
+    ///
+    /// When the library describes no frame.
+    pub fn space(&self) -> Result<Space<'_>, RequestError> {
+        let frame = self.library.frame().ok_or(RequestError::NoFrame)?;
+        Ok(Space::new(&frame.description, &self.facts))
     }
 
     /// What `--set` takes to give a configuration, without other options but the preset: the values in which it differs
@@ -100,7 +114,6 @@ pub(crate) mod tests {
     use sglow_renderer::request::shot::load;
 
     use super::*;
-    use crate::frontier::screen;
 
     pub(crate) fn case(scene: &str, over: &[PathBuf]) -> Case {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders");
@@ -132,7 +145,7 @@ pub(crate) mod tests {
                 ("space", "none"),
                 ("emitter", "lobe"),
             ] {
-                all.extend(screen::with(base, axis, value));
+                all.extend(case.space().unwrap().with(base, axis, value));
             }
             assert!(all.len() >= 5);
             for settings in all {
@@ -142,13 +155,9 @@ pub(crate) mod tests {
         }
         let case = case("cornell", &[]);
         let base = &case.derivation.settings;
-        assert_eq!(
-            (base.lights, base.near_scale),
-            (configuration::ROOTS, configuration::NEAR_SCALE)
-        );
         assert!(case.set(base).unwrap().is_empty());
         // The name alone gives flat lights.
-        let few = screen::with(base, "lights", "64").unwrap();
+        let few = case.space().unwrap().with(base, "lights", "64").unwrap();
         assert_eq!(configuration::name(&few, base), "lights=64");
         assert!(case.set(&few).unwrap().contains(&"cut=tile".to_owned()));
     }

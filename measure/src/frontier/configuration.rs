@@ -1,16 +1,8 @@
-//! The configurations of indirect light that there are: a value on each axis, all legal combinations of what makes
-//! virtual lights with what reflects them.
+//! A configuration of indirect light: a value on each axis and of each parameter, and what it is called.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_renderer::variants::Variants as _;
 use sglow_runtime::settings::{Settings, SettingsError};
-use sglow_shaders::{
-    Cut, Density, Diffuse, Draw, Emitter, Filter, Kernel, Lobes, Ndf, Precision, Solver, Space,
-    Specular, Visibility, centres, cut_lights, light_points, light_shadow,
-};
-
-use sglow_oracle::cut::tile::MAX_ROOTS;
 
 /// The value on each axis that methods are compared by, of those that follow from others as well.
 #[must_use]
@@ -92,8 +84,8 @@ pub fn fits(settings: &Settings, allowed: &Allowed) -> bool {
 pub fn name(settings: &Settings, base: &Settings) -> String {
     let (ours, theirs) = (axes(settings), axes(base));
     let differs = |axis: &&str| {
-        // What follows from another value is left out; the distribution of facets does from the specular lobe.
-        ours.get(axis) != theirs.get(axis) && *axis != Ndf::AXIS && !follows(settings, axis)
+        // What follows from another value is left out.
+        ours.get(axis) != theirs.get(axis) && !follows(settings, axis)
     };
     let value = |axis| Some(format!("{axis}={}", ours.get(axis)?));
     let compared = Settings::COMPARED.iter().copied();
@@ -109,189 +101,25 @@ pub fn name(settings: &Settings, base: &Settings) -> String {
     if parts.is_empty() { "default".to_owned() } else { parts.join(",") }
 }
 
-/// The variants in which configurations differ: what draws or sums its lights, reflects and shadows them.
-#[must_use]
-pub fn variants(settings: &Settings) -> Vec<String> {
-    let Settings { density, precision, space, .. } = *settings;
-    let mut ids = Vec::new();
-    if space != Space::Tree && (precision == Precision::F32 || density != Density::Power) {
-        ids.push(settings.density().id());
-    }
-    ids.push(match space {
-        Space::None => settings.sample().id(),
-        Space::Image | Space::World => centres::Centres::from(settings).id(),
-        Space::Tree => cut_lights::CutLights::from(settings).id(),
-    });
-    ids.push(settings.shade().id());
-    match settings.visibility {
-        Visibility::None => {}
-        Visibility::ShadowMap => {
-            ids.push(light_shadow::LightShadow::from(settings).id());
-        }
-        Visibility::Imperfect => {
-            ids.push(light_points::LightPoints::from(settings).id());
-        }
-    }
-    ids
-}
-
-/// Every configuration that is legal, with everything else as in `base`: those that make the same lights follow each
-/// other.
-#[must_use]
-pub fn every(base: &Settings) -> Vec<Settings> {
-    let mut all = Vec::new();
-    for lights in makers(base) {
-        for visibility in Visibility::ALL {
-            for specular in Specular::ALL {
-                let ndf = distribution(specular, base);
-                for emitter in Emitter::ALL {
-                    for diffuse in Diffuse::ALL {
-                        let own = Settings { emitter, diffuse, ..lights.clone() };
-                        let mut configuration = Settings { specular, ndf, visibility, ..own };
-                        if base.near_scale == near_scale(base) {
-                            configuration.near_scale = near_scale(&configuration);
-                        }
-                        if configuration.shade().excluded().is_none() {
-                            all.push(configuration);
-                        }
-                    }
-                }
-            }
-        }
-    }
-    all
-}
-
-/// The distribution of facets that goes with a lobe. It is what the material is, no choice of lighting: the reference
-/// has the same.
-pub(super) fn distribution(specular: Specular, base: &Settings) -> Ndf {
-    match (specular, base.ndf) {
-        (Specular::None, _) => Ndf::None,
-        (_, Ndf::None) => Ndf::Ggx,
-        (_, ndf) => ndf,
-    }
-}
-
-/// The number of lights that a cut for each tile begins with, and `near_scale` with it: as the rules cut-with-occluders and
-/// near-with-cut set them.
-pub(super) const ROOTS: u32 = 256;
-pub(super) const NEAR_SCALE: f32 = 0.75;
-
-/// `near_scale` unless it is set: a cut's rasterised maps are seen from a surface.
-pub(super) fn near_scale(settings: &Settings) -> f32 {
-    let surface = settings.cut != Cut::None && settings.visibility == Visibility::ShadowMap;
-    if surface { NEAR_SCALE } else { Settings::default().near_scale }
-}
-
-/// What makes virtual lights.
-fn makers(base: &Settings) -> Vec<Settings> {
-    let mut all = Vec::new();
-    for lobes in Lobes::ALL {
-        for precision in Precision::ALL {
-            for density in Density::ALL {
-                for draw in Draw::ALL {
-                    let base = Settings { lobes, precision, density, draw, ..base.clone() };
-                    all.extend(kernels(&base));
-                    // Clusters have no kernels to size, and are held in 32 bits.
-                    if precision == Precision::F32 {
-                        let clusters = [Space::Image, Space::World];
-                        all.extend(clusters.map(|space| grouped(&base, space, Cut::None)));
-                    }
-                    // Density and draw do not apply to trees.
-                    if (density, draw) == (Density::Power, Draw::Warped) {
-                        all.extend(Cut::ALL.map(|cut| grouped(&base, Space::Tree, cut)));
-                    }
-                }
-            }
-        }
-    }
-    all
-}
-
-/// Clusters, or the nodes of a tree, which have no kernels to size; with a cut at most as many as a tile takes.
-fn grouped(base: &Settings, space: Space, cut: Cut) -> Settings {
-    let lights = if cut == Cut::None { base.lights } else { base.lights.min(MAX_ROOTS as u32) };
-    Settings {
-        space,
-        cut,
-        lights,
-        kernel: Kernel::Modified,
-        solver: Solver::Bracketed,
-        filter: Filter::Exact,
-        ..base.clone()
-    }
-}
-
-fn kernels(base: &Settings) -> Vec<Settings> {
-    let sizes = [
-        (Kernel::Previous, Solver::None),
-        (Kernel::Modified, Solver::Bisection),
-        (Kernel::Modified, Solver::Bracketed),
-    ];
-    sizes
-        .into_iter()
-        .flat_map(|(kernel, solver)| {
-            Filter::ALL.map(|filter| Settings {
-                space: Space::None,
-                cut: Cut::None,
-                kernel,
-                solver,
-                filter,
-                ..base.clone()
-            })
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
+    use sglow_shaders::{Kernel, Solver};
+
     use super::*;
 
     #[test]
-    fn every_configuration_is_legal_and_is_there_once() {
+    fn a_name_has_what_differs() {
         let base = Settings::default();
-        let all = every(&base);
-        let names: BTreeSet<String> =
-            all.iter().map(|configuration| name(configuration, &base)).collect();
-        assert_eq!(names.len(), all.len());
-        assert!(names.contains("default") && names.contains("diffuse=constant,kernel=previous"));
-        for configuration in &all {
-            assert!(
-                configuration.shade().excluded().is_none()
-                    && configuration.sample().excluded().is_none()
-            );
-        }
-        let cut = Settings {
-            space: Space::Tree,
-            cut: Cut::Tile,
-            emitter: Emitter::Disc,
-            visibility: Visibility::ShadowMap,
-            lights: 448,
-            near_scale: NEAR_SCALE,
-            ..base.clone()
-        };
-        assert!(every(&cut).contains(&cut), "the default of a class");
-        // What is not a configuration is noticed.
-        assert!(Settings { specular: Specular::None, ..base }.shade().excluded().is_some());
-    }
-
-    #[test]
-    fn a_name_leads_back_to_its_configuration() {
-        let base = Settings::default();
-        for configuration in every(&base) {
-            let mut again = base.clone();
-            for setting in name(&configuration, &base).split(',').filter(|name| *name != "default")
-            {
-                let (axis, value) = setting.split_once('=').unwrap();
-                again.set(axis, value).unwrap();
-            }
-            again.ndf = distribution(again.specular, &base);
-            assert_eq!(axes(&again), axes(&configuration));
-        }
+        assert_eq!(name(&base, &base), "default");
         let few = Settings { lights: 64, size_factor: 0.25, ..base.clone() };
         assert_eq!(name(&few, &base), "lights=64,size_factor=0.25");
         assert!(fits(&few, &allowed(&["lights=64".to_owned()], &base).unwrap()));
         assert!(!fits(&base, &allowed(&["lights=64".to_owned()], &base).unwrap()));
+        // The solver follows from the kernel.
+        let previous = Settings { kernel: Kernel::Previous, ..base.clone() };
+        assert_eq!(name(&previous, &base), "kernel=previous");
+        let other = Settings { solver: Solver::Bisection, ..base.clone() };
+        assert_eq!(name(&other, &base), "solver=bisection");
     }
 
     #[test]

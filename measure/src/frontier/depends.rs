@@ -143,12 +143,18 @@ pub fn labels(description: &Description, name: &str) -> BTreeSet<String> {
 /// What each rule on whole configurations names.
 fn rules(description: &Description) -> Vec<Names> {
     let whole = description.exclusion.iter().filter(|rule| rule.passes.is_empty());
-    let names = |rule: &Exclusion| {
-        let mut walk = Walk::new(description);
-        walk.value(&serde_json::to_value(&rule.when).unwrap_or_default());
-        walk.names
-    };
-    whole.map(names).collect()
+    whole.map(|rule| names(description, rule)).collect()
+}
+
+/// What each rule names, on whole configurations or on variants.
+pub(super) fn related(description: &Description) -> Vec<Names> {
+    description.exclusion.iter().map(|rule| names(description, rule)).collect()
+}
+
+fn names(description: &Description, rule: &Exclusion) -> Names {
+    let mut walk = Walk::new(description);
+    walk.value(&serde_json::to_value(&rule.when).unwrap_or_default());
+    walk.names
 }
 
 /// What the steps of some stages depend on.

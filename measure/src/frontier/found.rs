@@ -44,7 +44,7 @@ pub fn measure(
     cache: &Cache,
     progress: &dyn Progress,
 ) -> Result<Found, SelectError> {
-    let Case { scene, derivation, library } = case;
+    let Case { scene, derivation, library, .. } = case;
     let subject = Subject::new(gpu, offer.package, scene, derivation.settings.clone());
     let measured =
         scene::scene(&subject, &planned.configurations, &planned.close(), cache, progress);

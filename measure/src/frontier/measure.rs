@@ -135,7 +135,7 @@ fn configuration_of(
         parameters: configuration::parameters(settings)
             .map(|(name, value)| (name.to_owned(), value))
             .collect(),
-        variants: configuration::variants(settings),
+        variants: subject.variants(settings)?,
         default: name == "default",
         name,
         complete: complete(settings, base),

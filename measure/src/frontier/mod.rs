@@ -18,6 +18,7 @@ pub mod screen;
 pub mod screening;
 mod shadings;
 mod shared;
+pub mod space;
 mod straddling;
 pub mod subject;
 mod sweep;

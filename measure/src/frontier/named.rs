@@ -7,8 +7,6 @@ use sglow_shaders::{
     Specular, SpecularPower, Variance, Visibility,
 };
 
-use super::{configuration, screen};
-
 /// The number of flat lights that promises are about, unless they say another.
 const LIGHTS: u32 = 1024;
 /// The roots of a cut without visibility, which needs no more: they begin the search alone.
@@ -35,10 +33,10 @@ pub(super) fn kernels(base: &Settings) -> Settings {
     }
 }
 
-/// The configurations that promises are about, by what they are, about the default of a scene: the papers'
-/// configuration is a preset, which the caller adds.
+/// The configurations that promises are about, by what they are, about the default of a scene, with a cut as scenes with
+/// `occluders` have it: the papers' configuration is a preset, which the caller adds.
 #[must_use]
-pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
+pub fn configurations(base: &Settings, occluders: &Settings) -> Vec<(&'static str, Settings)> {
     let kernels = Settings { visibility: base.visibility, lights: LIGHTS, ..kernels(base) };
     let flat = |lights| Settings {
         space: Space::World,
@@ -64,10 +62,10 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         cut: Cut::Tile,
         emitter: Emitter::Disc,
         lights,
-        near_scale: configuration::NEAR_SCALE,
+        near_scale: occluders.near_scale,
         ..kernels.clone()
     };
-    let emitter = |value| screen::with(base, "emitter", value).unwrap_or_else(|| base.clone());
+    let emitter = |emitter| Settings { emitter, ..base.clone() };
     vec![
         (named::DEFAULT, base.clone()),
         (named::OLD, old),
@@ -78,32 +76,29 @@ pub fn configurations(base: &Settings) -> Vec<(&'static str, Settings)> {
         (named::BARE_1024, bare(flat(LIGHTS))),
         (named::BARE_16384, bare(flat(16_384))),
         (named::BARE, bare(cut(BARE_ROOTS))),
-        (named::CUT, cut(configuration::ROOTS)),
-        (named::LOBE, emitter("lobe")),
-        (named::COSINE, emitter("cosine")),
+        (named::CUT, cut(occluders.lights)),
+        (named::LOBE, emitter(Emitter::Lobe)),
+        (named::COSINE, emitter(Emitter::Cosine)),
     ]
 }
 
 #[cfg(test)]
 mod tests {
-    use sglow_renderer::variants::Variants as _;
+    use sglow_runtime::package::Package;
 
     use super::*;
+    use crate::frontier::configuration;
+    use crate::frontier::space::Space;
 
     #[test]
     fn the_configurations_are_legal_and_differ() {
-        let base = Settings {
-            visibility: Visibility::ShadowMap,
-            space: Space::Tree,
-            cut: Cut::Tile,
-            emitter: Emitter::Disc,
-            lights: 448,
-            ..Settings::default()
-        };
-        let all = configurations(&base);
+        let package = Package::embedded();
+        let facts = [("occluders".to_owned(), true)].into();
+        let space = Space::new(package.description().unwrap(), &facts);
+        let base = space.of_class(&["occluders", "specular"]).unwrap();
+        let all = configurations(&base, &space.of_class(&["occluders"]).unwrap());
         for (what, settings) in &all {
-            assert!(settings.shade().excluded().is_none(), "{what}");
-            assert!(settings.sample().excluded().is_none(), "{what}");
+            assert!(space.legal(settings), "{what}");
         }
         let names: std::collections::BTreeSet<String> =
             all.iter().map(|(_, one)| configuration::name(one, &base)).collect();

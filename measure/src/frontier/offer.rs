@@ -1,5 +1,6 @@
 //! Which configurations are measured: those that the package offers, the scene allows and the user requests.
 
+use sglow_graph::frame::Variant;
 use sglow_renderer::request::derivation::{Derivation, others};
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
@@ -9,7 +10,8 @@ use sglow_shaders::Filter;
 
 use super::case::{Case, SelectError};
 use crate::frontier::configuration::{self, Allowed};
-use crate::frontier::screen::{self, Single};
+use crate::frontier::screen::Single;
+use crate::frontier::space::{Has, Space};
 
 /// The values that are requested, as `axis=value`.
 ///
@@ -46,15 +48,15 @@ fn more(derivation: &Derivation, library: &Library) -> Vec<(String, Vec<String>)
 
 /// The configurations that differ from `base` in one value of such an axis.
 pub(super) fn singles(
+    space: &Space<'_>,
     base: &Settings,
-    derivation: &Derivation,
-    library: &Library,
+    Case { derivation, library, .. }: &Case,
     allowed: &dyn Fn(&Settings) -> bool,
 ) -> Vec<Single> {
     let mut all = Vec::new();
     for (axis, values) in more(derivation, library) {
         for value in values {
-            if let Some(settings) = screen::with(base, &axis, &value).filter(|one| allowed(one)) {
+            if let Some(settings) = space.with(base, &axis, &value).filter(allowed) {
                 all.push(Single { axis: axis.clone(), value, settings });
             }
         }
@@ -91,8 +93,21 @@ pub struct Offer<'a> {
 }
 
 impl Offer<'_> {
-    fn has(&self, configuration: &Settings) -> bool {
-        configuration::variants(configuration).iter().all(|id| self.package.text(id).is_ok())
+    fn has(&self, id: &str) -> bool {
+        self.package.text(id).is_ok()
+    }
+
+    /// Whether there is a variant, with any values on some axes.
+    fn has_some(&self, variant: &Variant, open: &[&str]) -> bool {
+        let same = |id: &str| {
+            let mut words = id.split('-');
+            let pass = words.next() == Some(&variant.pass);
+            // An identifier leaves out the default of an axis that is implied.
+            let mut values = words.zip(&variant.axes);
+            pass && values
+                .all(|(word, (axis, value))| open.contains(&axis.as_str()) || word == value)
+        };
+        if open.is_empty() { self.has(&variant.id) } else { self.package.variants().any(same) }
     }
 
     fn runs(&self, configuration: &Settings) -> bool {
@@ -103,14 +118,27 @@ impl Offer<'_> {
 /// Whether a configuration is one that the offer has, the scene's needs leave and the user requests.
 pub(super) fn allowed(
     offer: &Offer<'_>,
-    derivation: &Derivation,
+    case: &Case,
+    space: &Space<'_>,
     only: &Allowed,
     configuration: &Settings,
 ) -> bool {
+    let variants = || space.variants(configuration);
     configuration::fits(configuration, only)
-        && needs_leave(derivation, configuration)
-        && offer.has(configuration)
+        && needs_leave(&case.derivation, configuration)
         && offer.runs(configuration)
+        && variants().is_some_and(|variants| variants.iter().all(|id| offer.has(id)))
+}
+
+/// The requested values that the scene's needs leave.
+fn needed_values(derivation: &Derivation, only: &Allowed) -> Allowed {
+    let mut left = only.clone();
+    for (axis, allowed) in &derivation.allowed {
+        let values = allowed.values.iter().cloned();
+        let requested = |value: &String| only.get(axis).is_none_or(|only| only.contains(value));
+        left.insert(axis.clone(), values.filter(requested).collect());
+    }
+    left
 }
 
 fn needs_leave(derivation: &Derivation, configuration: &Settings) -> bool {
@@ -129,36 +157,14 @@ fn needs_leave(derivation: &Derivation, configuration: &Settings) -> bool {
 ///
 /// When none remains: names the values that exclude the last ones.
 pub fn of(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Vec<Settings>, SelectError> {
-    let Case { scene, derivation, library } = case;
+    let Case { scene, derivation, library, .. } = case;
     let scene = &scene.name;
-    let needed = |configuration: &&Settings| needs_leave(derivation, configuration);
-    let every = configuration::every(&derivation.settings);
-    let mut requested = crossed(every, &more(derivation, library));
-    requested.retain(|configuration| configuration::fits(configuration, only));
-    let failure =
-        |help: &str| SelectError::Nothing { scene: scene.clone(), help: vec![help.to_owned()] };
-    if requested.is_empty() {
-        return Err(failure("no legal variant has these values together"));
-    }
-    requested.retain(|configuration| offer.has(configuration));
-    if requested.is_empty() {
-        return Err(failure("no variant of the package has these values together"));
-    }
-    requested.retain(|configuration| offer.runs(configuration));
-    if requested.is_empty() {
-        return Err(failure("filter=hardware needs a device that filters 32-bit floats"));
-    }
-    let configurations: Vec<Settings> = requested.iter().filter(needed).cloned().collect();
-    if !configurations.is_empty() {
-        return Ok(configurations);
-    }
     let because = |(axis, allowed): (&String, &AllowedValue)| -> Vec<String> {
-        let has = |value: &String| {
-            requested.iter().all(|configuration| {
-                configuration::axes(configuration).get(axis.as_str()) == Some(&value.as_str())
-            })
-        };
-        let rules = allowed.because.iter().filter(|rule| rule.removed.iter().any(has));
+        let requested = |value: &String| only.get(axis).is_some_and(|only| only.contains(value));
+        if !only.contains_key(axis) || allowed.values.iter().any(requested) {
+            return Vec::new();
+        }
+        let rules = allowed.because.iter().filter(|rule| rule.removed.iter().any(requested));
         rules
             .map(|rule| {
                 format!(
@@ -170,8 +176,38 @@ pub fn of(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Vec<Settings
             })
             .collect()
     };
-    let help = derivation.allowed.iter().flat_map(because).collect();
-    Err(SelectError::Nothing { scene: scene.clone(), help })
+    let help: Vec<String> = derivation.allowed.iter().flat_map(because).collect();
+    if !help.is_empty() {
+        return Err(SelectError::Nothing { scene: scene.clone(), help });
+    }
+    let space = case.space()?;
+    let base = &derivation.settings;
+    let more = more(derivation, library);
+    let every = |only: &Allowed, has: Has<'_>| {
+        let mut all = crossed(space.every(base, only, has), &more);
+        all.retain(|configuration| configuration::fits(configuration, only));
+        all
+    };
+    let offered = |variant: &Variant, open: &[&str]| offer.has_some(variant, open);
+    let needed = |configuration: &Settings| needs_leave(derivation, configuration);
+    // What the scene needs leaves fewer to look at.
+    let mut configurations = every(&needed_values(derivation, only), &offered);
+    configurations.retain(|one| offer.runs(one) && needed(one));
+    if !configurations.is_empty() {
+        return Ok(configurations);
+    }
+    let nearest = space.nearest(base, only);
+    let variants = space.variants(&nearest).filter(|_| configuration::fits(&nearest, only));
+    let help = if variants.is_none() {
+        "no legal variant has these values together"
+    } else if variants.is_some_and(|variants| !variants.iter().all(|id| offer.has(id))) {
+        "no variant of the package has these values together"
+    } else if !offer.filters {
+        "filter=hardware needs a device that filters 32-bit floats"
+    } else {
+        "the scene needs other values (`cargo xtask variants --scene SCENE --explain`)"
+    };
+    Err(SelectError::Nothing { scene: scene.clone(), help: vec![help.to_owned()] })
 }
 
 #[cfg(test)]
@@ -194,15 +230,16 @@ mod tests {
 
     #[test]
     fn a_scene_is_measured_by_what_it_needs() {
-        let diffuse = configurations("cornell", &[], false, true).unwrap();
+        let some = ["visibility=none", "space=none"];
+        let diffuse = configurations("cornell", &some, false, true).unwrap();
         assert!(
             diffuse
                 .iter()
                 .all(|configuration| configuration.specular == sglow_shaders::Specular::None)
         );
-        let glossy = configurations("cornell-glossy", &[], false, true).unwrap();
+        let glossy = configurations("cornell-glossy", &some, false, true).unwrap();
         assert!(glossy.len() > 5 * diffuse.len());
-        let exact = configurations("cornell", &[], false, false).unwrap();
+        let exact = configurations("cornell", &some, false, false).unwrap();
         assert!(
             exact.len() < diffuse.len()
                 && exact.iter().all(|configuration| configuration.filter == Filter::Exact)

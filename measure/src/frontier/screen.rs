@@ -6,19 +6,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_oracle::cut::tile::MAX_ROOTS;
-use sglow_renderer::variants::Variants as _;
 use sglow_results::frontier::document::{Configuration, Kept, Metric};
 use sglow_results::frontier::rank::{Place, SAME_ERROR, rank};
 use sglow_results::progress::Progress;
 use sglow_runtime::settings::Settings;
 use sglow_shaders::frame::parameter;
-use sglow_shaders::{
-    Cut, Density, Draw, Emitter, Filter, Kernel, Precision, Solver, Space, Visibility,
-};
 
 use super::depends::Depends;
 use super::references::references;
+use super::space::Space;
 use super::subject::{FrontierError, Subject};
 use super::{configuration, measure};
 use crate::cache::Cache;
@@ -52,76 +48,25 @@ fn choices() -> Vec<(&'static str, Vec<String>)> {
     axes.chain(numbers).collect()
 }
 
-/// Axes and parameters of kernels, which clusters have none of.
-const OF_KERNELS: [&str; 6] =
-    ["kernel", "solver", "filter", "precision", "size_factor", "iterations"];
-
-/// `base` with one value, and with what goes with it: clusters have no kernels to size and are held in 32 bits, so that
-/// a value of kernels goes with no clusters; a cut for each tile has its tree; previous kernels have no equation to solve, and
-/// a distribution goes with specular reflection. None if the base has it already, or there is no such value.
+/// Every configuration that differs from `base` in one axis or parameter and in what that needs, and is `allowed`.
 #[must_use]
-pub fn with(base: &Settings, axis: &str, value: &str) -> Option<Settings> {
-    let mut settings = base.clone();
-    settings.set(axis, value).ok()?;
-    if configuration::value(base, axis) == configuration::value(&settings, axis) {
-        return None;
-    }
-    if OF_KERNELS.contains(&axis) {
-        settings.space = Space::None;
-    }
-    // A cut for each tile begins with a few nodes of a tree, whose emitters are discs.
-    if axis == Cut::AXIS && settings.cut != Cut::None {
-        (settings.space, settings.emitter) = (Space::Tree, Emitter::Disc);
-        settings.lights = settings.lights.min(configuration::ROOTS);
-    }
-    if settings.space != Space::Tree || settings.lights as usize > MAX_ROOTS {
-        settings.cut = Cut::None;
-    }
-    let maps = settings.visibility != Visibility::None;
-    if maps && base.near_scale == configuration::near_scale(base) && axis != parameter::NEAR_SCALE {
-        settings.near_scale = configuration::near_scale(&settings);
-    }
-    // Density and draw do not apply to trees.
-    if settings.space == Space::Tree && [Density::AXIS, Draw::AXIS].contains(&axis) {
-        return None;
-    }
-    settings.ndf = configuration::distribution(settings.specular, base);
-    if settings.space != Space::None {
-        settings.kernel = Kernel::Modified;
-        settings.solver = Solver::Bracketed;
-        settings.filter = Filter::Exact;
-        settings.precision = Precision::F32;
-    }
-    settings.solver = match (settings.kernel, settings.solver) {
-        (Kernel::Previous, _) => Solver::None,
-        (Kernel::Modified, Solver::None) => Solver::Bracketed,
-        (Kernel::Modified, solver) => solver,
-    };
-    // What goes with another value may have taken this one back.
-    let has = configuration::value(&settings, axis).as_deref() == Some(value);
-    (has && configuration::name(&settings, base) != "default").then_some(settings)
-}
-
-/// Every configuration that differs from `base` in one axis or parameter, is legal and is `allowed`.
-#[must_use]
-pub fn singles(base: &Settings, allowed: &dyn Fn(&Settings) -> bool) -> Vec<Single> {
+pub fn singles(
+    space: &Space<'_>,
+    base: &Settings,
+    allowed: &dyn Fn(&Settings) -> bool,
+) -> Vec<Single> {
     let mut all = Vec::new();
     for (axis, values) in choices() {
         for value in values {
-            if let Some(settings) = with(base, axis, &value)
-                && legal(&settings)
-                && allowed(&settings)
-            {
+            if let Some(settings) = space.with(base, axis, &value).filter(allowed) {
+                let name = configuration::name(&settings, base);
+                // Of two values that need each other the last one has the configuration: the lobe, not the distribution.
+                all.retain(|one: &Single| configuration::name(&one.settings, base) != name);
                 all.push(Single { axis: axis.to_owned(), value, settings });
             }
         }
     }
     all
-}
-
-/// Whether no rule excludes what makes and what reflects the lights.
-fn legal(settings: &Settings) -> bool {
-    settings.shade().excluded().is_none() && settings.sample().excluded().is_none()
 }
 
 /// What one scene says of one value of an axis.
@@ -182,11 +127,13 @@ fn said(
     };
     let mut all = Vec::new();
     let Some(default) = find(base).map(place) else { return Screened(all) };
-    // A value of kernels comes with kernels: what it changes itself is against them.
-    let no_clusters = |single: &&Single| single.axis == Space::AXIS && single.value == "none";
-    let kernels = singles.iter().find(no_clusters);
-    let kernels = kernels.and_then(|single| find(&single.settings));
-    let kernels = kernels.filter(|kernels| kernels.complete).map_or(default, place);
+    // A value that needs others counts against these alone.
+    let others = |single: &Single| {
+        let mut others = single.settings.clone();
+        let own = configuration::value(base, &single.axis).unwrap_or_default();
+        others.set(&single.axis, &own).ok()?;
+        find(&others).filter(|others| others.complete).map(place)
+    };
     let axes: BTreeSet<&str> = singles.iter().map(|single| single.axis.as_str()).collect();
     for axis in axes {
         let own = singles.iter().filter(|single| single.axis == axis);
@@ -210,8 +157,8 @@ fn said(
             default: true,
             weight: f64::INFINITY,
         });
-        let usual = if OF_KERNELS.contains(&axis) { kernels } else { default };
         for ((single, place), by) in own.iter().zip(&dominated[1..]) {
+            let usual = others(single).unwrap_or(default);
             all.push(Said {
                 axis: axis.to_owned(),
                 value: single.value.clone(),
@@ -228,7 +175,7 @@ fn said(
 /// Whether times are apart by more than their spreads, or errors by more than noise.
 fn clearly(one: &Place, other: &Place) -> bool {
     let noise = (SAME_ERROR * other.error).max(one.uncertainty.hypot(other.uncertainty));
-    one.time.most < other.time.least || other.error - one.error > noise
+    one.time.maximum < other.time.minimum || other.error - one.error > noise
 }
 
 fn change(one: f64, other: f64) -> f64 {
@@ -288,6 +235,7 @@ pub fn keep(scenes: &[Screened], most: usize) -> Vec<Kept> {
 /// does not allow is as in its base.
 #[must_use]
 pub fn crossed(
+    space: &Space<'_>,
     base: &Settings,
     kept: &[Kept],
     allowed: &dyn Fn(&Settings) -> bool,
@@ -296,8 +244,8 @@ pub fn crossed(
     for Kept { axis, values, .. } in kept {
         let more = |settings: &Settings| -> Vec<Settings> {
             let one = |value: &String| {
-                let with = with(settings, axis, value);
-                with.filter(|with| legal(with) && allowed(with)).unwrap_or_else(|| settings.clone())
+                let with = space.with(settings, axis, value).filter(allowed);
+                with.unwrap_or_else(|| settings.clone())
             };
             if values.is_empty() {
                 vec![settings.clone()]
@@ -309,12 +257,8 @@ pub fn crossed(
         all = all.iter().flat_map(more).collect();
         all.retain(|settings| names.insert(configuration::name(settings, base)));
     }
-    let sized = |settings: &Settings| (settings.size_factor, settings.iterations);
-    all.retain(|settings| {
-        // What sizes kernels changes nothing of clusters.
-        let differs = settings.space == Space::None || sized(settings) == sized(base);
-        differs && legal(settings) && allowed(settings)
-    });
+    // A number that nothing depends on changes nothing.
+    all.retain(|settings| space.plain(settings, base) && allowed(settings));
     all
 }
 
@@ -338,13 +282,18 @@ pub fn distinct(
 #[cfg(test)]
 mod tests {
     use sglow_results::time::Time;
+    use sglow_runtime::package::Package;
+    use sglow_shader_gen::matrix::Facts;
+    use sglow_shaders::Emitter;
 
     use super::*;
 
     #[test]
     fn singles_differ_in_one_axis_are_legal_and_lead_back() {
+        let (package, facts) = (Package::embedded(), Facts::new());
+        let space = Space::new(package.description().unwrap(), &facts);
         let base = Settings::default();
-        let all = singles(&base, &|_| true);
+        let all = singles(&space, &base, &|_| true);
         let names: BTreeSet<String> =
             all.iter().map(|single| configuration::name(&single.settings, &base)).collect();
         assert_eq!(names.len(), all.len());
@@ -352,39 +301,25 @@ mod tests {
             assert!(names.contains(wanted), "{wanted}: {names:?}");
         }
         for single in &all {
-            assert!(legal(&single.settings), "{}", single.value);
+            assert!(space.legal(&single.settings), "{}", single.value);
             assert_eq!(
                 configuration::value(&single.settings, &single.axis).as_ref(),
                 Some(&single.value)
             );
         }
         assert!(!names.contains("default"));
-        let few = singles(&base, &|settings| settings.emitter == Emitter::Cosine);
+        let few = singles(&space, &base, &|settings| settings.emitter == Emitter::Cosine);
         assert!(few.len() < all.len() && few.iter().all(|single| single.axis != "emitter"));
-        // The equation goes with the kernels, and kernels with no clusters.
-        let previous = with(&base, "kernel", "previous").unwrap();
-        assert_eq!(previous.solver, Solver::None);
-        let half = Settings { precision: Precision::F16, ..base.clone() };
-        assert_eq!(with(&half, "space", "world").unwrap().precision, Precision::F32);
-        let clusters = with(&base, "space", "world").unwrap();
-        let previous = with(&clusters, "kernel", "previous").unwrap();
-        assert_eq!((previous.space, previous.kernel), (Space::None, Kernel::Previous));
-        assert!(with(&clusters, "kernel", "modified").is_none());
-        // A cut remains one as long as a tile holds its roots.
-        let cut = Settings { lights: 448, ..with(&base, "cut", "tile").unwrap() };
-        assert_eq!(with(&cut, "emitter", "lobe").unwrap().cut, Cut::Tile);
-        assert_eq!(with(&cut, "lights", "4096").unwrap().cut, Cut::None);
-        assert!(singles(&clusters, &|_| true).iter().any(|single| single.axis == "size_factor"));
-        assert!(
-            with(&base, "emitter", "cosine").is_none() && with(&base, "colour", "red").is_none()
-        );
+        let clusters = space.with(&base, "space", "world").unwrap();
+        let sizes = singles(&space, &clusters, &|_| true);
+        assert!(sizes.iter().any(|single| single.axis == "size_factor"));
     }
 
     fn measured(name: &str, time: f64, error: f64) -> Configuration {
         let mut configuration = Configuration {
             name: name.to_owned(),
             complete: true,
-            time: Time { median: time, least: time, most: time },
+            time: Time { median: time, minimum: time, maximum: time },
             ..Configuration::default()
         };
         configuration.picture.relative_mse = error;
@@ -393,8 +328,10 @@ mod tests {
 
     #[test]
     fn what_is_on_the_frontier_of_its_axis_stays_in_any_scene() {
+        let (package, facts) = (Package::embedded(), Facts::new());
+        let space = Space::new(package.description().unwrap(), &facts);
         let base = Settings::default();
-        let all = singles(&base, &|single| single.space == Space::None);
+        let all = singles(&space, &base, &|single| single.space == sglow_shaders::Space::None);
         let worse = |factor: f64| {
             let name = |single: &Single| configuration::name(&single.settings, &base);
             let mut configurations = vec![measured("default", 10.0, 0.1)];
@@ -419,15 +356,15 @@ mod tests {
         // Of too many the least change is cut, and said.
         let few = keep(&[worse(2.0)], 4);
         assert_eq!(of(&few, "variance").cut, ["planar"]);
-        assert_eq!(crossed(&base, &few, &|_| true).len(), 4);
-        assert_eq!(crossed(&base, &keep(&[worse(2.0)], 1), &|_| true).len(), 1);
-        let names: BTreeSet<String> = crossed(&base, &few, &|_| true)
+        assert_eq!(crossed(&space, &base, &few, &|_| true).len(), 4);
+        assert_eq!(crossed(&space, &base, &keep(&[worse(2.0)], 1), &|_| true).len(), 1);
+        let names: BTreeSet<String> = crossed(&space, &base, &few, &|_| true)
             .iter()
             .map(|one| configuration::name(one, &base))
             .collect();
         assert!(names.contains("emitter=disc,lights=64") && names.contains("default"), "{names:?}");
         // K is crossed with kernels alone.
-        let clusters = with(&base, "space", "world").unwrap();
+        let clusters = space.with(&base, "space", "world").unwrap();
         let values = |axis: &str, values: [&str; 2]| Kept {
             axis: axis.to_owned(),
             values: values.map(str::to_owned).to_vec(),
@@ -436,7 +373,7 @@ mod tests {
         };
         let base_size = clusters.size_factor.to_string();
         let kept = [values("size_factor", [&base_size, "4"]), values("space", ["none", "world"])];
-        let names: Vec<String> = crossed(&clusters, &kept, &|_| true)
+        let names: Vec<String> = crossed(&space, &clusters, &kept, &|_| true)
             .iter()
             .map(|one| configuration::name(one, &clusters))
             .collect();

@@ -76,8 +76,8 @@ pub fn plan(
     let depends = Depends::of(offer.package.description());
     let mut planned = Vec::new();
     for (case, Started { base, singles }) in cases.iter().zip(started) {
-        let allowed =
-            |configuration: &Settings| offer::allowed(offer, &case.derivation, only, configuration);
+        let space = case.space()?;
+        let allowed = |one: &Settings| offer::allowed(offer, case, &space, only, one);
         let usual = &case.derivation.settings;
         let mut named = named(case)?;
         named.retain(|_, configuration| allowed(configuration));
@@ -85,7 +85,7 @@ pub fn plan(
             .iter()
             .map(|(what, configuration)| (what.clone(), configuration::name(configuration, usual)))
             .collect();
-        let crossed = screen::crossed(&base, &kept, &allowed);
+        let crossed = screen::crossed(&space, &base, &kept, &allowed);
         let screening = Screening {
             single: singles.len(),
             crossed: crossed.len(),
@@ -106,20 +106,12 @@ pub fn plan(
 
 /// Where screening starts: the default, changed where other values are requested.
 fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started, SelectError> {
-    let allowed =
-        |configuration: &Settings| offer::allowed(offer, &case.derivation, only, configuration);
-    let mut base = case.derivation.settings.clone();
-    for (axis, values) in only {
-        if configuration::value(&base, axis).is_some_and(|value| values.contains(&value)) {
-            continue;
-        }
-        if let Some(with) = values.iter().find_map(|value| screen::with(&base, axis, value)) {
-            base = with;
-        }
-    }
+    let space = case.space()?;
+    let allowed = |one: &Settings| offer::allowed(offer, case, &space, only, one);
+    let base = space.nearest(&case.derivation.settings, only);
     if allowed(&base) {
-        let mut singles = screen::singles(&base, &allowed);
-        singles.extend(offer::singles(&base, &case.derivation, &case.library, &allowed));
+        let mut singles = screen::singles(&space, &base, &allowed);
+        singles.extend(offer::singles(&space, &base, case, &allowed));
         return Ok(Started { singles, base });
     }
     let name = &case.scene.name;
@@ -129,9 +121,9 @@ fn start(offer: &Offer<'_>, case: &Case, only: &Allowed) -> Result<Started, Sele
 
 /// The configurations that promises are about.
 fn named(case: &Case) -> Result<BTreeMap<String, Settings>, SelectError> {
-    let Case { scene, derivation, library } = case;
+    let Case { scene, derivation, library, .. } = case;
     let usual = &derivation.settings;
-    let own = configurations(usual).into_iter();
+    let own = configurations(usual, &case.space()?.of_class(&["occluders"])?).into_iter();
     let mut named: BTreeMap<String, Settings> =
         own.map(|(what, settings)| (what.to_owned(), settings)).collect();
     let preset = promise::named::PRINTED.to_owned();
@@ -192,7 +184,12 @@ mod tests {
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/overlays/blur");
         let case = case("cornell", &[folder]);
         assert_eq!(case.derivation.settings.get("denoise").as_deref(), Some("none"));
-        let package = Package::embedded();
+        // What is chosen here need not run.
+        let blurred = case.space().unwrap().with(&case.derivation.settings, "denoise", "blur");
+        let ids = case.space().unwrap().variants(&blurred.unwrap()).unwrap();
+        let package = ids.iter().filter(|id| Package::embedded().text(id).is_err());
+        let package =
+            package.fold(Package::embedded(), |package, id| package.with_text(id, String::new()));
         let of = |words: &[&str], all: bool| {
             let words: Vec<_> = words.iter().map(|&word| word.to_owned()).collect();
             let only = offer::only(&words, &case.library)?;

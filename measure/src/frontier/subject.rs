@@ -123,6 +123,12 @@ impl<'a> Subject<'a> {
         Ok(Plan::of(&self.evaluated(settings, None)?))
     }
 
+    /// The variants that make, shadow and reflect lights.
+    pub(super) fn variants(&self, settings: &Settings) -> Result<Vec<String>, FrontierError> {
+        let frame = self.evaluated(settings, Some(&PARTS))?;
+        Ok(frame.variants().into_iter().map(|variant| variant.id.clone()).collect())
+    }
+
     /// The values on axes that settings and the scene's surfaces lead to.
     pub(super) fn axes(&self, settings: &Settings) -> BTreeMap<String, String> {
         self.configuration(settings).axes
@@ -162,6 +168,7 @@ impl<'a> Subject<'a> {
         let mut frame = self.evaluated(settings, Some(parts))?;
         // Where the description has a step is nothing that a result depends on.
         frame.steps.iter_mut().for_each(|step| step.place.clear());
+        frame.reads.clear();
         Ok(sha256(format!("{frame:?}").as_bytes()))
     }
 

@@ -50,11 +50,20 @@ impl Request {
             return Err(RequestError::Settings(twice));
         }
         let by_hand = || given().filter_map(|one| one.split('=').next());
-        for rule in library.class_default.iter().filter(|rule| rule.holds(facts, by_hand())) {
-            apply(&rule.set, &mut settings)?;
+        let preset = self.preset.as_ref().map(|name| library.find_preset(name)).transpose()?;
+        for rule in &library.class_default {
+            let axis = |axis: &str| {
+                let value =
+                    |one: &String| Some(one.strip_prefix(axis)?.strip_prefix('=')?.to_owned());
+                let preset = || Some(preset?.set.get(axis)?.to_string());
+                given().find_map(value).or_else(preset).or_else(|| settings.get(axis))
+            };
+            if rule.holds(facts, by_hand(), axis) {
+                apply(&rule.set, &mut settings)?;
+            }
         }
-        if let Some(name) = &self.preset {
-            apply(&library.find_preset(name)?.set, &mut settings)?;
+        if let Some(preset) = preset {
+            apply(&preset.set, &mut settings)?;
         }
         for number in &self.numbers {
             if let Some((name, value)) = number.split_once('=') {

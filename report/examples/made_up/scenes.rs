@@ -261,7 +261,7 @@ fn clusters(index: usize, random: &mut Random, error: f64) -> Configuration {
 }
 
 fn around(median: f64) -> Time {
-    Time { median, least: median * 0.97, most: median * 1.05 }
+    Time { median, minimum: median * 0.97, maximum: median * 1.05 }
 }
 
 fn measured(

@@ -1,5 +1,7 @@
 //! Measured tables within documents that people write: what stands between two marks is replaced, the rest stays.
 
+use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
+
 use crate::failure::{Failure, Result};
 
 /// Replaces what stands between `<!-- MARK: begin -->` and `<!-- MARK: end -->`. `name` is that of the document.
@@ -15,7 +17,32 @@ pub fn replaced(document: &str, name: &str, mark: &str, text: &str) -> Result<St
     });
     let (before, after) = parts
         .ok_or_else(|| Failure::new(format!("{name} lacks the marks `{begin}` and `{end}`")))?;
-    Ok(format!("{before}{begin}\n{text}{end}{after}"))
+    Ok(format!("{before}{begin}\n{}{end}{after}", wrapped(text)))
+}
+
+/// The same with lines of at most 120 columns, but for rows of tables. Code is not broken.
+fn wrapped(text: &str) -> String {
+    const WIDTH: usize = 120;
+    let options = Options::new(WIDTH)
+        .word_separator(WordSeparator::AsciiSpace)
+        .word_splitter(WordSplitter::NoHyphenation)
+        .wrap_algorithm(WrapAlgorithm::FirstFit)
+        .break_words(false);
+    let wrapped = |line: &str| {
+        if line.starts_with('|') || line.chars().count() <= WIDTH {
+            return line.to_owned() + "\n";
+        }
+        let parts = line.split('`').enumerate();
+        let kept =
+            parts.map(
+                |(at, part)| {
+                    if at % 2 == 1 { part.replace(' ', "\u{a0}") } else { part.to_owned() }
+                },
+            );
+        let kept = kept.collect::<Vec<_>>().join("`");
+        textwrap::fill(&kept, &options).replace('\u{a0}', " ") + "\n"
+    };
+    text.lines().map(wrapped).collect()
 }
 
 #[cfg(test)]
@@ -30,6 +57,11 @@ mod tests {
         assert_eq!(replaced(&text, "x.md", "a", "new\n").unwrap(), text);
         let text = replaced(document, "x.md", "b", "new\n").unwrap();
         assert!(text.contains("old") && text.ends_with("new\n<!-- b: end -->\n"), "{text}");
+        let long =
+            format!("`{}` {}\n\n| {} |\n", "a b".repeat(30), "word ".repeat(30), "c".repeat(130));
+        let text = replaced(document, "x.md", "a", &long).unwrap();
+        assert!(text.contains(&"a b".repeat(30)) && text.contains(&"c".repeat(130)));
+        assert!(text.lines().all(|line| line.starts_with('|') || line.len() <= 120), "{text}");
         for lacking in ["<!-- a: begin --> <!-- b: end -->", "", "<!-- a: end --><!-- a: begin -->"]
         {
             let error = replaced(lacking, "x.md", "a", "").unwrap_err().to_string();

@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn each_method_has_a_row_and_the_documents_have_the_mark() {
-        let time = Time { median: 114.2, least: 100.0, most: 130.0 };
+        let time = Time { median: 114.2, minimum: 100.0, maximum: 130.0 };
         let stage = |camera| Stage { name: "moments", camera, time, dispatches: 1 };
         let stages = vec![stage(true), stage(false)];
         let contender = Flicker {

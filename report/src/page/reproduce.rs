@@ -233,7 +233,7 @@ fn stage_rows(name: &str, one: &Stages) -> Vec<Markup> {
                     td { (if stage.camera { "camera" } else { "light" }) }
                     td { (stage.name) }
                     td.n { (digits(stage.time.median)) }
-                    td.n { (digits(stage.time.least)) " to " (digits(stage.time.most)) }
+                    td.n { (digits(stage.time.minimum)) " to " (digits(stage.time.maximum)) }
                     td.n { (stage.dispatches) }
                     td.n { (paper.map_or_else(dash, |time| format!("{time:.3}"))) }
                 }

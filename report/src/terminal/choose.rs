@@ -19,7 +19,7 @@ pub fn show(order: &[&Configuration], metric: Metric, purchase: &Purchase, runs:
         table.add_row([
             if place == 0 { "chosen".to_owned() } else { format!("{}", place + 1) },
             configuration.name.clone(),
-            format!("{:.2} ({:.2}-{:.2})", time.median, time.least, time.most),
+            format!("{:.2} ({:.2}-{:.2})", time.median, time.minimum, time.maximum),
             relative_mse,
             rmse,
             median,
@@ -59,7 +59,7 @@ pub fn margin(
         Budget::Error(_) => {
             let slower = theirs.median - ours.median;
             let within =
-                if theirs.least <= ours.most { ", which is within the spread" } else { "" };
+                if theirs.minimum <= ours.maximum { ", which is within the spread" } else { "" };
             format!(
                 "Runner-up: {name}, slower by {slower:.2} ms ({:.1} %{within}), with an error of {} against {}.",
                 100.0 * slower / ours.median,

@@ -39,7 +39,7 @@ pub fn show(scene: &SceneReport) -> String {
                 configuration.name,
                 if configuration.on_frontier(metric) { "" } else { " (dominated)" }
             ),
-            format!("{:.1} ({:.1}-{:.1})", time.median, time.least, time.most),
+            format!("{:.1} ({:.1}-{:.1})", time.median, time.minimum, time.maximum),
             relative_mse,
             rmse,
             median,

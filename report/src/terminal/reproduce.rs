@@ -17,7 +17,7 @@ pub fn show(found: &Findings) -> String {
                     if stage.camera { "camera" } else { "light" }.to_owned(),
                     stage.name.to_owned(),
                     format!("{:.3}", stage.time.median),
-                    format!("{:.3}-{:.3}", stage.time.least, stage.time.most),
+                    format!("{:.3}-{:.3}", stage.time.minimum, stage.time.maximum),
                     stage.dispatches.to_string(),
                 ]);
             }

@@ -120,7 +120,7 @@ pub(super) mod tests {
         Configuration {
             name: name.to_owned(),
             complete: true,
-            time: Time { median: time, least: time, most: time },
+            time: Time { median: time, minimum: time, maximum: time },
             picture: PictureError { rmse_over_mean: rmse, flip, ..PictureError::default() },
             ..Configuration::default()
         }

@@ -61,7 +61,7 @@ pub fn points(scenes: &[SceneReport]) -> Option<[Point<'_>; 3]> {
     let places: Vec<Place> = means
         .iter()
         .map(|mean| Place {
-            time: Time { median: mean.time, least: mean.time, most: mean.time },
+            time: Time { median: mean.time, minimum: mean.time, maximum: mean.time },
             error: mean.error,
             uncertainty: 0.0,
         })

@@ -373,7 +373,7 @@ mod tests {
         one.unshadowed = Some(one.picture);
         one.flicker = Some(error);
         one.frontiers.insert(Metric::RelativeMse);
-        let time = Time { median: milliseconds, least: milliseconds, most: milliseconds };
+        let time = Time { median: milliseconds, minimum: milliseconds, maximum: milliseconds };
         one.passes = vec![Pass { name: "shade".to_owned(), time }];
         one
     }

@@ -92,7 +92,7 @@ pub fn mark(configurations: &mut [Configuration]) {
                 by: names[by].clone(),
                 time_ratio: places[at].time.median / places[by].time.median,
                 error_ratio: places[at].error / places[by].error,
-                clear: places[by].time.most < places[at].time.least,
+                clear: places[by].time.maximum < places[at].time.minimum,
             };
             configuration.dominated.insert(metric, dominated);
         }
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     fn place(time: f64, error: f64) -> Place {
-        let time = Time { median: time, least: 0.9 * time, most: 1.1 * time };
+        let time = Time { median: time, minimum: 0.9 * time, maximum: 1.1 * time };
         Place { time, error, uncertainty: 0.0 }
     }
 

@@ -11,6 +11,7 @@ use sglow_graph::{Configuration, Description, Formula};
 use super::check::is_snake;
 use super::document::Read;
 use super::place::Places;
+use super::rule::Condition;
 use super::{Exclusion, Library};
 use crate::error::{Code, Diagnostic};
 use crate::frame::authored::{Authored, Template};
@@ -104,9 +105,10 @@ impl Library {
         description.preset.extend(self.preset.iter().map(preset));
         let defaults = self.class_default.iter().map(|rule| flat::ClassDefault {
             name: rule.name.clone(),
-            when: all(rule.when.iter().map(|(fact, holds)| {
-                let fact = formula::name(fact);
-                if *holds { fact } else { formula::apply("!", [fact]) }
+            when: all(rule.when.iter().map(|(name, condition)| match condition {
+                Condition::Fact(true) => formula::name(name),
+                Condition::Fact(false) => formula::apply("!", [formula::name(name)]),
+                Condition::Values(values) => either(name, values),
             })),
             set: rule.set.clone(),
             unless: rule.unless.clone(),
@@ -116,12 +118,8 @@ impl Library {
         let exclusions = self.exclusion.iter().map(|rule| flat::Exclusion {
             name: rule.name.clone(),
             passes: rule.of_passes(&self.pass).map(|pass| pass.name.clone()).collect(),
-            when: all(rule.when.iter().map(|(axis, values)| {
-                let either = values.iter().map(|value| formula::is(axis, value));
-                let either = either.reduce(|a, b| formula::apply("||", [a, b]));
-                either.unwrap_or(Formula::Number(0))
-            }))
-            .unwrap_or(Formula::Number(1)),
+            when: all(rule.when.iter().map(|(axis, values)| either(axis, values)))
+                .unwrap_or(Formula::Number(1)),
             reason: rule.reason.clone(),
         });
         // What excludes no pass would exclude every configuration.
@@ -358,6 +356,13 @@ impl Frame {
 
 fn code(unknown: bool) -> Code {
     if unknown { Code::Unknown } else { Code::Declaration }
+}
+
+/// That an axis has one of these values.
+fn either(axis: &str, values: &[String]) -> Formula {
+    let either = values.iter().map(|value| formula::is(axis, value));
+    let either = either.reduce(|a, b| formula::apply("||", [a, b]));
+    either.unwrap_or(Formula::Number(0))
 }
 
 /// A formula that holds if all do; nothing if there is none.

@@ -8,6 +8,7 @@ use sglow_graph::description::Setting;
 use super::Library;
 use super::check::{is_kebab, is_snake, names};
 use super::place::Places;
+use super::rule::Condition;
 use crate::error::{Code, Diagnostic, Report};
 
 /// A named configuration.
@@ -107,11 +108,9 @@ impl Library {
                     Diagnostic::new(Code::Name, text).help("names of this kind are in kebab case");
                 errors.push(places.mark(error, &["default", &index, "name"], "here"));
             }
-            for fact in rule.when.keys() {
-                if !self.fact.iter().any(|known| known.name == *fact) {
-                    let known = self.fact.iter().map(|fact| fact.name.as_str());
-                    let error = Diagnostic::unknown("fact", fact, known);
-                    errors.push(places.mark(error, &["default", &index, "when", fact], "here"));
+            for (name, condition) in &rule.when {
+                if let Some(error) = self.check_condition(name, condition) {
+                    errors.push(places.mark(error, &["default", &index, "when", name], "here"));
                 }
             }
             self.check_settings(&rule.set, &["default", &index, "set"], places, errors);
@@ -123,6 +122,21 @@ impl Library {
                 }
             }
         }
+    }
+
+    /// What is wrong with a condition of a default.
+    fn check_condition(&self, name: &str, condition: &Condition) -> Option<Diagnostic> {
+        let Condition::Values(values) = condition else {
+            let known = || self.fact.iter().map(|fact| fact.name.as_str());
+            return (!known().any(|known| known == name))
+                .then(|| Diagnostic::unknown("fact", name, known()));
+        };
+        let Some(axis) = self.axis.get(name) else {
+            return Some(Diagnostic::unknown("axis", name, self.axis.keys().map(String::as_str)));
+        };
+        let known = || axis.value.iter().map(|value| value.name.as_str());
+        let unknown = values.iter().find(|value| !known().any(|known| known == **value))?;
+        Some(Diagnostic::unknown(&format!("value of axis `{name}`"), unknown, known()))
     }
 
     /// An error about a name that is neither an axis nor a parameter.

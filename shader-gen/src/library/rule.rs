@@ -13,9 +13,10 @@ use super::Pass;
 pub struct ClassDefault {
     /// Its name.
     pub name: String,
-    /// Facts and what they must be for the rule to hold; it holds for every input if there are none.
+    /// What facts must be, and values that axes may have, for the rule to hold; it holds for every input if there are none.
+    /// An axis has the value that is set by hand, or else that of the preset, or else that of the rules before this one.
     #[serde(default)]
-    pub when: BTreeMap<String, bool>,
+    pub when: BTreeMap<String, Condition>,
     /// Values of axes and parameters.
     pub set: BTreeMap<String, Setting>,
     /// Axes and parameters that these values make meaningless: the rule does not hold where one of them is set.
@@ -25,14 +26,30 @@ pub struct ClassDefault {
     pub reason: String,
 }
 
+/// What a fact or an axis must be.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "true or false of a fact, or a list of values of an axis")]
+pub enum Condition {
+    /// Whether a fact holds.
+    Fact(bool),
+    /// One of these values.
+    Values(Vec<String>),
+}
+
 impl ClassDefault {
-    /// Whether the rule holds: these facts are known, and of axes and parameters these are set by hand.
+    /// Whether the rule holds: these facts are known, of axes and parameters these are set by hand, and an axis has this
+    /// value.
     pub fn holds<'a>(
         &self,
         facts: &BTreeMap<String, bool>,
         set: impl IntoIterator<Item = &'a str>,
+        axis: impl Fn(&str) -> Option<String>,
     ) -> bool {
-        self.when.iter().all(|(fact, holds)| facts.get(fact) == Some(holds))
+        let holds = |(name, condition): (&String, &Condition)| match condition {
+            Condition::Fact(holds) => facts.get(name) == Some(holds),
+            Condition::Values(values) => axis(name).is_some_and(|value| values.contains(&value)),
+        };
+        self.when.iter().all(holds)
             && !set.into_iter().any(|name| self.unless.iter().any(|unless| unless == name))
     }
 }

@@ -181,6 +181,10 @@ fn presets_and_defaults_name_axes_parameters_and_values() {
     };
     assert_eq!(default("coloured = false"), "nothing is wrong");
     assert!(default("colored = false").contains("colored"));
+    assert_eq!(default("channel = [\"mean\"]"), "nothing is wrong");
+    assert!(default("channel = [\"meen\"]").contains("meen"));
+    assert!(default("canal = [\"mean\"]").contains("canal"));
+    assert!(default("channel = \"mean\"").contains("list of values"));
     let unless = |name: &str| {
         with_presets(&format!(
             "[[default]]\nname = \"grey\"\nwhen = {{}}\nset = {{}}\nunless = [\"{name}\"]\nreason = \"why\"\n"

@@ -36,10 +36,12 @@ export class Frame {
     this.axes = mapped(graph.axes, (one) => one.default);
     this.parameters = mapped(graph.parameter, (one) => one.default);
     this.parts = new Set([undefined, ...parts]); // what is of no part always runs
-    const applies = (rule) => this.holds(rule) && !rule.unless?.some((name) => Object.hasOwn(own, name));
-    const sets = (graph.default ?? []).filter(applies).map(({ set }) => set);
-    if (preset) sets.push(entry(graph.preset, 'preset', preset).set);
-    for (const [name, value] of Object.entries(Object.assign({}, ...sets, own))) this.set(name, value);
+    const later = { ...(preset && entry(graph.preset, 'preset', preset).set), ...own };
+    const given = {};
+    for (const rule of [{ set: later }, ...(graph.default ?? [])]) { // each rule sees what is set before it
+      if (!this.holds(rule) || rule.unless?.some((name) => Object.hasOwn(own, name))) continue;
+      for (const [name, value] of Object.entries(Object.assign(given, rule.set, later))) this.set(name, value);
+    }
     const broken = this.rules.find((rule) => !rule.passes && this.holds(rule));
     if (broken) throw new Problem(broken.reason);
     for (const [name, one] of Object.entries(graph.resource)) {

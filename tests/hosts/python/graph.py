@@ -36,12 +36,12 @@ class Frame:
         self.resources, self.steps, self.parts = [], [], {None, *parts}  # what is of no part always runs
         defaults = lambda table: {name: one["default"] for name, one in graph[table].items()}
         self.axes, self.parameters, given = defaults("axes"), defaults("parameter"), {}
-        for rule in graph.get("default", []):
+        later = (entry(graph["preset"], "preset", preset)["set"] if preset else {}) | dict(own)
+        for rule in [{"set": later}, *graph.get("default", [])]:  # each rule sees what is set before it
             if self.holds(rule) and not set(own) & set(rule.get("unless", [])):
-                given |= rule["set"]
-        given |= (entry(graph["preset"], "preset", preset)["set"] if preset else {}) | dict(own)
-        for name, value in given.items():
-            self.set(name, value)
+                given |= rule["set"] | later
+                for name, value in given.items():
+                    self.set(name, value)
         for rule in graph.get("exclusion", []):
             if "passes" not in rule and self.holds(rule):
                 raise Problem(rule["reason"])

@@ -140,12 +140,16 @@ fn covered(library: &Library, legal: &[Variant], case: &Case, facts: &Facts) -> 
         library.axis.iter().map(|(name, axis)| (name.as_str(), axis.default.clone())).collect();
     // The light's kind is the scene's.
     default.remove("light");
-    for rule in library.class_default.iter().filter(|rule| rule.holds(facts, [])) {
-        default.extend(rule.set.iter().map(|(name, value)| (name.as_str(), value.to_string())));
+    let mut hold = BTreeSet::new();
+    for rule in &library.class_default {
+        if rule.holds(facts, [], |axis| default.get(axis).cloned()) {
+            default.extend(rule.set.iter().map(|(name, value)| (name.as_str(), value.to_string())));
+            hold.insert(&rule.name);
+        }
     }
     if default.iter().all(|(name, value)| has(name, value)) {
         for rule in library.class_default.iter().filter(|rule| !rule.when.is_empty()) {
-            items.insert(defaults(rule, rule.holds(facts, [])));
+            items.insert(defaults(rule, hold.contains(&rule.name)));
         }
     }
     for preset in &library.preset {

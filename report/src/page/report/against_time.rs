@@ -80,7 +80,7 @@ fn dot<'a>(named: &Named<'a>, configuration: &'a Configuration, crowded: bool) -
     };
     Dot {
         x: configuration.time.median,
-        spread: [configuration.time.least, configuration.time.most],
+        spread: [configuration.time.minimum, configuration.time.maximum],
         y: named.value(configuration),
         kind,
         says: says(named, configuration),
@@ -121,8 +121,8 @@ fn says<'a>(named: &Named<'a>, configuration: &'a Configuration) -> String {
             "error {}, {} ms ({} to {}), {}",
             named.cell(configuration),
             figure(time.median),
-            figure(time.least),
-            figure(time.most),
+            figure(time.minimum),
+            figure(time.maximum),
             bytes(Named::bytes(configuration)),
         ),
     ];
@@ -196,7 +196,7 @@ fn frontier(named: &Named<'_>) -> Markup {
                     }
                     td.n { (named.cell(configuration)) }
                     td.n { (figure(configuration.time.median)) }
-                    td.n { (figure(configuration.time.least)) " to " (figure(configuration.time.most)) }
+                    td.n { (figure(configuration.time.minimum)) " to " (figure(configuration.time.maximum)) }
                     td.n { (configuration.whole.map_or_else(|| "–".to_owned(), |whole| figure(whole.median))) }
                     td.n { (ratio(&|configuration| named.value(configuration))) }
                     td.n { (ratio(&|configuration| configuration.time.median)) }

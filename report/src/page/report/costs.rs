@@ -20,7 +20,7 @@ pub(crate) fn times(named: &Named<'_>) -> Markup {
         .collect();
     let spread = |configuration: &Configuration, name: &str| {
         let pass = configuration.passes.iter().find(|pass| pass.name == name);
-        pass.map(|pass| format!("{} to {}", figure(pass.time.least), figure(pass.time.most)))
+        pass.map(|pass| format!("{} to {}", figure(pass.time.minimum), figure(pass.time.maximum)))
     };
     let marks =
         shown.iter().map(|configuration| configuration.whole.map(|whole| whole.median)).collect();

@@ -146,6 +146,22 @@ fn sglow_cut_make_lights(@builtin(global_invocation_id) id: vec3<u32>) {
     sglow_vsgls[id.x] = vsgl;
 }
 
+/// The moments of one block, member by member: to Tint a whole structure in a buffer is of another type than one in a
+/// variable (docs/platform.md).
+fn sglow_cut_block(index: u32) -> SglowCutMoments {
+    var block: SglowCutMoments;
+    block.mean = sglow_cut_blocks[index].mean;
+    block.weight = sglow_cut_blocks[index].weight;
+    block.diffuse_power = sglow_cut_blocks[index].diffuse_power;
+    block.variance = sglow_cut_blocks[index].variance;
+    block.diffuse_direction = sglow_cut_blocks[index].diffuse_direction;
+    block.diffuse_weight = sglow_cut_blocks[index].diffuse_weight;
+    block.specular_power = sglow_cut_blocks[index].specular_power;
+    block.specular_length = sglow_cut_blocks[index].specular_length;
+    block.specular_direction = sglow_cut_blocks[index].specular_direction;
+    return block;
+}
+
 /// The sum of the leaves from first up to, but not with, end: at most two blocks of each size.
 ///
 /// places: the number of leaves that there is room for, a power of two.
@@ -156,12 +172,12 @@ fn sglow_cut_sum(places: u32, first: u32, end: u32) -> SglowCutMoments {
     var high = places + end;
     while low < high {
         if (low & 1u) == 1u {
-            left = sglow_cut_merged(left, sglow_cut_blocks[low]);
+            left = sglow_cut_merged(left, sglow_cut_block(low));
             low += 1u;
         }
         if (high & 1u) == 1u {
             high -= 1u;
-            right = sglow_cut_merged(sglow_cut_blocks[high], right);
+            right = sglow_cut_merged(sglow_cut_block(high), right);
         }
         low /= 2u;
         high /= 2u;
