@@ -6,6 +6,7 @@ use std::process::Command;
 use comfy_table::Table;
 use serde::Serialize;
 use sglow_report::table;
+use sglow_results::check::{Check, Relation};
 
 use crate::chromium;
 use crate::machine::vulkan::{self, Vulkan};
@@ -54,6 +55,15 @@ pub struct Finding {
     pub found: String,
     /// What brings it, if it is missing.
     pub help: String,
+}
+
+impl Finding {
+    /// That it is there.
+    #[must_use]
+    pub fn check(&self) -> Check {
+        let present = f64::from(u8::from(self.present));
+        Check::new(&self.what, present, "present", Relation::Equal, 1.0).note(&self.found)
+    }
 }
 
 fn rustc() -> Finding {

@@ -2,6 +2,7 @@
 //! generator, hosts in other languages, a browser.
 
 pub mod chromium;
+pub mod cost;
 pub mod doctor;
 pub mod fuzz;
 pub mod hosts;

@@ -207,6 +207,19 @@ fn words_of_naga() -> Result<Vec<u8>> {
     Ok(emit::spirv::bytes(&words))
 }
 
+/// The identifiers of a package's variants, by its manifest.
+///
+/// # Errors
+///
+/// When the manifest cannot be read.
+pub fn identifiers(package: &Path) -> Result<BTreeSet<String>> {
+    let path = package.join("manifest.json");
+    let text = fs::read(&path).context(path.display())?;
+    let manifest: serde_json::Value = serde_json::from_slice(&text)?;
+    let id = |variant: &serde_json::Value| variant["id"].as_str().map(str::to_owned);
+    Ok(manifest["variants"].as_array().into_iter().flatten().filter_map(id).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

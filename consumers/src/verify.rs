@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use sglow_report::failure::{Context as _, Result};
+use sglow_report::failure::{Context as _, Failure, Result};
 use sglow_report::json::Report;
 use sglow_results::check::{Check, Relation};
 use sglow_results::progress::Progress;
@@ -113,6 +113,24 @@ pub struct Missing {
     pub consumer: &'static str,
     /// Why.
     pub why: String,
+}
+
+/// Names the consumers that could not be run.
+///
+/// # Errors
+///
+/// When there is one and none `may_lack`.
+pub fn absent(missing: &[Missing], may_lack: bool) -> Result {
+    for absent in missing {
+        eprintln!("{} is missing: {}", absent.consumer, absent.why);
+    }
+    if missing.is_empty() || may_lack {
+        return Ok(());
+    }
+    let names: Vec<&str> = missing.iter().map(|missing| missing.consumer).collect();
+    let failure = Failure::new(format!("consumers are missing: {}", names.join(", ")));
+    Err(failure
+        .help("`--install` installs what apt-get has; `--allow-missing` goes on without them"))
 }
 
 /// Runs the consumers that read shaders.

@@ -1,4 +1,4 @@
-//! What a reference says of a pixel, and how wrong it may be.
+//! What a reference says of a pixel, and its estimated error.
 
 use crate::Vector3;
 use crate::shade::Reflected;

@@ -36,7 +36,7 @@ pub fn exp_ulps(x: f64) -> f64 {
     3.0 + 2.0 * x.abs()
 }
 
-/// What is asked of `1 - exp(-x)`, in ULP of the result, for x at least 0.
+/// The bound of `1 - exp(-x)`, in ULP of the result, for x at least 0.
 ///
 /// Far from 0 the direct form's error, near 0 no more than 32 ULP, which asks for a series there: the direct form
 /// loses everything as x goes to 0. Never less than 4 ULP, for the series.
@@ -47,18 +47,18 @@ pub fn one_minus_exp_ulps(x: f64) -> f64 {
     direct.clamp(4.0, 32.0)
 }
 
-/// What is asked of `exp(x) - 1`, in ULP of the result: a polynomial's error near 0, further out that of the
+/// The bound of `exp(x) - 1`, in ULP of the result: a polynomial's error near 0, further out that of the
 /// exponential.
 #[must_use]
 pub fn expm1_ulps(x: f64) -> f64 {
     if x.abs() < 1.0 { 8.0 } else { exp_ulps(x) * x.exp() / x.exp_m1().abs() + ROUNDING_ULPS }
 }
 
-/// What is asked of the scaled complement of erf and of its integral, in ULP of the result: two polynomials of
+/// The bound of the scaled complement of erf and of its integral, in ULP of the result: two polynomials of
 /// positive coefficients and a division, which round 2 x 4 + 2 x 6 times, each time with less weight.
 pub const ERFC_SCALED_ULPS: f64 = 16.0;
 
-/// What is asked of erfc, in ULP of the result.
+/// The bound of erfc, in ULP of the result.
 ///
 /// The square in `exp(-x^2)` is rounded, which its exponential multiplies by `x^2`.
 #[must_use]
@@ -68,7 +68,7 @@ pub fn erfc_ulps(x: f64) -> f64 {
     if x >= 0.0 { magnitude } else { magnitude * math::erfc(-x) / math::erfc(x) + ROUNDING_ULPS }
 }
 
-/// What is asked of erf, in ULP of the result: a polynomial's error near 0, further out that of the complement.
+/// The bound of erf, in ULP of the result: a polynomial's error near 0, further out that of the complement.
 #[must_use]
 pub fn erf_ulps(x: f64) -> f64 {
     let x = x.abs();

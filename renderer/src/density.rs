@@ -27,7 +27,7 @@ pub struct Sampled {
     pub powers: Vec<f64>,
     /// Power of all photons.
     pub total: f64,
-    /// Time of one sampling pass, by the wall's clock around many.
+    /// Time of one sampling pass, by wall-clock time around many.
     pub time: Duration,
 }
 
@@ -84,7 +84,7 @@ pub fn sample(
 /// Rounds of [`times`].
 const ROUNDS: usize = 15;
 
-/// Median time of one sampling pass for each of several settings, which take turns within one run, by the wall's clock
+/// Median time of one sampling pass for each of several settings, which take turns within one run, by wall-clock time
 /// around many; `density` and `power` as for [`sample`]. The lobes are the settings' own, the precision is `f32`.
 pub fn times(
     gpu: &Gpu,

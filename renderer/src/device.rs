@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use thiserror::Error;
 
-/// Why there is no device, or none any more.
+/// Errors of devices: there is none, or none any more.
 #[derive(Debug, Error)]
 pub enum DeviceError {
     /// No adapter at all.
@@ -59,7 +59,7 @@ pub struct AdapterFacts {
     pub driver: String,
     /// `Vulkan`, for example.
     pub backend: String,
-    /// Whether the adapter is a program on the CPU: its times compare variants and promise nothing about GPUs.
+    /// Whether the adapter is a software rasterizer: its times compare variants and do not predict those of GPUs.
     pub software: bool,
 }
 

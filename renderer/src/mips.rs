@@ -11,7 +11,7 @@ use sglow_runtime::settings::Settings;
 use sglow_shaders::{Density, Lobes, Space};
 use thiserror::Error;
 
-/// Why there is no mip chain.
+/// Errors of mip chains.
 #[derive(Debug, Error)]
 pub enum MipsError {
     /// The package describes no mip chains.
@@ -36,7 +36,7 @@ pub enum MipsError {
 /// Rounds that are timed; a round times each candidate once.
 const ROUNDS: usize = 15;
 
-/// Median times of one run, each round by the wall's clock around `repetitions`.
+/// Median times of one run, each round by wall-clock time around `repetitions`.
 #[derive(Clone, Debug)]
 pub struct MipTimes {
     /// The whole chain made from level 0.

@@ -1,4 +1,4 @@
-//! How long each pass takes: by the device's time stamps, or by the clock on the wall where it has none.
+//! How long each pass takes: by the device's time stamps, or by wall-clock time where it has none.
 
 use std::time::{Duration, Instant};
 

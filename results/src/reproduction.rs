@@ -15,7 +15,7 @@ use crate::rivals::survey::{Row, Survey};
 pub const DOES_NOT_SHOW: [&str; 5] = [
     "The paper's scenes cannot be had: the atrium stands in for them by its number of triangles. Its geometry, textures \
      and lights are others, so that only orders and ratios can be compared.",
-    "On a software driver times compare variants within one run and promise nothing about GPUs: a texture load costs as \
+    "On a software driver times compare variants within one run and do not predict those of GPUs: a texture load costs as \
      much as arithmetic, nothing is hidden behind anything, and two cores take the place of thousands of lanes.",
     "Flicker and its reference are without and with visibility: the reference sees shadows, the methods here do not. Both \
      stand still but for the light, so that the difference in change is small beside the flicker of what is drawn anew.",

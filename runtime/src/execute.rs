@@ -102,7 +102,7 @@ impl Ready {
 impl Executor {
     /// Makes everything that a frame needs, but for what the host supplies.
     ///
-    /// `lists`: the host's draws; they are asked here for the pipelines that they need.
+    /// `lists`: the host's draws; the pipelines that they need are made here.
     ///
     /// # Errors
     ///

@@ -74,7 +74,7 @@ fn leaves(path: &Path) -> bool {
 pub(super) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, SceneError> {
     let fault = |source| fault(path, source);
     let refuse = |bytes: u64| SceneError::TooLarge { file: path.into(), bytes, limit };
-    // Asked before it is opened, for opening a pipe waits for its writer.
+    // Checked before it is opened, for opening a pipe waits for its writer.
     if !fs::metadata(path).map_err(fault)?.is_file() {
         return Err(SceneError::NotRegular { file: path.into() });
     }

@@ -21,7 +21,7 @@ pub(super) struct Occlusion {
 /// Nothing can hide a surface from another where every vertex lies in front of every triangle, or in its plane: a
 /// straight line between two surfaces would have to cross a triangle to be interrupted, and so reach behind it. The
 /// surfaces then are the inside of something convex, or a plane. Where a triangle has two sides, both count as its
-/// front. Lights may be anywhere: what is asked is what lies between surfaces.
+/// front. Lights may be anywhere: what counts is what lies between surfaces.
 pub(super) fn occlusion(scene: &Scene) -> Occlusion {
     let double = DVec3::from;
     let wide = |point: [f32; 3]| double(point.map(f64::from));

@@ -170,7 +170,7 @@ pub struct Variant {
     pub contract: String,
     /// Where it is written.
     pub files: Vec<File>,
-    /// How wrong it is, once measured.
+    /// Its error, once measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<serde_json::Value>,
     /// How long it takes, once measured.

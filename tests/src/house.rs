@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// The crates, each with those that it may use: dependencies point upwards in this list only.
-const CRATES: [(&str, &[&str]); 16] = [
+const CRATES: [(&str, &[&str]); 17] = [
     ("graph", &[]),
     ("seal", &[]),
     ("fuzz", &[]),
@@ -25,11 +25,13 @@ const CRATES: [(&str, &[&str]); 16] = [
         &["graph", "oracle", "renderer", "results", "runtime", "scene", "shader-gen", "shaders"],
     ),
     ("report", &["graph", "oracle", "results", "scene", "seal", "shader-gen"]),
-    ("consumers", &["report", "results", "seal", "shader-gen"]),
+    ("cost", &[]),
+    ("consumers", &["cost", "report", "results", "seal", "shader-gen"]),
     (
         "xtask",
         &[
             "consumers",
+            "cost",
             "graph",
             "measure",
             "oracle",

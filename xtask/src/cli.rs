@@ -6,8 +6,8 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use sglow_report::failure::Result;
 
 use crate::command::{
-    choose, compare, docs, doctor, fuzz, gen_shaders, graph, kernels, render, report, reproduce,
-    stability, test, variants, verify,
+    choose, compare, cost, docs, doctor, fuzz, gen_shaders, graph, kernels, render, report,
+    reproduce, stability, test, variants, verify,
 };
 
 /// Generates, verifies and runs shaders for real-time indirect light with spherical Gaussians.
@@ -58,6 +58,9 @@ pub(crate) enum Command {
     /// Validate a package with independent compilers
     #[command(after_help = verify::EXAMPLES)]
     Verify(verify::Arguments),
+    /// Show what a GPU compiler makes of every variant, without that GPU
+    #[command(after_help = cost::EXAMPLES)]
+    Cost(cost::Arguments),
     /// Run all tests, after making sure that a Vulkan driver exists
     #[command(after_help = test::EXAMPLES)]
     Test(test::Arguments),
@@ -85,6 +88,7 @@ impl Command {
             Self::Stability(arguments) => stability::run(&arguments),
             Self::Docs(arguments) => docs::run(&arguments),
             Self::Verify(arguments) => verify::run(&arguments),
+            Self::Cost(arguments) => cost::run(&arguments),
             Self::Test(arguments) => test::run(&arguments),
             Self::Doctor(arguments) => doctor::run(&arguments),
             Self::Fuzz(arguments) => fuzz::run(&arguments),
@@ -132,16 +136,23 @@ mod tests {
         }
     }
 
-    #[test]
-    fn every_line_of_the_documents_parses() {
-        let documents = [include_str!("../../docs/overlays.md")];
-        let lines = documents.iter().flat_map(|text| text.lines());
-        let lines: Vec<_> = lines.filter(|line| line.starts_with("cargo xtask ")).collect();
-        assert!(lines.len() >= 5);
-        for line in lines {
+    /// How many lines of a text are commands, which parse.
+    fn parsed(text: &str) -> usize {
+        let lines = text.lines().map(str::trim).filter(|line| line.starts_with("cargo xtask "));
+        let parse = |line: &str| {
             let words = line.split_whitespace().skip(2);
             let parsed = Cli::try_parse_from(std::iter::once("cargo xtask").chain(words));
             assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+        };
+        lines.map(parse).count()
+    }
+
+    #[test]
+    fn every_example_and_every_line_of_the_documents_parses() {
+        assert!(parsed(include_str!("../../docs/overlays.md")) >= 5);
+        for command in Cli::command().get_subcommands() {
+            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(parsed(&help) > 0);
         }
     }
 
@@ -152,17 +163,5 @@ mod tests {
         let tried = sglow_fuzz::Target::new("command-line", 30)
             .lines(&helps, |line| Cli::try_parse_from(line.split_whitespace().skip(1)).is_ok());
         assert!(tried.refused > 10 && tried.taken > 10, "{tried:?}");
-    }
-
-    #[test]
-    fn every_example_parses() {
-        for command in Cli::command().get_subcommands() {
-            let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
-            for line in help.lines().map(str::trim).filter(|line| line.starts_with("cargo xtask")) {
-                let words = line.split_whitespace().skip(2);
-                let parsed = Cli::try_parse_from(std::iter::once("cargo xtask").chain(words));
-                assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
-            }
-        }
     }
 }

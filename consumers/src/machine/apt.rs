@@ -1,4 +1,4 @@
-//! Packages of Debian and its kin, installed where that is allowed.
+//! Packages of Debian-based systems, installed where that is allowed.
 
 use std::process::Command;
 

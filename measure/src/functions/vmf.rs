@@ -90,7 +90,7 @@ fn moments(sharpness: f64) -> [f64; 2] {
         sums[1] += mass * height;
         sums[2] += mass;
     }
-    // The mean length of a dull lobe is what is left of both sides.
+    // The mean length of a broad lobe is what is left of both sides.
     if sharpness < 1e-3 {
         return [sharpness / 3.0 * (1.0 - sharpness * sharpness / 15.0), sums[1] / sums[2]];
     }

@@ -1,4 +1,4 @@
-//! One frame of a scene by every method: how evenly the density is shared out, and how wrong the light is.
+//! One frame of a scene by every method: how evenly the density is shared out, and the error of the light.
 
 use sglow_oracle::metrics;
 use sglow_renderer::device::Gpu;

@@ -12,7 +12,7 @@ use crate::tolerance::{
     erfc_ulps, exp_ulps, expm1_ulps, one_minus_exp_ulps,
 };
 
-/// A number between -1 and 1, mostly one of both, that only depends on a value and on what is asked about it.
+/// A number between -1 and 1, mostly one of both, that only depends on a value and on what it is used for.
 fn malice(value: f64, question: u64) -> f64 {
     let mut random = Random::new(value.to_bits().rotate_left(29) ^ question);
     (4.0 * (random.uniform() - 0.5)).clamp(-1.0, 1.0)

@@ -91,15 +91,15 @@ mod tests {
     #[test]
     fn f32_leaves_nothing_of_them_at_the_ends() {
         // What the stable forms keep to 1e-5.
-        let dull = Bounded::exact(1e-3);
-        assert!(upper_cosine_integral(dull).error > 0.1 * PI);
-        assert!(sg::upper_cosine_integral(dull).error < 1e-5 * PI);
+        let broad = Bounded::exact(1e-3);
+        assert!(upper_cosine_integral(broad).error > 0.1 * PI);
+        assert!(sg::upper_cosine_integral(broad).error < 1e-5 * PI);
         let sharp = Bounded::exact(100.0);
         assert!(!lower_cosine_integral(sharp).promises());
         assert!(sg::lower_cosine_integral(sharp).promises());
         assert!(!cosine_logistic(Bounded::exact(0.5), sharp).promises());
-        let dull = Bounded::exact(1e-6);
-        assert!(integral(dull).error > 0.1 * integral(dull).value);
-        assert!(sg::integral(dull).error < 1e-5 * integral(dull).value);
+        let broad = Bounded::exact(1e-6);
+        assert!(integral(broad).error > 0.1 * integral(broad).value);
+        assert!(sg::integral(broad).error < 1e-5 * integral(broad).value);
     }
 }

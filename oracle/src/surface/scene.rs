@@ -42,7 +42,7 @@ pub struct Crossing {
     pub side: Vector3,
 }
 
-/// Why there is no scene.
+/// Errors of scenes.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum SceneError {
     /// A corner is not a place.

@@ -17,10 +17,10 @@ const NEAR: f64 = 24.0 * 24.0;
 /// The part of a lobe's width, in angles of the half vector, that a texel's radius may take up as a point: squared.
 pub(crate) const PART_OF_LOBE: f64 = 1.0 / (6.0 * 6.0);
 /// The width that is given to what has no lobe, squared: larger than any angle.
-const DULL: f64 = 1e12;
+const BROAD: f64 = 1e12;
 
-fn dull(specular: Vector3) -> f64 {
-    if specular == Vector3::zero() { DULL } else { 0.0 }
+fn broad(specular: Vector3) -> f64 {
+    if specular == Vector3::zero() { BROAD } else { 0.0 }
 }
 
 /// What the sum needs of some lights; everything that does not depend on the pixel is done beforehand.
@@ -34,7 +34,7 @@ pub(crate) struct Block {
     /// Squared distance of a texel's furthest corner from its middle; 0 of a point.
     pub(crate) radius: Lane,
     /// 0 of a light with a specular lobe, else large: see [`Arriving::is_near`].
-    dull: Lane,
+    broad: Lane,
     pub(crate) facet: FixedFacet<Lane>,
     /// `Phi R_d/pi`.
     pub(crate) diffuse: [Lane; 3],
@@ -53,7 +53,7 @@ impl Block {
             towards: zero,
             disc: one,
             radius: Lane::default(),
-            dull: Lane::all(DULL),
+            broad: Lane::all(BROAD),
             facet: FixedFacet { cosine: one, width: one, masking: one, kept: one },
             diffuse: zero,
             specular: zero,
@@ -86,7 +86,7 @@ impl Block {
         let grazing = Vector3::splat(fresnel::f90(material.specular));
         set(&mut self.grazing, power.times(grazing - material.specular));
         self.disc.0[lane] = disc;
-        self.dull.0[lane] = dull(material.specular);
+        self.broad.0[lane] = broad(material.specular);
         let facet = FixedFacet::new(ndf, surface.normal.dot(towards), material.alpha);
         self.facet.cosine.0[lane] = facet.cosine;
         self.facet.width.0[lane] = facet.width;
@@ -202,7 +202,7 @@ pub(crate) struct Receiver {
     against_normal: [Lane; 3],
     against_view: [Lane; 3],
     facet: FixedFacet<Lane>,
-    dull: Lane,
+    broad: Lane,
 }
 
 impl Receiver {
@@ -215,7 +215,7 @@ impl Receiver {
             against_normal: everywhere(-surface.normal),
             against_view: everywhere(-view),
             facet: FixedFacet::new(ndf, cosine, surface.material.alpha).everywhere(),
-            dull: Lane::all(dull(surface.material.specular)),
+            broad: Lane::all(broad(surface.material.specular)),
         }
     }
 }
@@ -264,7 +264,7 @@ impl Arriving {
             let fresnel = block.specular[channel] + block.grazing[channel] * emitted_weight;
             *irradiance = geometry * (block.diffuse[channel] + emitted * fresnel);
         }
-        let width = (sent_width + block.dull).at_most(received_width + receiver.dull);
+        let width = (sent_width + block.broad).at_most(received_width + receiver.broad);
         Self { irradiance, received, weight, square, width }
     }
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use exr::block::BlockIndex;
 use exr::block::chunk::{CompressedBlock, TileCoordinates};
 use exr::image::{AnyChannels, FlatSamples, Image, Layers};
-use exr::meta::MetaData;
+use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{ReadChannels as _, ReadLayers as _, read};
 use image::{ImageFormat, ImageReader, Limits, Rgb32FImage};
 
@@ -17,6 +17,8 @@ use crate::failure::{Context as _, Failure, Result};
 const FILE: u64 = 1 << 30;
 /// Pixels of a picture at most: 8192 by 4096.
 const PIXELS: u64 = 1 << 25;
+/// Pixels of a tile at most, where the picture has fewer: 1024 by 1024.
+const TILE: u64 = 1 << 20;
 /// Bytes of all channels of a file at most, when they are unpacked.
 const UNPACKED: u64 = 1 << 30;
 
@@ -32,6 +34,15 @@ pub(super) fn exr(path: &Path) -> Result<Image<Layers<AnyChannels<FlatSamples>>>
         let pixels = bounded(path, [width as u64, height as u64])?;
         unpacked =
             unpacked.saturating_add(pixels.saturating_mul(header.channels.bytes_per_pixel as u64));
+        // The reader takes memory for whole tiles, however small the picture is.
+        if let BlockDescription::Tiles(tiles) = header.blocks {
+            let [width, height] = [tiles.tile_size.width(), tiles.tile_size.height()];
+            if (width as u64).saturating_mul(height as u64) > pixels.max(TILE) {
+                return Err(Failure::new(format!(
+                    "{place}: tiles of {width} x {height} pixels; at most {TILE} pixels, or those of the picture"
+                )));
+            }
+        }
     }
     if unpacked > UNPACKED {
         return Err(Failure::new(format!(
@@ -138,5 +149,19 @@ mod tests {
         fs::write(&path, bytes).unwrap();
         let text = exr(&path).unwrap_err().to_string();
         assert!(text.contains("would take"), "{text}");
+    }
+
+    /// The fuzzer's input took 730 MB and seconds for 495 bytes.
+    #[test]
+    fn tiles_that_are_larger_than_the_picture_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tiles.exr");
+        fs::write(
+            &path,
+            include_bytes!("../../../fuzz/corpus/images/exr_tiles_larger_than_the_picture.exr"),
+        )
+        .unwrap();
+        let text = exr(&path).unwrap_err().to_string();
+        assert!(text.contains("tiles of 12714048 x 64 pixels"), "{text}");
     }
 }

@@ -43,3 +43,10 @@ pub fn passes(times: &[(String, Duration)]) -> String {
     }
     table.to_string()
 }
+
+/// The same in milliseconds, for JSON.
+#[must_use]
+pub fn milliseconds(times: &[(String, Duration)]) -> Vec<serde_json::Value> {
+    let milliseconds = |(pass, time): &(String, Duration)| serde_json::json!({ "pass": pass, "milliseconds": time.as_secs_f64() * 1e3 });
+    times.iter().map(milliseconds).collect()
+}

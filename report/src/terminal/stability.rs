@@ -10,7 +10,7 @@ use crate::table;
 
 /// What must not be concluded.
 pub const DOES_NOT_SHOW: [&str; 6] = [
-    "How fast a GPU is. Times on a software driver such as lavapipe compare variants and promise nothing about GPUs, \
+    "How fast a GPU is. Times on a software driver such as lavapipe compare variants and do not predict those of GPUs, \
      where special functions cost less beside the rest, and registers and divergence cost more.",
     "What one driver does with these texts beyond the one that ran. The mirror evaluates them on the CPU in configurations that \
      drivers were seen to use; it models drivers, it is none of them.",

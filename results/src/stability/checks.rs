@@ -4,6 +4,22 @@ use super::halves::HalvesReport;
 use super::report::{ExtremeReport, FunctionReport};
 use crate::check::{Check, Relation};
 
+/// Inputs of a whole run, at least.
+const INPUTS: f64 = 1e7;
+/// Minutes of a run, at most: on the two cores of a small machine.
+const MINUTES: f64 = 10.0;
+
+/// The extent and the duration of a run, which is `whole` with every function and all inputs.
+#[must_use]
+pub fn of_run(functions: &[FunctionReport], whole: bool, minutes: f64) -> Vec<Check> {
+    let inputs: usize = functions.iter().map(FunctionReport::inputs).sum();
+    let inputs = Check::new("inputs", inputs as f64, "inputs", Relation::AtLeast, INPUTS);
+    let inputs = inputs.note("on the device, of all functions");
+    let time = Check::new("run time", minutes, "minutes", Relation::AtMost, MINUTES);
+    let time = time.note("on two cores, a software driver included");
+    if whole { vec![inputs, time] } else { vec![time] }
+}
+
 /// Everything that was compared with a bound, as checks. `fitted_over_erf` bounds the time of the fitted form of the cosine
 /// over that of the published one.
 #[must_use]

@@ -71,7 +71,7 @@ pub(super) enum Object {
 
 /// Draws of the host's own.
 pub trait DrawList {
-    /// What it draws, each kind with pipelines of its own. It is asked once, when pipelines are made.
+    /// What it draws, each kind with pipelines of its own. It is called once, when pipelines are made.
     fn kinds(&self) -> Vec<DrawKind>;
 
     /// Binds what the frame does not and issues the draws, each with the pipeline of its kind. Viewport and the frame's own

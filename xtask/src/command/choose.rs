@@ -1,10 +1,8 @@
 //! `choose`: the configuration of a scene's indirect light that a budget buys, and the package of just that.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
-use serde_json::Value;
 use sglow_measure::frontier::buy::buy;
 use sglow_measure::frontier::offer::{self, Offer};
 use sglow_measure::frontier::subject::Subject;
@@ -97,13 +95,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let bought = buy(&subject, &configurations, metric, budget, &cache, &bars);
     bars.clear();
     let purchase = bought?;
-    let order: Vec<&Configuration> = purchase
-        .order
-        .iter()
-        .filter_map(|name| {
-            purchase.configurations.iter().find(|configuration| configuration.name == *name)
-        })
-        .collect();
+    let find = |name: &String| purchase.configurations.iter().find(|one| one.name == *name);
+    let order: Vec<&Configuration> = purchase.order.iter().filter_map(find).collect();
     let Some((winner, others)) = order.split_first() else {
         return Err(terminal::choose::nothing(&purchase, metric, budget));
     };
@@ -142,7 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     report.detail("reference", &purchase.reference)?;
     report.detail("clock", &purchase.clock)?;
     report.detail("set", set)?;
-    report.detail("variants", package_variants(&arguments.out)?)?;
+    report.detail("variants", sglow_consumers::subject::identifiers(&arguments.out)?)?;
     report.write(path)
 }
 
@@ -150,31 +143,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
 fn again(arguments: &Arguments, set: &[String]) -> String {
     let Arguments { scene, size: [width, height], out, numbers, .. } = arguments;
     let Numbers { over, preset, light, .. } = numbers;
-    let mut words = vec!["render".to_owned(), "--scene".to_owned(), scene.clone()];
-    let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
-    for folder in &over.library {
-        option("--library", folder.display().to_string());
-    }
-    if let Some(preset) = preset {
-        option("--preset", preset.clone());
-    }
-    if !set.is_empty() {
-        option("--set", set.join(","));
-    }
-    option("--size", format!("{width}x{height}"));
-    if let Some(light) = light {
-        option("--light", light.to_string());
-    }
-    option("--package", out.display().to_string());
-    option("--out", "out/chosen.png".to_owned());
-    json::command_line(words.into_iter())
-}
-
-/// The variants of a package, by its manifest.
-fn package_variants(folder: &std::path::Path) -> Result<BTreeSet<String>> {
-    let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("manifest.json"))?)?;
-    let id = |variant: &Value| variant["id"].as_str().map(str::to_owned);
-    Ok(manifest["variants"].as_array().into_iter().flatten().filter_map(id).collect())
+    let options = [
+        ("--scene", Some(scene.clone())),
+        ("--preset", preset.clone()),
+        ("--set", (!set.is_empty()).then(|| set.join(","))),
+        ("--size", Some(format!("{width}x{height}"))),
+        ("--light", light.map(|light| light.to_string())),
+        ("--package", Some(out.display().to_string())),
+        ("--out", Some("out/chosen.png".to_owned())),
+    ];
+    let folders =
+        over.library.iter().map(|folder| ("--library", Some(folder.display().to_string())));
+    let given = options.into_iter().chain(folders).filter(|option| option.1.is_some());
+    let words = given.flat_map(|(name, value)| [Some(name.to_owned()), value]).flatten();
+    json::command_line(std::iter::once("render".to_owned()).chain(words))
 }
 
 #[cfg(test)]

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use sglow_consumers::doctor::{findings, show};
+use sglow_consumers::doctor::{Finding, findings, show};
 use sglow_consumers::machine::vulkan::Vulkan;
 use sglow_report::failure::Result;
 use sglow_report::json::Report;
-use sglow_results::check::{Check, Relation};
 
 use crate::say;
 
@@ -38,15 +37,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let findings = findings(&vulkan, &adapters.iter().map(line).collect::<Vec<_>>());
     say::line(show(&findings));
     let mut report = Report::new();
-    for finding in findings.iter().filter(|finding| finding.required) {
-        let present = f64::from(u8::from(finding.present));
-        let check = Check::new(&finding.what, present, "present", Relation::Equal, 1.0);
-        report.check(check.note(&finding.found));
-    }
+    report.checks(findings.iter().filter(|one| one.required).map(Finding::check));
     report.detail("vulkan", &vulkan)?;
     report.detail("findings", &findings)?;
-    if let Some(path) = &arguments.json {
-        report.write(path)?;
-    }
+    arguments.json.as_ref().map_or(Ok(()), |path| report.write(path))?;
     report.verdict()
 }

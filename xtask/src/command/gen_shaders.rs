@@ -61,8 +61,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             repository().join("shaders/packages").join(Over::default().library()?.package.name)
         }
         None => {
-            return Err(Failure::new("this would replace the committed package by another one")
-                .help("name a folder: `--out out/package`"));
+            let failure = Failure::new("this would replace the committed package by another one");
+            return Err(failure.help("name a folder: `--out out/package`"));
         }
     };
     if !arguments.check {
@@ -105,13 +105,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     if let Some(path) = &arguments.json {
         let mut report = Report::new();
         if arguments.check {
-            report.check(Check::new(
-                "generated files that differ",
-                differing as f64,
-                "files",
-                Relation::Equal,
-                0.0,
-            ));
+            let (what, number) = ("generated files that differ", differing as f64);
+            report.check(Check::new(what, number, "files", Relation::Equal, 0.0));
         }
         let files =
             outcome.as_ref().map_or(0, |outcome| outcome.written.len() + outcome.unchanged.len());

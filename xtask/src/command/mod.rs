@@ -2,6 +2,7 @@
 
 pub(crate) mod choose;
 pub(crate) mod compare;
+pub(crate) mod cost;
 pub(crate) mod docs;
 pub(crate) mod doctor;
 pub(crate) mod fuzz;

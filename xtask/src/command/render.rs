@@ -90,16 +90,11 @@ pub(crate) struct Arguments {
 /// Renders.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let extension = arguments.out.extension().and_then(|extension| extension.to_str());
-    let exr = match extension {
-        Some("exr") => true,
-        Some("png") => false,
-        _ => {
-            return Err(Failure::new(format!(
-                "{}: the extension decides the format; expected .png or .exr",
-                arguments.out.display()
-            )));
-        }
-    };
+    let exr = extension == Some("exr");
+    if !exr && extension != Some("png") {
+        let expected = "the extension decides the format; expected .png or .exr";
+        return Err(Failure::new(format!("{}: {expected}", arguments.out.display())));
+    }
     if exr && (arguments.layer.is_some() || arguments.exposure.is_some()) {
         return Err(Failure::new("--layer and --exposure are for .png")
             .help("an .exr holds every layer, in linear units"));
@@ -120,15 +115,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     bar.finish_and_clear();
 
     let mut report = Report::on(&gpu.adapter.name, &gpu.adapter.driver);
-    let milliseconds: Vec<_> = times
-        .iter()
-        .map(|(pass, time)| serde_json::json!({ "pass": pass, "milliseconds": time.as_secs_f64() * 1e3 }))
-        .collect();
     report.detail("scene", &shot.scene.name)?;
     report.detail("triangles", shot.scene.triangle_count())?;
     report.detail("shade", shot.settings.shade().id())?;
     report.detail("clock", clock.to_string())?;
-    report.detail("passes", milliseconds)?;
+    report.detail("passes", terminal::render::milliseconds(&times))?;
 
     let ours = picture(&frame)?;
     let exposure = match arguments.exposure {

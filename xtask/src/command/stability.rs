@@ -14,9 +14,7 @@ use sglow_report::page::stability::{Findings, cosine_forms};
 use sglow_report::terminal::stability::DOES_NOT_SHOW;
 use sglow_report::{docs, failure, terminal, write};
 use sglow_results::arithmetic::Arithmetic;
-use sglow_results::check::{Check, Relation};
-use sglow_results::stability::checks::checks;
-use sglow_results::stability::report::FunctionReport;
+use sglow_results::stability::checks::{checks, of_run};
 use sglow_runtime::package::Package;
 
 use crate::options::Over;
@@ -57,11 +55,6 @@ pub(crate) struct Arguments {
     adapter: Option<String>,
 }
 
-/// Inputs of a whole run, at least.
-const INPUTS: f64 = 1e7;
-/// Minutes of a run, at most: on the two cores of a small machine.
-const MINUTES: f64 = 10.0;
-
 /// Measures and prints.
 pub(crate) fn run(arguments: &Arguments) -> Result {
     let start = Instant::now();
@@ -95,13 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     let minutes = start.elapsed().as_secs_f64() / 60.0;
 
     report.checks(checks(&functions, &extremes, &halves, sglow_measure::bound::FITTED_OVER_ERF));
-    if whole_run && !arguments.quick {
-        let inputs: usize = functions.iter().map(FunctionReport::inputs).sum();
-        let check = Check::new("inputs", inputs as f64, "inputs", Relation::AtLeast, INPUTS);
-        report.check(check.note("on the device, of all functions"));
-    }
-    let check = Check::new("run time", minutes, "minutes", Relation::AtMost, MINUTES);
-    report.check(check.note("on two cores, a software driver included"));
+    report.checks(of_run(&functions, whole_run && !arguments.quick, minutes));
 
     report.detail("functions", &functions)?;
     report.detail("extremes", &extremes)?;

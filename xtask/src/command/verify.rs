@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sglow_consumers::machine::repository;
-use sglow_consumers::verify::{Consumer, Request, install, verify};
+use sglow_consumers::verify::{Consumer, Request, absent, install, verify};
 use sglow_report::failure::{Failure, Result};
 use sglow_report::json::Report;
 
@@ -93,17 +93,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     bars.clear();
     let missing = missing?;
     say::line(report.table());
-    for absent in &missing {
-        eprintln!("{} is missing: {}", absent.consumer, absent.why);
-    }
     report.detail("missing", &missing)?;
     report.write(&json)?;
     say::line(format!("written: {}", json.display()));
-    if !missing.is_empty() && !arguments.allow_missing {
-        let names: Vec<&str> = missing.iter().map(|missing| missing.consumer).collect();
-        return Err(Failure::new(format!("consumers are missing: {}", names.join(", "))).help(
-            "`--install` installs what apt-get has; `--allow-missing` goes on without them",
-        ));
-    }
+    absent(&missing, arguments.allow_missing)?;
     report.verdict()
 }

@@ -2395,7 +2395,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
         ),
-        sha256: "e538297519cba91a661a7d7756c96312bd6ec6ea86481fedda58c4768f2dfc87",
+        sha256: "0b64dc2354be7eab5377f69ecc41c90d1981f5562ed10132a0e7410ea3058efa",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2403,13 +2403,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
         ),
-        sha256: "32ab2fbba306250475558f120f805f3473a9d80a704b64783f53c77972360f4f",
+        sha256: "bf7733ca64351777cda6c8e7073cb307dcee411ded3c61b0679b32155cc89ae6",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
         text: include_str!("../wgsl/density-density_bidirectional-importance_lobe.wgsl"),
-        sha256: "8d6c0f9bcd9385b183212aa03f708525897452de4c38314d103f01000aff42b9",
+        sha256: "fb1c4090c72ba83e25703050053e56100c12d81b3aadc47d38c603bbe4dcb938",
     },
     Embedded {
         id: "density-bidirectional-lobe-diffuse-f0",
@@ -2417,7 +2417,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse.wgsl"
         ),
-        sha256: "e7c54764cdba1b3f1e2ecc536709a67dfdf47890f6d0124898319542a76bdeb9",
+        sha256: "11fa5bafcf15ba6ecb81c127da87966c9cc8dba3beb62ee2d3b61dc7227639bc",
     },
     Embedded {
         id: "density-power-none-both-f0",
@@ -3099,37 +3099,37 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "cede10a00c6484a31619aeb13c75d6b4f82700a792d44e6653da6c568dafd585",
+        sha256: "36d6ff7ae4f973f35ad6cc526616e47e143d7b2005a73e440feb0ba637b88600",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "ebbe1a879de375a11ea90a3c96c6a3ca3ba9ed1eee9dc13557b0245bde19c4b9",
+        sha256: "8272dbec01b9d349ddbd5ec36ece67b2d6806e6a816afe857ce5620c473a07a5",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "0e5d799c7c233fc71309d5f24d9573a4902ee4ff44ed99f1da10baa653919f81",
+        sha256: "7241f65dfb95f780d33d27eb5f0902de364b2a3c36fbaad37f3f75a745a8b72f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "7f5ab8301a09d940718094df0da4abb2b634e9701101373a54a5fda45781b51b",
+        sha256: "2462703fc206c69d231aa2bd68a55758179e9804968b2d01c251863b32f553c0",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "04fa591175822a7752458b28df9d11d3b9c05cc44357701bac274efa79813b60",
+        sha256: "50cdd94edec6b8d9ea1b23fbcf59d6cd8c33bf503cbdaa24cda524b3e7d1cc3a",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "d01a7f414f901b0a51acb14b9eef2eec39e66cc71849ca7dd6cadc39601ba45e",
+        sha256: "2726ad99bf81774595cc12e0d909505b2c6780f45cbfbabc597316ba2e411e94",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
@@ -3175,13 +3175,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "e76e2246f61f38427926094293ca2b9609bdf2fd78e74cdcd0955a165e2f98e0",
+        sha256: "43ec90b72f48ce62efa497bc83bf458eb6e258167badfb6e7a2a46ae1ed46ebf",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "de0f43b326a75411645b33ab740a77ba9b480ccbed9e4f9b1adb6e255a0aa3e0",
+        sha256: "b11fccb455596694629c8394c47e4f945ec07492a418e8c7e50dcb55044fdd24",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3189,7 +3189,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "5ded2655d4a5fb2fcce6206019ec71c42e7b16e0896b90806b10c9a262131765",
+        sha256: "da63a38dcd383605b1638194be391a7c0d2e5f82d5538540906dbf62397e83e2",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3197,13 +3197,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "e20d6fb8d9b3e7dc925f7d2db1e8981ec1cffde64f6320ebd292556d6fdd9f61",
+        sha256: "43e0f1281ff5e6f9e2e0b75f7c4afe7d709e0826d7aa421da1b2943b8e870d8b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "06fca045080322b03edb39318e10af506c17f3c2df3943bdec86cc32d30b3b2a",
+        sha256: "990afdc405194705f9ed77d6266c4cdd2035fdcd646786afa8dd3db28ad9733f",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3211,13 +3211,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "a8122fcd536f42d56b544d7e61d32ce5673278332ab5e8ae04884bc372dc6650",
+        sha256: "61db06eee33c1bd021a2958e3345005ab6b4a7295c008503853dc55bd2e48a59",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "1de7e6acb4e154acbec22e34f19f96fa5254cb0eae17e8afaec100aea1ed8d5f",
+        sha256: "634c3ace1a927b46d7276e5da2800483a208366c0be287dfeb1deb65b0a70b74",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -3225,7 +3225,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "31a8ab7345504f05407c7fb9d58b609e5885eb8bdd94b4ec8afd39f11ac610fe",
+        sha256: "c4d4536ab260739cf1788611c71fba6e800e29c8770850c7d7f207fe0b896cc4",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -3233,13 +3233,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "3fb672e421056f0680d05a508f62d954e6844f39b5d456ed40c75fe9002da8dd",
+        sha256: "e5c5b9edb1c3413f561d07a62c5abf352cb9a902dae1c2a11e1cd85571984bc5",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "d8addc304fedc268ee296d4f003b0cb070eb2dfcbc423deb477e9a9cf69ff168",
+        sha256: "9a973c5d8c97d509244e4a1e69d23885496257e37624c4b7c706e901c969bd48",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -3247,7 +3247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "c1413f694c66f5caf6799a4db87c1cb58e78cab9ccaee1a5d418abc49cfd7e6e",
+        sha256: "da4cd5e30b2bdbd1d1ce6e14aaa3667e7d55bb60aaad3e017467ba0235a1cc4f",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "f7c6b9a94fbfb6984bcacf8c8265f8fcf8c9984fbfc4fa9b77e842fa32704d62",
+        sha256: "34b2a1c9fcdd2e1740426af50fe7bc86fc87361dc5441bb9aa4b62b0aa7b98be",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3307,19 +3307,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "f06b0f87a90e617f9e266f3fee8f632f59ab24512487f205a05f475c0b1d8d05",
+        sha256: "2fa4aaf460a25778dc32febb9fc558f63de750d746f8ac709bcc0662baf1505c",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "05e4550b6aec3a849b788485cf28dce28e0883abf53a4545931768bd0ef9931b",
+        sha256: "a60fb40e69f141b95dff1e41188b77c843c0ec2dbb82debbb2207e8846519ead",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "2bbd70b77e57b92d65e0afbca4ab12384d06b4075b8ec4f4af6a07bccbe529f3",
+        sha256: "73910158ded74f4d63b6c545e89db50e30bc231e3598c8426a2d6aee617f8321",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
@@ -3331,7 +3331,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "b2cf431721a772d40feb10ca110b54b3d38a19861957f8ceb794198aae6421d6",
+        sha256: "31d1e4ef9a51e013bb298627379ccf8624b546e01459bd0b5a14a4bc94641afb",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3339,25 +3339,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "08e8112d31068a191e7f5384d7c2193f449c79b03b2bbb9abda2c94afd1d3d4f",
+        sha256: "703d6972c67e54891b522834f2538a5c3bbb7ae6d2548dabcdcec647f65d89c3",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "ac318788548acd3f4d6297a5cc7a4b049e510eb2bbbbf5990ed034921085a158",
+        sha256: "5d4dc0371c65dc892209f1b63fadf658b48a3ec16ce5a90fecf218a486fca60d",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "f8d35d5b3e806250ea55c49cc70c142d24033c7063459d1d9f3d5a1586c91d4f",
+        sha256: "a695c1957bc1f4525a4ff361cafcbe18e3da37960474f9147dbd008c6cbb5ceb",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "bd06fc81996a0a501af04a157b66530d79d457afcbcba840190822cb8c2eca64",
+        sha256: "79b5136633ebac7bb9b4b15ea54d7bdc978171b23e7fdf505951e64b937bffdd",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
@@ -3371,7 +3371,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "bed556798dc8721ff78f7baaada1dd3f97fa2ed761833b28fe964f57045303db",
+        sha256: "502a2bce54367df667f4e5fcdc6e150bf74f43a1c5e9ec2b6763c68e07cc08a3",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3385,7 +3385,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "dbaa70428b74904156d5137d9525fccab82410ed27f41827d58935fd24ed43e8",
+        sha256: "619c605fedc23fb03cb9eef474cb8cf9c1c9f26f31a6958c5dc04a0c27816aab",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
@@ -3399,7 +3399,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "7217b99fe34bc27b11108905a646563735d1698634b7540a24b47cdf9f753028",
+        sha256: "a7783e49b4b85310fc33bf97e05602918d37add48c40be760d7338bd9915d51c",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3413,25 +3413,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "93ba1549f73add65223ded35d1c92e7c6d71bf83959781a997e81027f09298a9",
+        sha256: "cbdbaf627e50612d695598ead8bd34fab00c356bc0ee0f170b64f33c3b250c49",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "22a7e221f7d6d0116a1aed28409aede2c3577a8c18a9496110343957911662e0",
+        sha256: "38a86abd8311310c3918c36610ddaf43a3f7f5cdec4b1770034c76a320da4f19",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "72a8c9a0de2d5fbd7f768369c89a9041dedc01cad081749d224123195ea09ffc",
+        sha256: "43f972d2363a6f1704ef8f7f845c7b103a8235deaa8820651e8b4c0bf2eba18f",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "24c1ef0274907d2125faf0fb011c9412f262cd36fb0756de495d01c66535b3aa",
+        sha256: "144df635ce4582fd53b3d02edb0fe9556e68cc22678514853bb743966a27ba37",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3439,7 +3439,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "fc980b0374e08882c450477e168a2b4a4ac430e5c3a3327d74f05d329a0faaea",
+        sha256: "b686e0770751a053fd60d6f3aa37cf83f1d03f47bef99f244d0e72c18d86554e",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3447,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "efb7e883cbf698b26f4489b8ec3d493d73e5dbf9ec9e9ee988544479e38ade2c",
+        sha256: "e09b257c88e22b489ddbe30248a42c13a0899b46962d177245f686ab5adf32dd",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3455,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7c047ff34d0889ba8dd314f13f9e4805adc4d98f0945f6a2827d3e252c952ec1",
+        sha256: "9cf5b8907355623d4b97e2d070123d651668e80fa4bc27ed1f5e4263bcb2cd90",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3515,7 +3515,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "291c18f91e1f9b1bf48347316a94ace0dd2fc74169a5c6c3e99d9431dbd873e8",
+        sha256: "03098310fcbf311e83bc6d34ec271e70eaaf7490b307fff94518be5f4edeb291",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3523,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "2a24e7f2c7a0e19145ae6c58868b0dc90a28c3bb9d235658d05d3fb81170823e",
+        sha256: "86f0cc644f1fcaad2f467b0484826f97fe64fca51f226285886391426e632d26",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3531,7 +3531,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "f958c0b50338a153386ce5b78cf821f39c0c08e1e07e5f3fecdd13f17598ac69",
+        sha256: "f6a5c62db782eae01844b511e88821cf554fc82216043db8230c6ccd78568820",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3539,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "442d8ce2b3800f1eab5934d5f6fbe8d592b180f6992a10a172590a9e24141192",
+        sha256: "1ea22709dd89d5fde8e7cd967e2577a5f41063597008985d1bcc98050a2bee58",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3547,7 +3547,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "d51abf389309c232cba71337fb8f42726df3ac3b271eb52cf8e080a5be6ff791",
+        sha256: "820f39d468cda6f6dff06782d7b735b440a634801a30bc3c827764d1c5777fd4",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3555,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "df6a679ae2c23c854cb66c175c0776cf72056b1bf3215329c731cd7b377955ff",
+        sha256: "650254839bafbb7007a3b8dc34ec95ed118ccf9d4842fa969377a0f2d3676dae",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3563,7 +3563,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "e6f076e4f4ff926be3f232086c065be773d164f6e0c26d1515df60ca33c153b8",
+        sha256: "9d39c1ee3509eb06ca8158a111e2aea24ddf226a29bc3aaa48a544299e7b6e02",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3571,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "42f5230a16c91d9aefae802bccc6d69f1b6dc19149fd387f0c3c391ceddc9281",
+        sha256: "a14bec721eee489e9313f8b7f5bdf71e0ad90c590004b032cdc7c39de4929043",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3579,13 +3579,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "bdda1561e968591d0a545e64b7de750d6f2c44c9b48e920769028997a560ff04",
+        sha256: "2fd4e22896bf8ac62b8a6a33e90a07c089616421dca9f167929735a0918aa5f6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "b7e8de64c073b3de29fadf296ce09d9d8c478558e8dabfb6f279cd573a669fca",
+        sha256: "51fefa379ddaa19804183170392c59e3aa1f993effad712ec8869ce70e6c4f11",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3593,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "2eea6eaf67b0c1fba48a9415bfb4a5f436daaded571d747332966c727271335d",
+        sha256: "9f1378a3bde8e2e3f6075beb8b119aff9ac3492c01af8f5b829f5e6935a3fab3",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3601,7 +3601,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "0442d2355b6a468d906ca1ae3418703dc258127136c9ab2a236c1d9a2749029d",
+        sha256: "c060de67a740a1ad03e801b5366817331938f8b6622157a3a0cfd0c2528b62c6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3609,7 +3609,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "ae75258d126f3a3b880f86fea70bec41c939a431ff42841373ff7ddfc163b95f",
+        sha256: "c04980c481356ea9e9e64e8972619df80ad154a9ae4f8cdf30a3da9d30644f1d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -3617,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "9abdc4ccb34f494fb967b4ad02262dd943d280bbc96aa5f6d5520c1a42675a24",
+        sha256: "c406fcfe49cb5aef944bde8f65ee5e251800981025260f74a28963daba9a338b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3625,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "463fcec58cb6f6e26c72aa450183c81516f851d9ec41ab8f466ca18e0b83f557",
+        sha256: "7809b06e7b0b271207fd9dac66c2b4fde5ba0c71c235816e28d87276b7508b0c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3687,7 +3687,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_constant.wgsl"),
-        sha256: "f5093529a94741de895df96d70f6ab07943a4e9d203e27e0e690f921b18bde28",
+        sha256: "3c42d582b3e12a5f639aca379be50b80eba55df439c4a97b106a4e9721dc3d5d",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
@@ -3695,7 +3695,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-lobes_diffuse.wgsl"
         ),
-        sha256: "7dee82d029a4f214e30477202401339147c699ab4503dfeaa26262b509913cea",
+        sha256: "19c221d59fb75e94296fdb95acb90e7943978c4ed22eaadcca3873f015aa7d2d",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
@@ -3703,7 +3703,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none.wgsl"
         ),
-        sha256: "dbc609aaec66ad368b7be869f39e96cc30eeba2dccca6d0f9f38ae858c39b0f9",
+        sha256: "2ad056dbe53bcdef12ea8d69ff43006afd739b2ef4e6555d74ca842668c7c879",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-diffuse-f32-none",
@@ -3711,7 +3711,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "60c371fe5556c7c2f6858501818fa44c72cc7492b6559e33f9f185cdfc594992",
+        sha256: "aa88c745c103a101a2b91b4fcc209dc400803b7d79e0d55c0ccfb592e6a82852",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
@@ -3719,7 +3719,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg.wgsl"
         ),
-        sha256: "0de3175311b63c61b109963a328e4ebf94e19bd6b51de008d1e5798ea23d29bf",
+        sha256: "f9dfd6eca2b0bc92a87ea244a2b00f91502f62d10f87f1ed88db7179601ef075",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
@@ -3727,25 +3727,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "c29a9dfdfa79d90dcf2b5e8df5c59e55e70166eff028a72908a2585697e8692c",
+        sha256: "9c3635147bf64e1ba7ade551d37518ddb5a1b6fb56b6ccf0cfbc8b832c751294",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "0cfaa9b453b332f9a28a478a3ddaafe99c075b0036a77f0fe1581f9dcf9cc800",
+        sha256: "ee919d9a73d3c2748b450a5146cbb56e1990c92db925e5093052467d060ac866",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "3b08d43879fcd719b2c7c93bcca4568f477efe7f50400fe4e980644e451eae43",
+        sha256: "2d0c82185153e37764c462753415b98e48970cd96c367f3f3642597b0bc71a5c",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "5f05669298b981c2f1ea2822b8d8d22fc98febb1fd5d2ac28f84750b8925d6cc",
+        sha256: "7c97702c58b7abc57d6beeaf0c209a8c631110b819d51675d5b979b9ee4a5dc7",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3753,13 +3753,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "101707ac7f0c5a4aa5cb8d79a892ea93a30a4747069ab9a3a9d5a39a771742fe",
+        sha256: "80d6f2f9d2cd8f58389363054969b610b60b82fe8e0457b15c1a23bb21d56d87",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "f84e99d7986387ca6c13e013e713edec421a06f978a915fcc8f6b2d223a50821",
+        sha256: "bb0d5f8fe1da2fb45259aea1ae6370911c1cc6c9a9496e4edabb8a084e76f4b6",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3767,7 +3767,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "e411fe522eae11ffa20165bec07a63def685162c35f7eb710988bea865cc38f6",
+        sha256: "de29c7505985041c3c522ade772cc4199265f4a778f7ae0e99f85745bba6b2f3",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3775,7 +3775,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "0d56ec057423d1c0dbe060b43c62fcab8f1e3475215d2d76dd3fac686e5ee078",
+        sha256: "ae247cefd0443039f801a5e0a0eabcfe3505c0b45ea82a858dc32031b40ec89b",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3783,7 +3783,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "3a6ef230c8585a893d03bfe845c79ce0a60de385d8ad95a8ce6bccf9fba56726",
+        sha256: "24c29ec3101575abe11b5eeae58f07cec99857508512cf0508d7ed660773b20e",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3791,7 +3791,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "e87896529decbc0dde3c0a08f3943018e78b7feb3f87c2584b670c78675ba645",
+        sha256: "0b4ea8ce9ade2fa2df07d821d526ebdf7e2bca43b03ae5116a68af642b974853",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3799,7 +3799,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9a2f15e472164a5bf9b895b739ebcf3cdbbb45def987fc40a4aa1511d0b67b97",
+        sha256: "55bf56e9705b6e4762c5a76e79294ed53987aa9dd69b55fe9a2ba561fa93bc00",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3807,13 +3807,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "f8620e14a925039fda5eece3640773a2335e52d84908f3fdc87b32353cd78639",
+        sha256: "6a20d7e4c52594fc663b0ec32ddbf576a6c8d5bcb64bbd8625d20f41c1ec4628",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "87b3e34c72898a138bba29586900982fea1cb1e69035772d6737e6209c2344ee",
+        sha256: "f8ee1052bd384f87489ca4c7676a05fbc2a9838c418e735cf88f23f91eaeea8d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -3821,7 +3821,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "811361e35e83416a3c669ac583eb0367a1381ebaff7a279962ee12e7dd7792f9",
+        sha256: "79ce8cf3419421e4d33688b50a5ebea78e3d9674404b2b1fe69f22d68e3472b6",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3829,7 +3829,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "871094497a42e79bc61d8a8ede3c35ea2e5779bda68578a347cdf3c4ce09db63",
+        sha256: "191589cc6c7956625eab2046fa2c89767182e155771fdaace93f579998e74dee",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3837,7 +3837,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "d4151b339c9df3b249214a0968c671afefd06d7920e8f2eb62c081c59f2830f1",
+        sha256: "750c7165a171c1cbda09cbce8fa44bf167a208dccef16596bb6f342b9bf16c9d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -3845,25 +3845,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "edc2d024ea5c271ac49269e28222a4722e54bd5bfb6f6e28150e91443e791bb1",
+        sha256: "a0e30786c97e6fee77692db15d30836915202ac7cf94b530b7af17529f0ebea1",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "2a8da095d4f363af5ef405027b245f3fa20723992cab787d990390bae8f10648",
+        sha256: "7ae02e651d22e4265cb0887dc1cc5ab16e3ec587ad80e3197b5dfd3e34d267a9",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "a3390ff4a027d7822abb440c1bb2110ee25159c8c78ad40ab4f7a11531ae27a7",
+        sha256: "5c56970f548979b74c7618b9b71daa1118276543cb9e11f7be15f72963da29ab",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_gaussian.wgsl"),
-        sha256: "fa1401782a7a39fc055c97e1b18561468a4eeb6370d0ddb8e0aa1d2de242f61c",
+        sha256: "12e49f6b61ef1f8cd0e15bf29ee14b110d67ea45acce22c2feaa4bae6e34ae2a",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
@@ -3871,7 +3871,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-lobes_diffuse.wgsl"
         ),
-        sha256: "ca073a0e6eb5c6ccf496ef367bc25a88fc1782966adb352dc024dc60a6b6b12e",
+        sha256: "0f066916325aaa5c79895c9ddaf1983e44612f04f849923408769924cce06e9b",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
@@ -3879,7 +3879,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none.wgsl"
         ),
-        sha256: "b4a88242804f35a1ec2dd23a012b9bdb46ee7a9241495af6ac9922c5d18f5062",
+        sha256: "646cf92badecee45effec306e054727d502f5962340f054e8569f33701607807",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
@@ -3887,7 +3887,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "cf05074cd507e1f5933b09032550047a2a63bbe86383042e735a4aed43aac74b",
+        sha256: "5422862e2f01e3391f737d98fd014537d981095b96c81e9253137fba1e0c75ed",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
@@ -3895,7 +3895,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg.wgsl"
         ),
-        sha256: "f5cbd7cec9ab802753edc7f4a7bae4f6d230a4783cdbeb06f2482287ffe22fa0",
+        sha256: "9fc22776455bf4a97df843dc60b445b02cbf71e56ff38ed90d541b16463cfb17",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
@@ -3903,7 +3903,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "205cf847cc6dae9a2862765848c87e0b1b1103d9286ac004738ae9c9cb4432fe",
+        sha256: "bddad123ac326eaae56ca36da5f069a11f0d77673c48df9f22fffa81ff702769",
     },
     Embedded {
         id: "shadow-constant-opaque",

@@ -184,8 +184,8 @@ fn sglow_diffuse_clamped(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32
 // cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
 // Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 
-/// The integral of a lobe times a clamped cosine that is constant over the lobe: sharp lobes only. Error 3.0 for a dull
-/// lobe, 0.13 at sharpness 10, 0.004 at 1e4.
+/// The integral of a lobe times a clamped cosine that is constant over the lobe: sharp lobes only. Error 3.0 for
+/// a broad lobe, 0.13 at sharpness 10, 0.004 at 1e4.
 /// [Tokuyoshi 2016, Appendix C.2]
 fn sglow_sg_cosine_constant(cosine: f32, sharpness: f32) -> f32 {
     return sglow_sg_integral(sharpness) * clamp(cosine, 0.0, 1.0);

@@ -291,8 +291,8 @@ fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
 // cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
 // Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 
-/// The integral of a lobe times a clamped cosine that is constant over the lobe: sharp lobes only. Error 3.0 for a dull
-/// lobe, 0.13 at sharpness 10, 0.004 at 1e4.
+/// The integral of a lobe times a clamped cosine that is constant over the lobe: sharp lobes only. Error 3.0 for
+/// a broad lobe, 0.13 at sharpness 10, 0.004 at 1e4.
 /// [Tokuyoshi 2016, Appendix C.2]
 fn sglow_sg_cosine_constant(cosine: f32, sharpness: f32) -> f32 {
     return sglow_sg_integral(sharpness) * clamp(cosine, 0.0, 1.0);
@@ -359,8 +359,8 @@ struct SglowLobe {
 /// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
 /// their lengths are; NaN input: unspecified result.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
-    // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
+    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of
+    // broad ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
     let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
     let unit = bitcast<f32>(bits);
     let per_unit = bitcast<f32>(0x7f000000u - bits);

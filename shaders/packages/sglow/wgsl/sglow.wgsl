@@ -159,8 +159,8 @@ struct SglowLobe {
 /// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
 /// their lengths are; NaN input: unspecified result.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
-    // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
+    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of
+    // broad ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
     let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
     let unit = bitcast<f32>(bits);
     let per_unit = bitcast<f32>(0x7f000000u - bits);
@@ -275,8 +275,8 @@ fn sglow_sg_hemisphere_integral(cosine: f32, sharpness: f32) -> f32 {
 // cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
 // Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
 
-/// The integral of a lobe times a clamped cosine that is constant over the lobe: sharp lobes only. Error 3.0 for a dull
-/// lobe, 0.13 at sharpness 10, 0.004 at 1e4.
+/// The integral of a lobe times a clamped cosine that is constant over the lobe: sharp lobes only. Error 3.0 for
+/// a broad lobe, 0.13 at sharpness 10, 0.004 at 1e4.
 /// [Tokuyoshi 2016, Appendix C.2]
 fn sglow_sg_cosine_constant(cosine: f32, sharpness: f32) -> f32 {
     return sglow_sg_integral(sharpness) * clamp(cosine, 0.0, 1.0);
@@ -299,8 +299,8 @@ fn sglow_sg_cosine_gaussian(cosine: f32, sharpness: f32) -> f32 {
     return 1.0186574 * exp(exponent) * sglow_sg_integral(larger * norm);
 }
 
-/// The integral of a lobe times a clamped cosine as a blend of the limits for dull and sharp lobes by a logistic curve.
-/// Error 8.8e-3.
+/// The integral of a lobe times a clamped cosine as a blend of the limits for broad and sharp lobes by a logistic
+/// curve. Error 8.8e-3.
 /// [Meder 2018, Eq. (15)-(18)]
 fn sglow_sg_cosine_logistic(cosine: f32, sharpness: f32) -> f32 {
     let z = clamp(cosine, -1.0, 1.0);
@@ -335,7 +335,7 @@ fn sglow_sg_cosine_erf(cosine: f32, sharpness: f32) -> f32 {
     let tail = near * sglow_erfc_scaled(x);
     let far = min(t, 12.0);
     let end = exp(-far * far) * sglow_erfc_scaled(far);
-    // exp(-t^2 z^2) - exp(-t^2) over t, which cancels for dull lobes, as exp(-t^2 z^2) times exp(..) - 1.
+    // exp(-t^2 z^2) - exp(-t^2) over t, which cancels for broad lobes, as exp(-t^2 z^2) times exp(..) - 1.
     let rest = (1.0 - z) * (1.0 + z);
     let difference = near * (t * rest) * sglow_expm1_over_x(-t * t * rest);
     let c = max(z, 0.0) + 0.5 * (end - abs(z) * tail) + 0.28209479 * difference;

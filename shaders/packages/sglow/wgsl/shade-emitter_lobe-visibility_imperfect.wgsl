@@ -461,8 +461,8 @@ struct SglowLobe {
 /// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
 /// their lengths are; NaN input: unspecified result.
 fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of dull
-    // ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
+    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of
+    // broad ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
     let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
     let unit = bitcast<f32>(bits);
     let per_unit = bitcast<f32>(0x7f000000u - bits);

@@ -1,0 +1,87 @@
+//! Compiling in this process.
+
+use std::collections::BTreeMap;
+use std::env;
+use std::fs;
+
+use crate::capability::find;
+use crate::cost::{Compiler, Costs, Skipped};
+use crate::device::Driver;
+use crate::error::Error;
+use crate::issue::Generation;
+use crate::pipeline::cost;
+use crate::request::{Request, Subject, subjects};
+use crate::spirv::{self, Module};
+
+/// The variable that gives RADV a device without hardware.
+pub(crate) const FAMILY: &str = "RADV_FORCE_FAMILY";
+
+/// Compiles the compute modules of a package. `RADV_FORCE_FAMILY` has to be the request's family, and Vulkan's loader
+/// has to find RADV, from the start of the process on: [`compile`](crate::compile) sees to both. `before` is called
+/// with each variant's identifier before it is compiled; if the driver crashes, the last one is to blame.
+pub fn compile_here(request: &Request, mut before: impl FnMut(&str)) -> Result<Costs, Error> {
+    match env::var(FAMILY) {
+        Ok(family) if family == request.family => {}
+        found => {
+            return Err(Error::Environment {
+                variable: FAMILY.to_owned(),
+                found: found.map_or_else(|_| "not set".to_owned(), |family| format!("`{family}`")),
+                right: request.family.clone(),
+            });
+        }
+    }
+    // Everything that can be refused is, before anything is compiled.
+    let subjects = subjects(request)?;
+    let mut modules = Vec::new();
+    for subject in subjects.compute {
+        let module = module(&subject)?;
+        modules.push((subject, module));
+    }
+    let driver = Driver::open(&request.family)?;
+    let mut costs = Costs {
+        compiler: Compiler {
+            driver: driver.name.clone(),
+            family: request.family.clone(),
+            device: driver.device.clone(),
+        },
+        costs: Vec::new(),
+        skipped: subjects.skipped,
+    };
+    let generation = Generation::of(&request.family);
+    // Declared after the driver, so that devices are dropped before it.
+    let mut devices = BTreeMap::new();
+    for (subject, module) in &modules {
+        before(&subject.id);
+        let capabilities = || module.capabilities.iter().copied();
+        if let Some(feature) = driver.lacks(capabilities()) {
+            let why = format!("the device lacks `{feature}`");
+            costs.skipped.push(Skipped { id: subject.id.clone(), why });
+            continue;
+        }
+        if !devices.contains_key(&module.capabilities) {
+            devices.insert(module.capabilities.clone(), driver.device(capabilities())?);
+        }
+        if let Some(device) = devices.get(&module.capabilities) {
+            costs.costs.push(cost(device, subject, module, generation)?);
+        }
+    }
+    costs.sort();
+    Ok(costs)
+}
+
+fn module(subject: &Subject) -> Result<Module, Error> {
+    let path = &subject.path;
+    let bytes = fs::read(path).map_err(|source| Error::Read { path: path.clone(), source })?;
+    let module = spirv::read(&bytes, path)?;
+    if !module.entry_points.contains(&subject.entry_point) {
+        return Err(Error::NoEntryPoint {
+            path: path.clone(),
+            name: subject.entry_point.clone(),
+            there: module.entry_points,
+        });
+    }
+    match module.capabilities.iter().find(|number| find(**number).is_none()) {
+        Some(&number) => Err(Error::Capability { path: path.clone(), number }),
+        None => Ok(module),
+    }
+}
