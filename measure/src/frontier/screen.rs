@@ -127,12 +127,13 @@ fn said(
     };
     let mut all = Vec::new();
     let Some(default) = find(base).map(place) else { return Screened(all) };
-    // A value that needs others counts against these alone.
+    // A value that needs others counts against these alone: kernels are faster than a cut, whatever draws them.
     let others = |single: &Single| {
         let mut others = single.settings.clone();
         let own = configuration::value(base, &single.axis).unwrap_or_default();
         others.set(&single.axis, &own).ok()?;
-        find(&others).filter(|others| others.complete).map(place)
+        let differs = name(&others) != name(base);
+        find(&others).filter(|others| differs && others.complete).map(place)
     };
     let axes: BTreeSet<&str> = singles.iter().map(|single| single.axis.as_str()).collect();
     for axis in axes {
@@ -147,9 +148,11 @@ fn said(
             .collect();
         let mut places = vec![default];
         places.extend(own.iter().map(|(_, place)| *place));
+        places.extend(own.iter().filter_map(|(single, _)| others(single)));
         let dominated = rank(&places);
         // The default gives way only to what is clearly better.
-        let stays = dominated[0].is_none_or(|by| !clearly(&places[by], &default));
+        let by = rank(&places[..=own.len()])[0];
+        let stays = by.is_none_or(|by| !clearly(&places[by], &default));
         all.push(Said {
             axis: axis.to_owned(),
             value: configuration::value(base, axis).unwrap_or_default(),
@@ -378,5 +381,27 @@ mod tests {
             .map(|one| configuration::name(one, &clusters))
             .collect();
         assert_eq!(names, ["space=none", "default", "space=none,size_factor=4"]);
+    }
+
+    #[test]
+    fn a_value_of_kernels_is_compared_with_kernels() {
+        let (package, facts) = (Package::embedded(), Facts::new());
+        let space = Space::new(package.description().unwrap(), &facts);
+        let base = space.with(&Settings::default(), "cut", "tile").unwrap();
+        let name = |settings: &Settings| configuration::name(settings, &base);
+        let all = singles(&space, &base, &|_| true);
+        let kept = |previous: f64| {
+            let mut configurations = vec![measured("default", 10.0, 0.1)];
+            configurations.extend(all.iter().map(|single| match name(&single.settings).as_str() {
+                kernels @ "cut=none,space=none" => measured(kernels, 2.0, 0.2),
+                own @ "cut=none,kernel=previous,space=none" => measured(own, 2.0, previous),
+                other => measured(other, 11.0, 0.3),
+            }));
+            let kept = keep(&[said(&base, &all, &name, &configurations)], CROSSED);
+            kept.into_iter().find(|one| one.axis == "kernel").unwrap().values
+        };
+        // Both are faster than the cut; only one gains anything as kernels.
+        assert_eq!(kept(0.4), ["modified"]);
+        assert_eq!(kept(0.15), ["modified", "previous"]);
     }
 }
