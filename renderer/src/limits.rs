@@ -46,6 +46,20 @@ pub enum LimitError {
         /// Bytes that are available.
         available: u64,
     },
+    /// A density whose square is out of proportion to what it holds.
+    #[error(
+        "a density of {} x {} pixels is padded to {side} x {side} texels, which would take {:.1} GB: more than {DENSITY_PADDING} \
+         times its pixels; scale it, or give it in a less narrow picture",
+        size[0], size[1], *needed as f64 / 1e9
+    )]
+    Narrow {
+        /// Its width and height.
+        size: [usize; 2],
+        /// The side of its square.
+        side: u64,
+        /// What that would take, in bytes.
+        needed: u64,
+    },
     /// A density that no map can hold.
     #[error(
         "a density of {} x {} pixels is padded to {side} x {side} texels, which would take {:.1} GB; at most {maximum} wide and high",
@@ -65,6 +79,11 @@ pub enum LimitError {
 
 /// Bytes of each pixel of a frame that is read back: eight pictures, and what they are written from.
 const PIXEL: u64 = 256;
+
+/// How many times the pixels of a density its square may have, beyond 1024 by 1024 texels.
+const DENSITY_PADDING: u64 = 256;
+/// Texels of a square that any density may have.
+const DENSITY_SQUARE: u64 = 1024 * 1024;
 
 /// Bytes of each texel of a density's square: moments, density and power with their mips on the device, the numbers that are
 /// uploaded, and the sums of the oracle.
@@ -174,6 +193,10 @@ pub fn density(size: [usize; 2]) -> Result<(), LimitError> {
         return Err(LimitError::Density { size, side, needed, maximum });
     }
     let [width, height] = size;
+    let pixels = (width as u64).saturating_mul(height as u64);
+    if side * side > pixels.saturating_mul(DENSITY_PADDING).max(DENSITY_SQUARE) {
+        return Err(LimitError::Narrow { size, side, needed });
+    }
     memory(
         &format!("kernels on a density of {width} x {height} pixels, padded to a square,"),
         needed,
@@ -197,5 +220,10 @@ mod tests {
             assert!(text.contains(part), "{text}");
         }
         assert!(density([usize::MAX, 1]).is_err());
+        // What is drawn costs in proportion to what is there.
+        density([1024, 1]).unwrap();
+        density([2048, 8]).unwrap();
+        let text = density([4096, 1]).unwrap_err().to_string();
+        assert!(text.contains("4096 x 4096") && text.contains("more than 256 times"), "{text}");
     }
 }
