@@ -1,19 +1,21 @@
 //! What a GPU compiler makes of every variant, on a machine without that GPU, beside the figures that are committed.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::time::Duration;
 
 use comfy_table::Table;
-use sglow_cost::{Cost, Costs, Program, RADEON_ICD, Relation, Request, compare, compile};
+use sglow_cost::{
+    Cost, Costs, Program, RADEON_ICD, Relation, Request, Shader, Skipped, compare, compile,
+};
 use sglow_report::failure::{Context as _, Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::{table, write};
 use sglow_results::check::{Check, Relation as Bound};
 use sglow_results::progress::Progress;
-use sglow_shader_gen::package::{self, Options, Target};
 
-use crate::machine::{apt, library_folder, repository, vulkan};
+use crate::machine::{apt, repository, vulkan};
+use crate::subject::{EntryPoint, Subject, read_package};
 
 /// The families of GPUs that are compiled for unless others are named: RDNA 2 and GCN 5.
 pub const FAMILIES: [&str; 2] = ["navi21", "vega10"];
@@ -37,12 +39,10 @@ pub fn run(
     report: &mut Report,
 ) -> Result<Vec<(String, Table)>> {
     let folder = tempfile::tempdir().context("no temporary folder")?;
-    let package = folder.path().join("package");
-    let mut options = Options::new(&package);
-    options.targets = BTreeSet::from([Target::Spirv]);
-    progress.start("generating SPIR-V", 0);
-    package::generate(&library_folder(), &options, &mut |_| ())?;
+    progress.start("writing SPIR-V", 0);
+    let subjects = read_package(&repository().join("shaders/packages/sglow"), folder.path());
     progress.end();
+    let (shaders, skipped) = shaders(&subjects?, only)?;
     let program = Program {
         path: std::env::current_exe().context("this program has no path")?,
         arguments: SERVE.map(str::to_owned).to_vec(),
@@ -53,14 +53,12 @@ pub fn run(
     let mut tables = Vec::new();
     for family in families {
         progress.start(&format!("{family}: compiling (minutes)"), 0);
-        let package = package.clone();
-        let of = Request { package, family: family.clone(), only: only.to_vec() };
-        let costs = compile(&program, &of);
+        let costs =
+            compile(&program, &Request { family: family.clone(), shaders: shaders.clone() });
         progress.end();
-        let costs = costs.map_err(|error| {
-            let help = format!("RADV is of Mesa; type: {}", apt::line(&vulkan::PACKAGES));
-            Failure::new(error.to_string()).help(help)
-        })?;
+        let mut costs = costs.map_err(failure)?;
+        costs.skipped.extend(skipped.clone());
+        costs.skipped.sort_by(|a, b| a.id.cmp(&b.id));
         check(family, &costs, only, replace, report)?;
         report.detail(family, &costs)?;
         let title = format!("{}, {}", costs.compiler.driver, costs.compiler.device);
@@ -69,9 +67,37 @@ pub fn run(
     Ok(tables)
 }
 
-/// Where the figures of a family are kept.
-fn kept(family: &str) -> PathBuf {
-    repository().join("docs/costs").join(format!("{family}.json"))
+/// The compute shaders of subjects, or of `only` these, and what is none.
+fn shaders(subjects: &[Subject], only: &[String]) -> Result<(Vec<Shader>, Vec<Skipped>)> {
+    if let Some(id) = only.iter().find(|id| !subjects.iter().any(|one| one.name == **id)) {
+        return Err(Failure::new(format!("unknown variant `{id}`"))
+            .help("`cargo xtask variants` lists the identifiers"));
+    }
+    let (mut shaders, mut skipped) = (Vec::new(), Vec::new());
+    for subject in subjects.iter().filter(|one| only.is_empty() || only.contains(&one.name)) {
+        let Some(path) = &subject.spirv else { continue };
+        let id = &subject.name;
+        for EntryPoint { name, stage } in &subject.entry_points {
+            if stage == "compute" {
+                let (id, entry_point, path) = (id.clone(), name.clone(), path.clone());
+                shaders.push(Shader { id, entry_point, path });
+            } else {
+                // A stage of graphics depends on formats that only a host knows.
+                let why = format!("`{name}` is a {stage} entry point; only compute is");
+                skipped.push(Skipped { id: id.clone(), why });
+            }
+        }
+    }
+    Ok((shaders, skipped))
+}
+
+fn failure(error: sglow_cost::Error) -> Failure {
+    use sglow_cost::Error::{Icd, Loader};
+    let failure = Failure::new(error.to_string());
+    if !matches!(error, Icd(_) | Loader(_)) {
+        return failure;
+    }
+    failure.help(format!("type: {}", apt::line(&vulkan::PACKAGES)))
 }
 
 /// Compares figures with the committed ones, or replaces these.
@@ -82,15 +108,18 @@ fn check(
     replace: bool,
     report: &mut Report,
 ) -> Result {
-    let path = kept(family);
+    let name = format!("docs/costs/{family}.json");
+    let path = repository().join(&name);
     let old = match std::fs::read_to_string(&path) {
-        Ok(text) => Some(serde_json::from_str::<Costs>(&text).context(path.display())?),
-        Err(_) => None,
+        Ok(text) => Some(serde_json::from_str::<Costs>(&text).context(&name)?),
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
+        Err(error) => return Err(error).context(&name),
     };
-    let mut old = old.unwrap_or_else(|| Costs { costs: Vec::new(), ..costs.clone() });
+    let committed = old.is_some();
+    let mut old = old.unwrap_or_else(|| costs.clone());
     if !only.is_empty() {
         old.costs.retain(|cost| only.contains(&cost.id));
-        old.skipped.clone_from(&costs.skipped);
+        old.skipped.retain(|skipped| only.contains(&skipped.id));
     }
     let comparison = compare(&old, costs);
     let faults = comparison.faults.iter().map(|fault| {
@@ -109,7 +138,8 @@ fn check(
         return write::text(&path, &text);
     }
     let note = match &comparison.relation {
-        Relation::SameCompiler => format!("{}; `--write` replaces them", path.display()),
+        _ if !committed => format!("not compared: there is no {name}; `--write` makes it"),
+        Relation::SameCompiler => format!("{name}; `--write` replaces them"),
         Relation::OtherCompiler { old, new } => {
             format!("not compared: {} made them, this is {}", old.driver, new.driver)
         }

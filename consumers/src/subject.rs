@@ -28,9 +28,10 @@ pub struct Subject {
 /// An entry point.
 #[derive(Clone, Debug, Serialize)]
 pub struct EntryPoint {
-    name: String,
+    /// Its name.
+    pub name: String,
     /// `compute`, `vertex` or `fragment`.
-    stage: String,
+    pub stage: String,
 }
 
 /// The part of a manifest that is needed here; a package is read as a stranger would.
@@ -78,11 +79,7 @@ struct Requires {
 /// When the package is not one, or naga refuses a file.
 pub fn read_package(package: &Path, folder: &Path) -> Result<Vec<Subject>> {
     let path = package.join("manifest.json");
-    let text = fs::read_to_string(&path)
-        .context(format!("{}: cannot be read", path.display()))
-        .map_err(|failure| failure.help("`cargo xtask gen-shaders --out DIR` writes a package"))?;
-    let manifest: Manifest =
-        serde_json::from_str(&text).context(format!("{}: not a manifest", path.display()))?;
+    let manifest = manifest(package)?;
     let mut subjects = Vec::new();
     for variant in manifest.variants {
         let wgsl = variant.files.iter().find(|file| file.target == "wgsl");
@@ -213,11 +210,15 @@ fn words_of_naga() -> Result<Vec<u8>> {
 ///
 /// When the manifest cannot be read.
 pub fn identifiers(package: &Path) -> Result<BTreeSet<String>> {
+    Ok(manifest(package)?.variants.into_iter().map(|variant| variant.id).collect())
+}
+
+fn manifest(package: &Path) -> Result<Manifest> {
     let path = package.join("manifest.json");
-    let text = fs::read(&path).context(path.display())?;
-    let manifest: serde_json::Value = serde_json::from_slice(&text)?;
-    let id = |variant: &serde_json::Value| variant["id"].as_str().map(str::to_owned);
-    Ok(manifest["variants"].as_array().into_iter().flatten().filter_map(id).collect())
+    let text = fs::read_to_string(&path)
+        .context(format!("{}: cannot be read", path.display()))
+        .map_err(|failure| failure.help("`cargo xtask gen-shaders --out DIR` writes a package"))?;
+    serde_json::from_str(&text).context(format!("{}: not a manifest", path.display()))
 }
 
 #[cfg(test)]

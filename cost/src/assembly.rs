@@ -47,7 +47,7 @@ pub(crate) fn loops(text: &str) -> Result<Loops, Wrong> {
             continue;
         }
         if let Some(times) = repeats(code) {
-            let Some(&last) = instructions.last().filter(|_| times <= MOST_REPEATS) else {
+            let Some(&last) = instructions.last().filter(|_| times <= MAXIMUM_REPEATS) else {
                 return Err(Wrong { line, what: format!("nothing to repeat: `{code}`") });
             };
             instructions.extend(std::iter::repeat_n(last, times));
@@ -93,7 +93,7 @@ pub(crate) fn loops(text: &str) -> Result<Loops, Wrong> {
 }
 
 /// More would be a fault of the text: code of that size does not fit a shader.
-const MOST_REPEATS: usize = 1 << 20;
+const MAXIMUM_REPEATS: usize = 1 << 20;
 
 /// How often the line says that the instruction above comes again.
 fn repeats(code: &str) -> Option<usize> {

@@ -3,6 +3,7 @@
 //! A feature that no module needs stays off, so that a figure does not depend on what else is compiled.
 
 use ash::vk;
+use rspirv::spirv::Capability as Is;
 
 /// The structures that hold the features which modules can need.
 #[derive(Clone, Copy, Default)]
@@ -36,59 +37,81 @@ pub(crate) const ZEROED_WORKGROUP: u32 = u32::MAX;
 
 /// By number in SPIR-V.
 static KNOWN: [Capability; 37] = [
-    free(0), // Matrix
-    free(1), // Shader
-    needs(9, "shaderFloat16", |f| &mut f.v12.shader_float16),
-    needs(10, "shaderFloat64", |f| &mut f.base.shader_float64),
-    needs(11, "shaderInt64", |f| &mut f.base.shader_int64),
-    needs(12, "shaderBufferInt64Atomics", |f| &mut f.v12.shader_buffer_int64_atomics),
-    needs(22, "shaderInt16", |f| &mut f.base.shader_int16),
-    needs(25, "shaderImageGatherExtended", |f| &mut f.base.shader_image_gather_extended),
-    needs(27, "shaderStorageImageMultisample", |f| &mut f.base.shader_storage_image_multisample),
-    needs(28, "shaderUniformBufferArrayDynamicIndexing", |f| {
-        &mut f.base.shader_uniform_buffer_array_dynamic_indexing
+    free(Is::Matrix as u32),
+    free(Is::Shader as u32),
+    needs(Is::Float16 as u32, "shaderFloat16", |f| &mut f.v12.shader_float16),
+    needs(Is::Float64 as u32, "shaderFloat64", |f| &mut f.base.shader_float64),
+    needs(Is::Int64 as u32, "shaderInt64", |f| &mut f.base.shader_int64),
+    needs(Is::Int64Atomics as u32, "shaderBufferInt64Atomics", |f| {
+        &mut f.v12.shader_buffer_int64_atomics
     }),
-    needs(29, "shaderSampledImageArrayDynamicIndexing", |f| {
-        &mut f.base.shader_sampled_image_array_dynamic_indexing
+    needs(Is::Int16 as u32, "shaderInt16", |f| &mut f.base.shader_int16),
+    needs(Is::ImageGatherExtended as u32, "shaderImageGatherExtended", |f| {
+        &mut f.base.shader_image_gather_extended
     }),
-    needs(30, "shaderStorageBufferArrayDynamicIndexing", |f| {
-        &mut f.base.shader_storage_buffer_array_dynamic_indexing
+    needs(Is::StorageImageMultisample as u32, "shaderStorageImageMultisample", |f| {
+        &mut f.base.shader_storage_image_multisample
     }),
-    needs(31, "shaderStorageImageArrayDynamicIndexing", |f| {
-        &mut f.base.shader_storage_image_array_dynamic_indexing
-    }),
-    needs(34, "imageCubeArray", |f| &mut f.base.image_cube_array),
-    needs(39, "shaderInt8", |f| &mut f.v12.shader_int8),
-    free(43), // Sampled1D
-    free(44), // Image1D
-    needs(45, "imageCubeArray", |f| &mut f.base.image_cube_array),
-    free(46), // SampledBuffer
-    free(47), // ImageBuffer
-    needs(49, "shaderStorageImageExtendedFormats", |f| {
+    needs(
+        Is::UniformBufferArrayDynamicIndexing as u32,
+        "shaderUniformBufferArrayDynamicIndexing",
+        |f| &mut f.base.shader_uniform_buffer_array_dynamic_indexing,
+    ),
+    needs(
+        Is::SampledImageArrayDynamicIndexing as u32,
+        "shaderSampledImageArrayDynamicIndexing",
+        |f| &mut f.base.shader_sampled_image_array_dynamic_indexing,
+    ),
+    needs(
+        Is::StorageBufferArrayDynamicIndexing as u32,
+        "shaderStorageBufferArrayDynamicIndexing",
+        |f| &mut f.base.shader_storage_buffer_array_dynamic_indexing,
+    ),
+    needs(
+        Is::StorageImageArrayDynamicIndexing as u32,
+        "shaderStorageImageArrayDynamicIndexing",
+        |f| &mut f.base.shader_storage_image_array_dynamic_indexing,
+    ),
+    needs(Is::ImageCubeArray as u32, "imageCubeArray", |f| &mut f.base.image_cube_array),
+    needs(Is::Int8 as u32, "shaderInt8", |f| &mut f.v12.shader_int8),
+    free(Is::Sampled1D as u32),
+    free(Is::Image1D as u32),
+    needs(Is::SampledCubeArray as u32, "imageCubeArray", |f| &mut f.base.image_cube_array),
+    free(Is::SampledBuffer as u32),
+    free(Is::ImageBuffer as u32),
+    needs(Is::StorageImageExtendedFormats as u32, "shaderStorageImageExtendedFormats", |f| {
         &mut f.base.shader_storage_image_extended_formats
     }),
-    free(50), // ImageQuery
-    needs(55, "shaderStorageImageReadWithoutFormat", |f| {
+    free(Is::ImageQuery as u32),
+    needs(Is::StorageImageReadWithoutFormat as u32, "shaderStorageImageReadWithoutFormat", |f| {
         &mut f.base.shader_storage_image_read_without_format
     }),
-    needs(56, "shaderStorageImageWriteWithoutFormat", |f| {
+    needs(Is::StorageImageWriteWithoutFormat as u32, "shaderStorageImageWriteWithoutFormat", |f| {
         &mut f.base.shader_storage_image_write_without_format
     }),
     // The operations on subgroups are a property of the device, and RADV has all of them.
-    free(61), // GroupNonUniform
-    free(62), // GroupNonUniformVote
-    free(63), // GroupNonUniformArithmetic
-    free(64), // GroupNonUniformBallot
-    free(65), // GroupNonUniformShuffle
-    free(66), // GroupNonUniformShuffleRelative
-    free(68), // GroupNonUniformQuad
-    needs(4433, "storageBuffer16BitAccess", |f| &mut f.v11.storage_buffer16_bit_access),
-    needs(4434, "uniformAndStorageBuffer16BitAccess", |f| {
-        &mut f.v11.uniform_and_storage_buffer16_bit_access
+    free(Is::GroupNonUniform as u32),
+    free(Is::GroupNonUniformVote as u32),
+    free(Is::GroupNonUniformArithmetic as u32),
+    free(Is::GroupNonUniformBallot as u32),
+    free(Is::GroupNonUniformShuffle as u32),
+    free(Is::GroupNonUniformShuffleRelative as u32),
+    free(Is::GroupNonUniformQuad as u32),
+    needs(Is::StorageBuffer16BitAccess as u32, "storageBuffer16BitAccess", |f| {
+        &mut f.v11.storage_buffer16_bit_access
     }),
-    needs(5345, "vulkanMemoryModel", |f| &mut f.v12.vulkan_memory_model),
-    needs(5346, "vulkanMemoryModelDeviceScope", |f| &mut f.v12.vulkan_memory_model_device_scope),
-    needs(6019, "shaderIntegerDotProduct", |f| &mut f.v13.shader_integer_dot_product),
+    needs(
+        Is::UniformAndStorageBuffer16BitAccess as u32,
+        "uniformAndStorageBuffer16BitAccess",
+        |f| &mut f.v11.uniform_and_storage_buffer16_bit_access,
+    ),
+    needs(Is::VulkanMemoryModel as u32, "vulkanMemoryModel", |f| &mut f.v12.vulkan_memory_model),
+    needs(Is::VulkanMemoryModelDeviceScope as u32, "vulkanMemoryModelDeviceScope", |f| {
+        &mut f.v12.vulkan_memory_model_device_scope
+    }),
+    needs(Is::DotProduct as u32, "shaderIntegerDotProduct", |f| {
+        &mut f.v13.shader_integer_dot_product
+    }),
     needs(ZEROED_WORKGROUP, "shaderZeroInitializeWorkgroupMemory", |f| {
         &mut f.v13.shader_zero_initialize_workgroup_memory
     }),

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::cost::Costs;
 use crate::error::Error;
 use crate::here::{FAMILY, compile_here};
-use crate::request::{Request, subjects};
+use crate::request::Request;
 
 /// Where Debian's `mesa-vulkan-drivers` describes RADV to Vulkan's loader.
 pub const RADEON_ICD: &str = "/usr/share/vulkan/icd.d/radeon_icd.x86_64.json";
@@ -57,6 +57,10 @@ enum Message {
 
 /// The child's end: reads a request from standard input, compiles it in this process, and writes what it finds to
 /// standard output, errors as well.
+///
+/// # Errors
+///
+/// When the request cannot be read or nothing can be written.
 pub fn serve() -> Result<(), Error> {
     let pipe = |error: &dyn std::fmt::Display| Error::Pipe(error.to_string());
     let request: Request =
@@ -75,23 +79,20 @@ fn say(message: &Message) -> std::io::Result<()> {
     out.flush()
 }
 
-/// Compiles the compute modules of a package in child processes.
+/// Compiles shaders in child processes.
+///
+/// # Errors
+///
+/// When the driver is missing, a module cannot be read, or a child fails, takes too long or ends early.
 pub fn compile(program: &Program, request: &Request) -> Result<Costs, Error> {
     if !program.icd.is_file() {
         return Err(Error::Icd(program.icd.clone()));
     }
-    let all = subjects(request)?;
-    let mut ids: Vec<String> = all.compute.into_iter().map(|subject| subject.id).collect();
-    ids.dedup();
     // Neighbours take about as long as each other, so they are dealt out in turn.
-    let jobs = program.jobs.clamp(1, ids.len().max(1));
-    let mut shares = vec![Request { only: Vec::new(), ..request.clone() }; jobs];
-    for (id, job) in ids.into_iter().zip((0..jobs).cycle()) {
-        shares[job].only.push(id);
-    }
-    if shares[0].only.is_empty() {
-        // An empty list would mean all.
-        shares[0].only.extend(all.skipped.iter().map(|skipped| skipped.id.clone()));
+    let jobs = program.jobs.clamp(1, request.shaders.len().max(1));
+    let mut shares = vec![Request { shaders: Vec::new(), ..request.clone() }; jobs];
+    for (shader, job) in request.shaders.iter().zip((0..jobs).cycle()) {
+        shares[job].shaders.push(shader.clone());
     }
     let results: Vec<Result<Costs, Error>> = thread::scope(|scope| {
         let started: Vec<_> =
@@ -103,14 +104,14 @@ pub fn compile(program: &Program, request: &Request) -> Result<Costs, Error> {
         let costs = result?;
         match &mut whole {
             None => whole = Some(costs),
-            Some(whole) if whole.compiler == costs.compiler => whole.costs.extend(costs.costs),
+            Some(whole) if whole.compiler == costs.compiler => {
+                whole.costs.extend(costs.costs);
+                whole.skipped.extend(costs.skipped);
+            }
             Some(_) => return Err(Error::Mixed(request.family.clone())),
         }
     }
     let mut whole = whole.ok_or_else(lost)?;
-    let here = |id: &String| all.skipped.iter().any(|skipped| skipped.id == *id);
-    whole.skipped.retain(|skipped| !here(&skipped.id));
-    whole.skipped.extend(all.skipped);
     whole.sort();
     Ok(whole)
 }
@@ -168,7 +169,7 @@ fn one(program: &Program, request: &Request) -> Result<Costs, Error> {
         })
     });
     if let Some(input) = child.0.stdin.take() {
-        // A child that has already ended closes the pipe; what it said is worth more than that.
+        // A child that has already ended closes the pipe; its own message says more than that.
         drop(serde_json::to_writer(input, request));
     }
     match messages(program, request, &lines)? {
@@ -202,7 +203,7 @@ fn messages(
             Ok(Message::Next(id)) => place = format!("at variant `{id}`"),
             Ok(Message::Done(costs)) => return Ok(Ok(costs)),
             Ok(Message::Failed(error)) => return Err(Error::Reported(error)),
-            Err(_) => return Err(Error::Answer { program: program.path.clone(), line }),
+            Err(_) => return Err(Error::Message { program: program.path.clone(), line }),
         }
     }
 }

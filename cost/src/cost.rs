@@ -16,7 +16,7 @@ pub struct Compiler {
 /// What the compiler says of one entry point.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cost {
-    /// The variant's identifier in the manifest.
+    /// The variant's identifier.
     pub id: String,
     /// Name of the entry point.
     pub entry_point: String,
@@ -59,7 +59,7 @@ pub struct Skipped {
     pub why: String,
 }
 
-/// The figures of a package.
+/// The figures of shaders.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Costs {
     /// What made them.
@@ -70,41 +70,13 @@ pub struct Costs {
     pub skipped: Vec<Skipped>,
 }
 
-/// Names of the figures of [`Cost`], in its order.
-pub const FIGURES: [&str; 13] = [
-    "instructions",
-    "code_bytes",
-    "vgprs",
-    "sgprs",
-    "spilled_vgprs",
-    "spilled_sgprs",
-    "scratch_bytes",
-    "lds_bytes",
-    "subgroups_per_simd",
-    "inverse_throughput",
-    "loops",
-    "loop_instructions",
-    "loop_issue_cycles",
-];
-
 impl Cost {
-    /// The figures in the order of [`FIGURES`].
-    pub fn figures(&self) -> [Option<u64>; 13] {
-        [
-            Some(self.instructions),
-            Some(self.code_bytes),
-            Some(self.vgprs),
-            Some(self.sgprs),
-            Some(self.spilled_vgprs),
-            Some(self.spilled_sgprs),
-            Some(self.scratch_bytes),
-            Some(self.lds_bytes),
-            Some(self.subgroups_per_simd),
-            Some(self.inverse_throughput),
-            Some(self.loops),
-            self.loop_instructions,
-            self.loop_issue_cycles,
-        ]
+    /// The figures by their names; none where one has no value.
+    pub(crate) fn figures(&self) -> Vec<(String, Option<u64>)> {
+        let all = serde_json::to_value(self).unwrap_or_default();
+        let figures = all.as_object().into_iter().flatten();
+        let figures = figures.filter(|(_, value)| !value.is_string());
+        figures.map(|(name, value)| (name.clone(), value.as_u64())).collect()
     }
 }
 

@@ -58,7 +58,7 @@ impl Driver {
             unsafe { driver.instance.get_physical_device_properties2(physical, &mut of_device) };
             let properties = of_device.properties;
             let device = text(properties.device_name_as_c_str());
-            // With a real device the driver would compile for what is there, whatever family was asked for.
+            // With a real device the driver would compile for what is there, whatever family is requested.
             if of_driver.driver_id == vk::DriverId::MESA_RADV && device.contains("Null hardware") {
                 driver.name = format!(
                     "{} {}",

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Why there are no figures.
+/// Errors of compiling.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file that cannot be read.
@@ -14,62 +14,22 @@ pub enum Error {
         /// What the system says.
         source: std::io::Error,
     },
-    /// A manifest that does not have the expected form.
-    #[error("{}: not the manifest of a shader package: {source}", path.display())]
-    Manifest {
-        /// The file.
-        path: PathBuf,
-        /// Where and what.
-        source: serde_json::Error,
-    },
-    /// A path of the manifest that leaves the package.
-    #[error("variant `{id}`: `{path}` has to lie inside the package's folder")]
-    Outside {
-        /// The variant.
-        id: String,
-        /// The path.
-        path: String,
-    },
-    /// A variant's entry point that the manifest does not describe.
-    #[error("variant `{id}`: `shared.entry_points` of the manifest lacks `{key}`")]
-    EntryPoint {
-        /// The variant.
-        id: String,
-        /// The entry point's key.
-        key: String,
-    },
-    /// A variant that was asked for and is none.
-    #[error("no variant `{id}` in {}", path.display())]
-    Variant {
-        /// What was asked for.
-        id: String,
-        /// The manifest.
-        path: PathBuf,
-    },
-    /// A package without SPIR-V.
-    #[error("{}: no variant has a `spirv` file; generate it with `--target spirv`", path.display())]
-    NoSpirv {
-        /// The manifest.
-        path: PathBuf,
-    },
     /// A module that is not well-formed. Drivers do not check it and may crash.
-    #[error("{}: not SPIR-V at word {word}: {what}", path.display())]
+    #[error("{}: invalid SPIR-V: {what}", path.display())]
     Spirv {
         /// The file.
         path: PathBuf,
-        /// Place, counted from 0.
-        word: usize,
-        /// What is wrong, and what would be right.
+        /// What is wrong, and where.
         what: String,
     },
-    /// A module without the entry point that the manifest names.
+    /// A module without the requested entry point.
     #[error("{}: no compute entry point `{name}`; it has: {}", path.display(), there.join(", "))]
     NoEntryPoint {
         /// The file.
         path: PathBuf,
-        /// What was looked for.
+        /// The requested one.
         name: String,
-        /// What is there.
+        /// Those of the module.
         there: Vec<String>,
     },
     /// A capability for which no device feature is known here.
@@ -172,12 +132,12 @@ pub enum Error {
         /// What the system says.
         source: std::io::Error,
     },
-    /// A child process that said something else than it should.
-    #[error("{}: not an answer: {line:?}", program.display())]
-    Answer {
+    /// A line of a child process that is no message.
+    #[error("{}: not a message: {line:?}", program.display())]
+    Message {
         /// The program.
         program: PathBuf,
-        /// What it said.
+        /// The line.
         line: String,
     },
     /// A child process that ended before it was done.

@@ -10,15 +10,19 @@ use crate::device::Driver;
 use crate::error::Error;
 use crate::issue::Generation;
 use crate::pipeline::cost;
-use crate::request::{Request, Subject, subjects};
+use crate::request::{Request, Shader};
 use crate::spirv::{self, Module};
 
 /// The variable that gives RADV a device without hardware.
 pub(crate) const FAMILY: &str = "RADV_FORCE_FAMILY";
 
-/// Compiles the compute modules of a package. `RADV_FORCE_FAMILY` has to be the request's family, and Vulkan's loader
-/// has to find RADV, from the start of the process on: [`compile`](crate::compile) sees to both. `before` is called
-/// with each variant's identifier before it is compiled; if the driver crashes, the last one is to blame.
+/// Compiles shaders. `RADV_FORCE_FAMILY` has to be the request's family, and Vulkan's loader has to find RADV, from the
+/// start of the process on: [`compile`](crate::compile) sets both. `before` is called with each variant's identifier
+/// before it is compiled; if the driver crashes, it does so on the last one.
+///
+/// # Errors
+///
+/// When the environment is another one, a module cannot be read, or the driver fails.
 pub fn compile_here(request: &Request, mut before: impl FnMut(&str)) -> Result<Costs, Error> {
     match env::var(FAMILY) {
         Ok(family) if family == request.family => {}
@@ -31,11 +35,9 @@ pub fn compile_here(request: &Request, mut before: impl FnMut(&str)) -> Result<C
         }
     }
     // Everything that can be refused is, before anything is compiled.
-    let subjects = subjects(request)?;
     let mut modules = Vec::new();
-    for subject in subjects.compute {
-        let module = module(&subject)?;
-        modules.push((subject, module));
+    for shader in &request.shaders {
+        modules.push((shader, module(shader)?));
     }
     let driver = Driver::open(&request.family)?;
     let mut costs = Costs {
@@ -45,38 +47,38 @@ pub fn compile_here(request: &Request, mut before: impl FnMut(&str)) -> Result<C
             device: driver.device.clone(),
         },
         costs: Vec::new(),
-        skipped: subjects.skipped,
+        skipped: Vec::new(),
     };
     let generation = Generation::of(&request.family);
     // Declared after the driver, so that devices are dropped before it.
     let mut devices = BTreeMap::new();
-    for (subject, module) in &modules {
-        before(&subject.id);
+    for (shader, module) in &modules {
+        before(&shader.id);
         let capabilities = || module.capabilities.iter().copied();
         if let Some(feature) = driver.lacks(capabilities()) {
             let why = format!("the device lacks `{feature}`");
-            costs.skipped.push(Skipped { id: subject.id.clone(), why });
+            costs.skipped.push(Skipped { id: shader.id.clone(), why });
             continue;
         }
         if !devices.contains_key(&module.capabilities) {
             devices.insert(module.capabilities.clone(), driver.device(capabilities())?);
         }
         if let Some(device) = devices.get(&module.capabilities) {
-            costs.costs.push(cost(device, subject, module, generation)?);
+            costs.costs.push(cost(device, shader, module, generation)?);
         }
     }
     costs.sort();
     Ok(costs)
 }
 
-fn module(subject: &Subject) -> Result<Module, Error> {
-    let path = &subject.path;
+fn module(shader: &Shader) -> Result<Module, Error> {
+    let path = &shader.path;
     let bytes = fs::read(path).map_err(|source| Error::Read { path: path.clone(), source })?;
     let module = spirv::read(&bytes, path)?;
-    if !module.entry_points.contains(&subject.entry_point) {
+    if !module.entry_points.contains(&shader.entry_point) {
         return Err(Error::NoEntryPoint {
             path: path.clone(),
-            name: subject.entry_point.clone(),
+            name: shader.entry_point.clone(),
             there: module.entry_points,
         });
     }

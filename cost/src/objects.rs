@@ -1,4 +1,4 @@
-//! What Vulkan needs to compile a module, and that it goes again.
+//! The objects of Vulkan that compile a module, destroyed together.
 
 use std::collections::BTreeMap;
 use std::ffi::CString;
@@ -7,7 +7,7 @@ use ash::vk;
 
 use crate::device::Device;
 use crate::error::Error;
-use crate::request::Subject;
+use crate::request::Shader;
 use crate::spirv::Module;
 
 /// The most that every device takes.
@@ -24,14 +24,10 @@ pub(crate) struct Objects<'d> {
 
 impl<'d> Objects<'d> {
     /// Compiles the entry point.
-    pub(crate) fn new(
-        device: &'d Device,
-        subject: &Subject,
-        module: &Module,
-    ) -> Result<Self, Error> {
+    pub(crate) fn new(device: &'d Device, shader: &Shader, module: &Module) -> Result<Self, Error> {
         let failed = |call| {
             move |result| Error::Vulkan {
-                subject: format!("variant `{}`", subject.id),
+                subject: format!("variant `{}`", shader.id),
                 call,
                 result,
             }
@@ -63,9 +59,9 @@ impl<'d> Objects<'d> {
         // SAFETY: the sets are of this device.
         objects.layout = unsafe { device.raw.create_pipeline_layout(&create, None) }
             .map_err(failed("vkCreatePipelineLayout"))?;
-        let name = CString::new(subject.entry_point.as_str()).map_err(|_| Error::NoEntryPoint {
-            path: subject.path.clone(),
-            name: subject.entry_point.clone(),
+        let name = CString::new(shader.entry_point.as_str()).map_err(|_| Error::NoEntryPoint {
+            path: shader.path.clone(),
+            name: shader.entry_point.clone(),
             there: module.entry_points.clone(),
         })?;
         let stage = vk::PipelineShaderStageCreateInfo::default()

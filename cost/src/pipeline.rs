@@ -8,50 +8,47 @@ use crate::device::{Device, text};
 use crate::error::Error;
 use crate::issue::Generation;
 use crate::objects::Objects;
-use crate::request::Subject;
+use crate::request::Shader;
 use crate::spirv::Module;
 use crate::statistics::{Statistic, fill};
 
 /// RADV's name of the machine code as text.
 const ASSEMBLY: &str = "Assembly";
 
-/// Compiles one entry point and asks for its figures.
+/// Compiles one entry point and reads its figures.
 pub(crate) fn cost(
     device: &Device,
-    subject: &Subject,
+    shader: &Shader,
     module: &Module,
     generation: Option<Generation>,
 ) -> Result<Cost, Error> {
-    let objects = Objects::new(device, subject, module)?;
+    let objects = Objects::new(device, shader, module)?;
     let failed = |call| {
-        move |result| Error::Vulkan { subject: format!("variant `{}`", subject.id), call, result }
+        move |result| Error::Vulkan { subject: format!("variant `{}`", shader.id), call, result }
     };
     let pipeline = vk::PipelineInfoKHR::default().pipeline(objects.pipeline);
     // SAFETY: the pipeline is of this device and alive.
     let executables = unsafe { device.executables.get_pipeline_executable_properties(&pipeline) }
         .map_err(failed("vkGetPipelineExecutablePropertiesKHR"))?;
     let [executable] = &executables[..] else {
-        return Err(Error::Executables { id: subject.id.clone(), count: executables.len() });
+        return Err(Error::Executables { id: shader.id.clone(), count: executables.len() });
     };
     let info = vk::PipelineExecutableInfoKHR::default().pipeline(objects.pipeline);
     // SAFETY: the pipeline is alive, was made to capture statistics, and has executable 0.
     let statistics = unsafe { device.executables.get_pipeline_executable_statistics(&info) }
         .map_err(failed("vkGetPipelineExecutableStatisticsKHR"))?;
-    let mut cost = Cost {
-        id: subject.id.clone(),
-        entry_point: subject.entry_point.clone(),
-        ..Cost::default()
-    };
+    let mut cost =
+        Cost { id: shader.id.clone(), entry_point: shader.entry_point.clone(), ..Cost::default() };
     fill(&mut cost, &statistics.iter().map(statistic).collect::<Vec<_>>())?;
-    let code = assembly(device, subject, &info)?;
+    let code = assembly(device, shader, &info)?;
     let found = loops(&code).map_err(|wrong| Error::Assembly {
-        id: subject.id.clone(),
+        id: shader.id.clone(),
         line: wrong.line,
         what: wrong.what,
     })?;
     if found.instructions != cost.instructions {
-        // Whoever misreads the text gets another number than the compiler.
-        let (id, text, compiler) = (subject.id.clone(), found.instructions, cost.instructions);
+        // A text that is misread gives another number than the compiler's.
+        let (id, text, compiler) = (shader.id.clone(), found.instructions, cost.instructions);
         return Err(Error::Count { id, text, compiler });
     }
     cost.loops = found.count;
@@ -78,11 +75,11 @@ fn statistic(from: &vk::PipelineExecutableStatisticKHR<'_>) -> Statistic {
 /// The machine code as text. ash's own call asks for sizes only, so the second one is made here.
 fn assembly(
     device: &Device,
-    subject: &Subject,
+    shader: &Shader,
     info: &vk::PipelineExecutableInfoKHR<'_>,
 ) -> Result<String, Error> {
     let failed = |result| Error::Vulkan {
-        subject: format!("variant `{}`", subject.id),
+        subject: format!("variant `{}`", shader.id),
         call: "vkGetPipelineExecutableInternalRepresentationsKHR",
         result,
     };
@@ -107,5 +104,5 @@ fn assembly(
             return Ok(String::from_utf8_lossy(&buffer[..end]).into_owned());
         }
     }
-    Err(Error::NoAssembly { id: subject.id.clone(), there: names.collect() })
+    Err(Error::NoAssembly { id: shader.id.clone(), there: names.collect() })
 }
