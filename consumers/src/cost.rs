@@ -1,6 +1,6 @@
 //! What a GPU compiler makes of every variant, on a machine without that GPU, beside the figures that are committed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::time::Duration;
 
@@ -12,7 +12,9 @@ use sglow_report::failure::{Context as _, Failure, Result};
 use sglow_report::json::Report;
 use sglow_report::{table, write};
 use sglow_results::check::{Check, Relation as Bound};
+use sglow_results::frontier::document::SceneReport;
 use sglow_results::progress::Progress;
+use sglow_results::static_cost::StaticCost;
 
 use crate::machine::{apt, repository, vulkan};
 use crate::subject::{EntryPoint, Subject, read_package};
@@ -67,6 +69,42 @@ pub fn run(
     Ok(tables)
 }
 
+/// The committed figures of what configurations of scenes run, of the families that are compiled for unless others are
+/// named.
+///
+/// # Errors
+///
+/// When a file of them is not what this program writes.
+pub fn committed(scenes: &[SceneReport]) -> Result<Vec<StaticCost>> {
+    let configurations = scenes.iter().flat_map(|scene| &scene.configurations);
+    let run: BTreeSet<&String> = configurations.flat_map(|one| &one.variants).collect();
+    let mut all = Vec::new();
+    for family in FAMILIES {
+        let Some(Costs { compiler, costs, .. }) = of_family(family)? else { continue };
+        let costs = costs.into_iter().filter(|cost| run.contains(&cost.id));
+        all.extend(costs.map(|cost| StaticCost {
+            variant: cost.id,
+            family: compiler.family.clone(),
+            driver: compiler.driver.clone(),
+            instructions: cost.instructions,
+            loop_issue_cycles: cost.loop_issue_cycles,
+            vgprs: cost.vgprs,
+            subgroups_per_simd: cost.subgroups_per_simd,
+        }));
+    }
+    Ok(all)
+}
+
+/// The committed figures of a family, if there are any.
+fn of_family(family: &str) -> Result<Option<Costs>> {
+    let name = format!("docs/costs/{family}.json");
+    match std::fs::read_to_string(repository().join(&name)) {
+        Ok(text) => Ok(Some(serde_json::from_str(&text).context(&name)?)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error).context(&name),
+    }
+}
+
 /// The compute shaders of subjects, or of `only` these, and what is none.
 fn shaders(subjects: &[Subject], only: &[String]) -> Result<(Vec<Shader>, Vec<Skipped>)> {
     if let Some(id) = only.iter().find(|id| !subjects.iter().any(|one| one.name == **id)) {
@@ -110,11 +148,7 @@ fn check(
 ) -> Result {
     let name = format!("docs/costs/{family}.json");
     let path = repository().join(&name);
-    let old = match std::fs::read_to_string(&path) {
-        Ok(text) => Some(serde_json::from_str::<Costs>(&text).context(&name)?),
-        Err(error) if error.kind() == ErrorKind::NotFound => None,
-        Err(error) => return Err(error).context(&name),
-    };
+    let old = of_family(family)?;
     let committed = old.is_some();
     let mut old = old.unwrap_or_else(|| costs.clone());
     if !only.is_empty() {

@@ -7,6 +7,7 @@
 pub mod bound;
 pub mod cache;
 pub mod curve;
+pub mod cuts;
 pub mod densities;
 pub mod extreme;
 pub mod frontier;

@@ -32,6 +32,7 @@ use sglow_runtime::light::LightView;
 use sglow_runtime::settings::Settings;
 
 pub mod path;
+pub mod tree;
 
 pub use path::{SceneMaterials, facets, path_halves, paths};
 

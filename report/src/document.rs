@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sglow_results::densities::OnDensity;
 use sglow_results::frontier::document::SceneReport;
+use sglow_results::static_cost::StaticCost;
 
 use crate::docs::deviations::Deviation;
 use crate::failure::Result;
@@ -33,6 +34,8 @@ pub struct Document<'a> {
     pub deviations: Vec<Deviation>,
     /// Densities that stress the sampling pass.
     pub densities: Vec<OnDensity>,
+    /// What compilers of GPUs make of the shading passes, without a GPU.
+    pub static_costs: Vec<StaticCost>,
     /// What must not be concluded.
     pub does_not_show: Vec<String>,
 }
@@ -90,6 +93,7 @@ mod tests {
             left_out: BTreeMap::new(),
             deviations: Vec::new(),
             densities: Vec::new(),
+            static_costs: Vec::new(),
             does_not_show: Vec::new(),
         };
         let value = serde_json::to_value(&document).unwrap();

@@ -3,6 +3,7 @@
 
 pub mod arithmetic;
 pub mod check;
+pub mod cuts;
 pub mod densities;
 pub mod display;
 pub mod error;
@@ -18,4 +19,5 @@ pub mod rivals;
 pub mod saved;
 pub mod specular;
 pub mod stability;
+pub mod static_cost;
 pub mod time;

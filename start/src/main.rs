@@ -20,7 +20,7 @@ fn run(arguments: &[String]) -> Vec<String> {
         [] => false,
     };
     let program: &[&str] = if alone {
-        &["--package", "sglow-shader-gen", "--example", "committed", "--"]
+        &["--package", "sglow-shader-gen", "--bin", "committed", "--"]
     } else {
         &["--package", "xtask", "--"]
     };
@@ -89,7 +89,7 @@ mod tests {
         let of = |line: &str| {
             run(&line.split_whitespace().map(str::to_owned).collect::<Vec<_>>()).join(" ")
         };
-        let alone = "run --package sglow-shader-gen --example committed --";
+        let alone = "run --package sglow-shader-gen --bin committed --";
         assert_eq!(of("gen-shaders"), alone);
         assert_eq!(of("gen-shaders --check"), format!("{alone} --check"));
         for line in

@@ -2,7 +2,7 @@
 
 use sglow_oracle::cut::estimate::SLACK;
 use sglow_oracle::cut::tile::{self, Entry, How, SIDE};
-use sglow_oracle::cut::{Branch, LightTree};
+use sglow_oracle::cut::LightTree;
 use sglow_oracle::shade::{shade, shade_visible};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::visibility::{Maps, Seen, visible};
@@ -11,6 +11,7 @@ use sglow_oracle::{Bounded, Vector3};
 use sglow_renderer::frame::Renderer;
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::variants::Variants as _;
+use sglow_renderer::reference::tree::TreeBuffers;
 use sglow_renderer::{readback, reference};
 use sglow_runtime::host;
 use sglow_runtime::package::Package;
@@ -32,130 +33,60 @@ fn settings() -> Settings {
 }
 
 /// The tree, read back from the device.
-struct Readback {
-    lights: Vec<Vsgl>,
-    /// Two children of each node, of a leaf itself.
-    children: Vec<[u32; 2]>,
-    power: Vec<f32>,
-    spread: Vec<f32>,
-    specular_power: Vec<f32>,
-    roots: Vec<u32>,
-    nodes: Vec<[u32; 4]>,
-    leaves: usize,
-    places: usize,
+fn tree_of(run: &Run) -> TreeBuffers {
+    TreeBuffers::read(gpu(), &run.indirect).unwrap().unwrap()
 }
 
-impl Readback {
-    fn of(run: &Run) -> Self {
-        let buffer = |name: &str| run.indirect.buffer(name).unwrap();
-        let words = |name: &str| readback::buffer::<u32>(gpu(), &buffer(name)).unwrap();
-        let Settings { lobes, precision, .. } = *run.indirect.settings();
-        let branches = words("branches");
-        let rows = || branches.chunks(if lobes == Lobes::Both { 5 } else { 4 });
-        let nodes = words("nodes");
-        Self {
-            lights: reference::lights_of(gpu(), &buffer("cut_vsgls"), lobes, precision).unwrap(),
-            children: rows().map(|row| [row[0], row[1]]).collect(),
-            power: rows().map(|row| f32::from_bits(row[2])).collect(),
-            spread: rows().map(|row| f32::from_bits(row[3])).collect(),
-            specular_power: rows()
-                .map(|row| row.get(4).map_or(0.0, |word| f32::from_bits(*word)))
-                .collect(),
-            roots: words("roots"),
-            places: nodes.len() / 4,
-            nodes: nodes.chunks(4).map(|row| row.try_into().unwrap()).collect(),
-            leaves: words("leaf_count")[0] as usize,
+/// Whether each node's children share its leaves between them, and the roots all leaves.
+fn is_linked(read: &TreeBuffers) -> bool {
+    let joined = |node: usize| {
+        let [left, right] = read.children[node].map(|child| child as usize);
+        if node >= read.places {
+            return left == node && right == node;
         }
-    }
-
-    /// The nodes that there are.
-    fn all(&self) -> impl Iterator<Item = usize> + '_ {
-        let leaves = self.places..self.places + self.leaves;
-        (0..self.leaves.saturating_sub(1)).chain(leaves)
-    }
-
-    fn range(&self, node: usize) -> [usize; 2] {
-        if node >= self.places {
-            return [node - self.places; 2];
+        let [[first, middle], [next, last]] = [left, right].map(|child| read.range(child));
+        [first, last] == read.range(node) && middle == node && next == node + 1
+    };
+    let roots = read.roots[..read.roots.len() - 1].iter().filter(|&&root| root != u32::MAX);
+    let mut ranges: Vec<_> = roots.map(|&root| read.range(root as usize)).collect();
+    ranges.sort_unstable();
+    let mut next = 0;
+    for [first, last] in ranges {
+        if first != next {
+            return false;
         }
-        [self.nodes[node][0] as usize, self.nodes[node][1] as usize]
+        next = last + 1;
     }
+    next == read.leaves
+        && read.all().all(joined)
+        && read.range(*read.roots.last().unwrap() as usize) == [0, read.leaves - 1]
+}
 
-    /// For the oracle: the device's own numbers.
-    fn tree(&self) -> LightTree {
-        let exists: Vec<bool> = {
-            let mut exists = vec![false; 2 * self.places];
-            self.all().for_each(|node| exists[node] = true);
-            exists
+/// How far lights are from the means of their leaves: powers, positions, variances.
+fn apart_from_leaves(read: &TreeBuffers) -> f64 {
+    let mut worst = 0.0_f64;
+    for node in read.all() {
+        let [first, last] = read.range(node);
+        let leaves = &read.lights[read.places + first..=read.places + last];
+        let sum = |of: &dyn Fn(&Vsgl) -> Vector3| {
+            leaves.iter().fold(Vector3::zero(), |sum, leaf| sum + of(leaf))
         };
-        let branch = |node: usize| Branch {
-            children: (exists[node] && node < self.places)
-                .then(|| self.children[node].map(|child| child as usize)),
-            power: f64::from(self.power[node]),
-            spread: f64::from(self.spread[node]),
-            specular_power: f64::from(self.specular_power[node]),
-        };
-        let (top, roots) = self.roots.split_last().unwrap();
-        let node = |root: u32| (root != u32::MAX).then_some(root as usize);
-        LightTree {
-            lights: self.lights.clone(),
-            branches: (0..2 * self.places).map(branch).collect(),
-            roots: roots.iter().map(|&root| node(root)).collect(),
-            top: node(*top),
-        }
+        let weight = |leaf: &Vsgl| leaf.power().luminance();
+        let light = &read.lights[node];
+        let power = sum(&Vsgl::power);
+        let mean = sum(&|leaf| leaf.position * weight(leaf)) * (1.0 / power.luminance());
+        let squares = leaves.iter().map(|leaf| {
+            weight(leaf) * (leaf.variance + (leaf.position - mean).length_squared())
+        });
+        let variance = squares.sum::<f64>() / power.luminance();
+        let apart = [
+            (light.power() - power).length() / power.length(),
+            (light.position - mean).length(),
+            light.variance / variance - 1.0,
+        ];
+        worst = apart.into_iter().map(f64::abs).fold(worst, f64::max);
     }
-
-    /// Whether each node's children share its leaves between them, and the roots all leaves.
-    fn is_linked(&self) -> bool {
-        let joined = |node: usize| {
-            let [left, right] = self.children[node].map(|child| child as usize);
-            if node >= self.places {
-                return left == node && right == node;
-            }
-            let [[first, middle], [next, last]] = [left, right].map(|child| self.range(child));
-            [first, last] == self.range(node) && middle == node && next == node + 1
-        };
-        let roots = self.roots[..self.roots.len() - 1].iter().filter(|&&root| root != u32::MAX);
-        let mut ranges: Vec<_> = roots.map(|&root| self.range(root as usize)).collect();
-        ranges.sort_unstable();
-        let mut next = 0;
-        for [first, last] in ranges {
-            if first != next {
-                return false;
-            }
-            next = last + 1;
-        }
-        next == self.leaves
-            && self.all().all(joined)
-            && self.range(*self.roots.last().unwrap() as usize) == [0, self.leaves - 1]
-    }
-
-    /// How far lights are from the means of their leaves: powers, positions, variances.
-    fn apart(&self) -> f64 {
-        let mut worst = 0.0_f64;
-        for node in self.all() {
-            let [first, last] = self.range(node);
-            let leaves = &self.lights[self.places + first..=self.places + last];
-            let sum = |of: &dyn Fn(&Vsgl) -> Vector3| {
-                leaves.iter().fold(Vector3::zero(), |sum, leaf| sum + of(leaf))
-            };
-            let weight = |leaf: &Vsgl| leaf.power().luminance();
-            let light = &self.lights[node];
-            let power = sum(&Vsgl::power);
-            let mean = sum(&|leaf| leaf.position * weight(leaf)) * (1.0 / power.luminance());
-            let squares = leaves.iter().map(|leaf| {
-                weight(leaf) * (leaf.variance + (leaf.position - mean).length_squared())
-            });
-            let variance = squares.sum::<f64>() / power.luminance();
-            let apart = [
-                (light.power() - power).length() / power.length(),
-                (light.position - mean).length(),
-                light.variance / variance - 1.0,
-            ];
-            worst = apart.into_iter().map(f64::abs).fold(worst, f64::max);
-        }
-        worst
-    }
+    worst
 }
 
 fn picture(run: &Run) -> Vec<[f64; 3]> {
@@ -184,9 +115,9 @@ fn nodes_are_linked_and_their_lights_are_those_of_their_leaves() {
             if lobes == Lobes::Diffuse {
                 (own.specular, own.ndf) = (Specular::None, Ndf::None);
             }
-            let read = Readback::of(&Run::new(&own, KINDS[0], whole_space(), 3));
-            assert!(read.leaves > 20 && read.is_linked(), "{lobes} {map} {lights}");
-            let off = read.apart();
+            let read = tree_of(&Run::new(&own, KINDS[0], whole_space(), 3));
+            assert!(read.leaves > 20 && is_linked(&read), "{lobes} {map} {lights}");
+            let off = apart_from_leaves(&read);
             println!("{lobes}, {map}, {lights} lights: off by {off:e}");
             // Thirty roundings of f32: sums in pairs of at most 2^10 leaves, then a coefficient and its integral.
             assert!(off < 15.0 * f64::from(f32::EPSILON), "{lobes} {map} {lights}: {off:e}");
@@ -199,8 +130,8 @@ fn nodes_are_linked_and_their_lights_are_those_of_their_leaves() {
     ];
     for (from, to) in breaks {
         let id = "cut_nodes-trace-exact-both-f32";
-        let read = Readback::of(&Run::new(&settings(), KINDS[0], &broken(id, from, to), 3));
-        assert!(!read.is_linked() || read.apart() > 1e-2, "{from} as {to} goes unnoticed");
+        let read = tree_of(&Run::new(&settings(), KINDS[0], &broken(id, from, to), 3));
+        assert!(!is_linked(&read) || apart_from_leaves(&read) > 1e-2, "{from} as {to} goes unnoticed");
     }
 }
 
@@ -337,7 +268,7 @@ fn maps_are_seen_from_leaves() {
     let Settings { lobes, precision, .. } = *run.indirect.settings();
     let vsgls = run.indirect.buffer("vsgls").unwrap();
     let seen = reference::lights_of(gpu(), &vsgls, lobes, precision).unwrap();
-    let read = Readback::of(&run);
+    let read = tree_of(&run);
     let mut moved = 0;
     for (light, &root) in seen.iter().zip(&read.roots) {
         let [first, last] = read.range(root as usize);
@@ -355,7 +286,7 @@ fn maps_are_seen_from_leaves() {
 /// Compares the picture with that of the oracle's cut through the device's tree.
 fn compare(run: &Run) -> (Comparison, usize) {
     let settings = run.indirect.settings();
-    let tree = Readback::of(run).tree();
+    let tree = tree_of(run).tree();
     let model = reference::model(settings);
     let eye = reference::vector(run.eye);
     let surfaces: Vec<SurfaceTexel> = reference::texels(&run.gbuffer);

@@ -1,11 +1,13 @@
-//! Error and time against one number: bisection steps, K, the number of virtual lights.
+//! Error and time against one number: bisection steps, K, the number of virtual lights, the size of the light's map.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sglow_oracle::rsm::{Moments, Pyramid, Weights};
 use sglow_oracle::vsgl::{self, Vsgl};
+use sglow_renderer::plan::Storage;
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::{readback, reference};
+use sglow_results::frontier::promise;
 use sglow_results::frontier::document::{
     PictureError, Radiance, Series, Sweep, SweepOver, SweepPoint,
 };
@@ -29,6 +31,11 @@ const ITERATIONS: [u32; 13] = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 20, 24];
 /// Numbers of lights.
 const LIGHTS: [u32; 7] = [16, 64, 128, 256, 512, 1024, 2048];
 
+/// Numbers of a cut's roots.
+const ROOTS: [u32; 4] = [16, 64, 256, 1024];
+/// Widths and heights of the map in texels.
+const MAPS: [u32; 6] = [64, 128, 256, 512, 1024, 2048];
+
 /// What is found at one number.
 #[derive(Clone, Serialize, Deserialize)]
 struct At {
@@ -38,7 +45,7 @@ struct At {
     indirect: Vec<[f64; 3]>,
 }
 
-/// All sweeps of a subject, about kernels without visibility.
+/// All sweeps of a subject, without visibility: about kernels, and of lights and maps also about clusters and cuts.
 pub(super) fn sweeps(
     subject: &Subject<'_>,
     references: &References,
@@ -50,15 +57,20 @@ pub(super) fn sweeps(
         .into_iter()
         .filter(|&filter| filter == Filter::Exact || subject.gpu.filters_float32())
         .collect();
-    let steps = filters.len() * (ITERATIONS.len() + 1) + SIZE_FACTORS.len() + LIGHTS.len();
-    progress.start(&format!("{}: iterations, K, lights", subject.scene.name), steps);
+    let steps = filters.len() * (ITERATIONS.len() + 1)
+        + SIZE_FACTORS.len()
+        + 2 * LIGHTS.len()
+        + ROOTS.len()
+        + 2 * MAPS.len();
+    progress.start(&format!("{}: iterations, K, lights, maps", subject.scene.name), steps);
     let mut done = 0;
-    let mut at = |settings: &Settings| {
+    let mut of = |subject: &Subject<'_>, settings: &Settings| {
         let found = at(subject, references, cache, settings);
         done += 1;
         progress.done(done);
         found
     };
+    let mut at = |settings: &Settings| of(subject, settings);
     let mut iterations = Vec::new();
     for filter in filters {
         // The bracketed solver finds the root that bisection comes closer to with each step.
@@ -84,11 +96,33 @@ pub(super) fn sweeps(
     for (point, flicker) in sizes.iter_mut().zip(together::flicker(subject, &named, cache)?) {
         point.flicker = Some(flicker);
     }
+    let (clusters, cut) = bare(&subject.base);
     let mut lights = Vec::new();
-    for count in LIGHTS {
-        let settings = Settings { lights: count, ..base.clone() };
-        lights.push(point(f64::from(count), &at(&settings)?, "", None));
+    for (name, base, counts) in [
+        ("kernels", &base, &LIGHTS[..]),
+        ("clusters", &clusters, &LIGHTS),
+        ("cut, by its roots", &cut, &ROOTS),
+    ] {
+        let mut points = Vec::new();
+        for &count in counts {
+            let settings = Settings { lights: count, ..base.clone() };
+            points.push(point(f64::from(count), &at(&settings)?, "", None));
+        }
+        lights.push(series(name.to_owned(), points));
     }
+    let mut maps = [("1024 clusters", clusters, Vec::new()), ("cut", cut, Vec::new())];
+    for map in MAPS {
+        let own = maps.each_ref().map(|(_, base, _)| Settings { map, ..base.clone() });
+        // Clusters have the least buffers, so that their frame can be drawn wherever any can.
+        let other = Subject::new(subject.gpu, subject.package, subject.scene, own[0].clone());
+        for ((.., points), settings) in maps.iter_mut().zip(own) {
+            if !binds(&other, &settings)? {
+                continue;
+            }
+            points.push(point(f64::from(map), &of(&other, &settings)?, "", None));
+        }
+    }
+    let maps = maps.map(|(name, _, points)| series(name.to_owned(), points));
     Ok(vec![
         Sweep {
             over: SweepOver::Iterations,
@@ -103,9 +137,27 @@ pub(super) fn sweeps(
         Sweep {
             over: SweepOver::Lights,
             limit: String::new(),
-            series: vec![series("exact".to_owned(), lights)],
+            series: lights,
         },
+        Sweep { over: SweepOver::Map, limit: String::new(), series: Vec::from(maps) },
     ])
+}
+
+/// Whether the device binds each buffer of a frame: the tree over a large map may be too large.
+fn binds(subject: &Subject<'_>, settings: &Settings) -> Result<bool, FrontierError> {
+    let limit = subject.gpu.device.limits().max_storage_buffer_binding_size;
+    let plan = subject.plan(settings)?;
+    let mut buffers = plan.resources.iter().filter(|one| one.storage == Storage::Buffer);
+    Ok(buffers.all(|one| one.bytes <= limit))
+}
+
+/// 1024 clusters and a cut for each tile, without visibility.
+fn bare(base: &Settings) -> (Settings, Settings) {
+    let of = |wanted| {
+        let all = named::configurations(base, base).into_iter();
+        all.filter(|(name, _)| *name == wanted).map(|(_, one)| one).next().unwrap_or_default()
+    };
+    (of(promise::named::BARE_1024), of(promise::named::BARE))
 }
 
 fn at(

@@ -8,7 +8,7 @@ use crate::cluster::Map;
 use crate::vsgl::Vsgl;
 
 /// A tree whose nodes and leaves are lights, and the nodes of a global cut, which a cut for each tile refines.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct LightTree {
     /// The light of each node.
     pub lights: Vec<Vsgl>,

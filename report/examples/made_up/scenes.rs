@@ -11,6 +11,7 @@ use sglow_results::frontier::document::{
     SceneReport, Series, Side, Straddling, Sweep, SweepOver, SweepPoint, Uncertainty, Worst,
 };
 use sglow_results::frontier::rank;
+use sglow_results::static_cost::StaticCost;
 use sglow_results::time::Time;
 
 /// A scene and all that goes with it.
@@ -91,7 +92,25 @@ fn of(scenes: &[MadeUp]) -> String {
             "Anything at all: every number on this page is made up, to see how the page looks.",
             "How fast a GPU is: <made up> & \"quoted\".",
         ],
+        static_costs: &static_costs(&scenes),
     })
+}
+
+/// What a compiler might make of every other configuration's shading.
+fn static_costs(scenes: &[Scene<'_>]) -> Vec<StaticCost> {
+    let configurations = scenes.iter().flat_map(|scene| &scene.measured.configurations);
+    let shades = configurations.step_by(2).flat_map(|one| &one.variants);
+    let shades: BTreeSet<&String> = shades.filter(|id| id.starts_with("shade")).collect();
+    let compiled = shades.into_iter().zip(0..).map(|(variant, at)| StaticCost {
+        variant: variant.clone(),
+        family: "a family".to_owned(),
+        driver: "a compiler 1.2.3".to_owned(),
+        instructions: 1500 + 37 * at,
+        loop_issue_cycles: (at % 3 > 0).then_some(900 + 11 * at),
+        vgprs: 64,
+        subgroups_per_simd: 16,
+    });
+    compiled.collect()
 }
 
 /// One with everything, one without specular reflection, one that no light reaches.
@@ -370,6 +389,7 @@ fn sweeps(error: f64) -> Vec<Sweep> {
     let steps: Vec<f64> = (1..=24).map(f64::from).collect();
     let factors = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
     let lights = [64.0, 128.0, 256.0, 512.0, 1024.0, 2048.0, 4096.0];
+    let maps = [64.0, 128.0, 256.0, 512.0, 1024.0, 2048.0];
     let flat = |at: f64| 0.4 + 0.01 * at;
     vec![
         sweep(
@@ -411,6 +431,14 @@ fn sweeps(error: f64) -> Vec<Sweep> {
                 Some(&|at| 0.004 * at),
                 Some(1024.0),
             )],
+        ),
+        sweep(
+            SweepOver::Map,
+            "",
+            vec![
+                series("1024 clusters", error, &maps, &fewer, Some(&|at| 0.1 * at), None),
+                series("cut", error, &maps, &|at| 0.5 * fewer(at), Some(&flat), Some(512.0)),
+            ],
         ),
     ]
 }

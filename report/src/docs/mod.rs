@@ -1,5 +1,6 @@
 //! Measured tables within documents that people write.
 
+pub mod cuts;
 pub mod densities;
 pub mod deviations;
 pub mod frontier;

@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 use sglow_results::frontier::document::{Metric, SceneReport};
+use sglow_results::static_cost::StaticCost;
 
 use crate::json::Report;
 use crate::page::frame::{Extras, Section, page_with};
@@ -10,6 +11,7 @@ use crate::page::table::{mark, number, table, text};
 
 mod advice;
 mod against_time;
+mod compiled;
 mod costs;
 mod errors;
 mod left_out;
@@ -41,6 +43,8 @@ pub struct Input<'a> {
     pub minutes: f64,
     /// What must not be concluded.
     pub does_not_show: &'a [&'a str],
+    /// What compilers of GPUs make of shaders.
+    pub static_costs: &'a [StaticCost],
 }
 
 /// The page.
@@ -69,7 +73,7 @@ pub fn page(input: &Input<'_>) -> String {
     for (at, id) in ids.iter().enumerate() {
         let named: Vec<&Named<'_>> = by.iter().map(|named| &named[at]).collect();
         let title = &input.scenes[at].measured.scene;
-        sections.push(Section { id, title, body: scene(&named) });
+        sections.push(Section { id, title, body: scene(&named, input.static_costs) });
     }
     sections.push(Section {
         id: "checks",
@@ -112,7 +116,7 @@ fn by_metric(of: &dyn Fn(Metric, usize) -> Markup) -> Markup {
 }
 
 /// A scene, `all` by each metric.
-fn scene(all: &[&Named<'_>]) -> Markup {
+fn scene(all: &[&Named<'_>], compiled: &[StaticCost]) -> Markup {
     let Some(named) = all.first().copied() else { return html! {} };
     let measured = named.scene.measured;
     let parts = [
@@ -122,6 +126,7 @@ fn scene(all: &[&Named<'_>]) -> Markup {
         ("errors", "Three errors, never mixed", errors::section(named)),
         ("flicker", "Flicker", costs::flicker(named)),
         ("passes", "Where the time goes", costs::times(named)),
+        ("compiled", "Compiled for GPUs", compiled::section(named, compiled)),
         ("memory", "Memory", costs::memory(named)),
         ("sweeps", "How much is enough", sweeps::section(named)),
         ("left-out", "What was left out", left_out::section(named)),

@@ -177,8 +177,10 @@ pub enum SweepOver {
     Iterations,
     /// K, the size of kernels.
     SizeFactor,
-    /// The number of virtual lights.
+    /// The number of virtual lights, or of a cut's roots.
     Lights,
+    /// Width and height of the light's map in texels.
+    Map,
 }
 
 /// What a frame costs with everything, or with what the scene needs alone.

@@ -2,8 +2,9 @@
 
 use clap::Args;
 use sglow_consumers::machine::repository;
-use sglow_measure::{light_maps, partitions, references, specular};
+use sglow_measure::{cuts, light_maps, partitions, references, specular};
 use sglow_report::docs;
+use sglow_report::docs::cuts::of_cuts;
 use sglow_report::docs::marks;
 use sglow_report::docs::references::{Measured, of_references, of_settings};
 use sglow_report::docs::specular::of_specular;
@@ -21,8 +22,8 @@ Examples:
   cargo xtask docs
   cargo xtask docs --only references
 
-Measures the errors of the references (docs/references.md), what the parameters of lights' maps do (docs/numerics.md) and the
-error of specular models (docs/results.md), prints the tables and writes them between their marks; the text around them stays. The other
+Measures the errors of the references (docs/references.md), what the parameters of lights' maps do and what cuts take
+(docs/numerics.md) and the error of specular models (docs/results.md), prints the tables and writes them between their marks; the text around them stays. The other
 tables are written by `report --write-docs`, `stability --write-docs` and `reproduce --write-docs`.";
 
 /// Options of `docs`.
@@ -48,6 +49,8 @@ enum Tables {
     Visibility,
     /// Lights made by kernels, clusters and cuts
     Partitions,
+    /// Lengths and errors of cuts
+    Cuts,
     /// The error of specular models
     Specular,
 }
@@ -61,29 +64,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
     if chosen(Tables::References) {
         tables.extend(of_references(&references::all(&gpu, &bars)?));
     }
+    let package = Over::default().whole_space()?;
     if chosen(Tables::Visibility) {
-        let measured = Measured {
-            what: "visibility",
-            size: light_maps::base().size,
-            paths: PATHS,
-            metrics: &[Metric::RelativeMse, Metric::Rmse, Metric::Flip, Metric::Bias],
-        };
-        tables.push(of_settings(
-            &measured,
-            &light_maps::all(&gpu, &Over::default().whole_space()?, &bars)?,
-        ));
+        let (what, size, paths) = ("visibility", light_maps::base().size, PATHS);
+        let metrics = &[Metric::RelativeMse, Metric::Rmse, Metric::Flip, Metric::Bias];
+        let measured = Measured { what, size, paths, metrics };
+        tables.push(of_settings(&measured, &light_maps::all(&gpu, &package, &bars)?));
     }
     if chosen(Tables::Partitions) {
-        let measured = Measured {
-            what: "partitions",
-            size: partitions::base().size,
-            paths: partitions::PATHS,
-            metrics: &Metric::ALL,
-        };
-        tables.push(of_settings(
-            &measured,
-            &partitions::all(&gpu, &Over::default().whole_space()?, &bars)?,
-        ));
+        let (what, size, paths) = ("partitions", partitions::base().size, partitions::PATHS);
+        let measured = Measured { what, size, paths, metrics: &Metric::ALL };
+        tables.push(of_settings(&measured, &partitions::all(&gpu, &package, &bars)?));
+    }
+    if chosen(Tables::Cuts) {
+        tables.push(of_cuts(cuts::base().size, &cuts::all(&gpu, &package, &bars)?));
     }
     if chosen(Tables::Specular) {
         tables.push(of_specular(&specular::errors()));

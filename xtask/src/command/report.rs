@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
+use sglow_consumers::cost;
 use sglow_consumers::machine::{library_folder, repository};
 use sglow_measure::cache::Cache;
 use sglow_measure::frontier::case::Case;
@@ -201,12 +202,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
             left_out,
         })
         .collect();
+    let static_costs = cost::committed(&scenes)?;
     let page = page::page(&page::Input {
         report: &report,
         scenes: &shown,
         within: WITHIN,
         minutes: start.elapsed().as_secs_f64() / 60.0,
         does_not_show: DOES_NOT_SHOW,
+        static_costs: &static_costs,
     });
     let left_out =
         scenes.iter().zip(&known).map(|(one, known)| (one.scene.clone(), known.2.clone()));
@@ -217,6 +220,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         scenes: scenes.clone(),
         deviations,
         densities: on_densities,
+        static_costs,
         does_not_show: DOES_NOT_SHOW.iter().map(|&line| line.to_owned()).collect(),
     };
     document.write(&arguments.out, &page)?.iter().for_each(|path| say::line(path.display()));

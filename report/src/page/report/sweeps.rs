@@ -39,6 +39,7 @@ fn over(sweep: &Sweep) -> [&'static str; 2] {
         SweepOver::Iterations => ["Bisection steps", "bisection steps"],
         SweepOver::SizeFactor => ["Size of kernels", "K"],
         SweepOver::Lights => ["Virtual lights", "virtual lights"],
+        SweepOver::Map => ["The light's map", "texels a side"],
     }
 }
 
@@ -103,7 +104,11 @@ fn one(named: &Named<'_>, sweep: &Sweep) -> Markup {
                 @if let Some(drawing) = drawing { (drawing.small(caption)) }
             }
         }
-        p.quiet { "Ringed: the least number whose RMSE is within 1 % of the best. Own errors are differences from " (sweep.limit) "." }
+        p.quiet {
+            "Ringed: the least number whose RMSE is within 1 % of the best."
+            @if sweep.over == SweepOver::Map { " A cut is left out where its tree exceeds what the device binds." }
+            @if !sweep.limit.is_empty() { " Own errors are differences from " (sweep.limit) "." }
+        }
         details {
             summary { "Numbers" }
             (numbers(sweep, axis))
@@ -116,7 +121,7 @@ fn verdict(sweep: &Sweep) -> Markup {
     let [_, axis] = over(sweep);
     let amount = |last: f64| match sweep.over {
         SweepOver::SizeFactor => format!("{axis} = {}", figure(last)),
-        SweepOver::Iterations | SweepOver::Lights => format!("{} {axis}", figure(last)),
+        SweepOver::Iterations | SweepOver::Lights | SweepOver::Map => format!("{} {axis}", figure(last)),
     };
     let measured = sweep
         .series

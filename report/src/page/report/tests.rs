@@ -9,6 +9,7 @@ fn page_of(scenes: &[MadeUp], within: f64) -> String {
         within,
         minutes: 1.0,
         does_not_show: &["speed & more"],
+        static_costs: &[],
     })
 }
 
@@ -227,6 +228,7 @@ fn nothing_measured_is_no_success() {
         within: 0.05,
         minutes: 0.0,
         does_not_show: &[],
+        static_costs: &[],
     });
     assert!(nothing.contains("Nothing was checked") && nothing.contains("No scene was measured"));
     let mut scenes = scenes();

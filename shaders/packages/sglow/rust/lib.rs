@@ -2037,7 +2037,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "centres-warped-world",
         pass: centres::PASS,
         text: include_str!("../wgsl/centres-space_world.wgsl"),
-        sha256: "0d46c4c80b72ee2ea0d794725896581604afb9922b57dde92757f5681f9000b1",
+        sha256: "b2450efb804b54c4662a8fc40374cf9621f498c333e314cc35001411055aaa68",
     },
     Embedded {
         id: "check-both-f16",
@@ -2977,19 +2977,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "sample-warped-modified-bisection-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection.wgsl"),
-        sha256: "7386df2d6f835c30445fe825878b31fef8bba3ee4b35f0411929e2bdb337b0e2",
+        sha256: "76802347b9cc2442eaa560a2065e508f32161a044a825235186dd5f925a96f58",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-lobes_diffuse.wgsl"),
-        sha256: "868d1cf0e7322069a130beb05d91a6a7b9d85dfbbb19db2d9b1f24706f7c8f13",
+        sha256: "82404eb362d2b2be35d0e629bda2e9e42205bf0eba8e7983596416ee1f434a2a",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-sharpness_toksvig.wgsl"),
-        sha256: "0ce38e7ac74bc260366d98c05b4b407739e82131b036562355c9a7d188a579d2",
+        sha256: "6efc5ed97b73f5babcfa7f5997ee23de4fd8b1b728243ead2eeb42b2d0deaeba",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32",
@@ -2997,13 +2997,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "bc61c0de5d17c2ce76e5ff768631e33e4ee646667895e7e66947d276026fdf62",
+        sha256: "cc04b9e583c3e27f4fbdb24bf7b3b1f741ab2bd22733f0e9013702b754dd7a52",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-filter_hardware.wgsl"),
-        sha256: "8e6f7f9c0aca79750f912a5eb65fd7707c9ea485b131b0b2ad55dc014ad136d6",
+        sha256: "502b8b21d704363c31d1f128a71a0740757f59d2dd37f97a31127790ac73ce8a",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32",
@@ -3011,7 +3011,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "deb36dff8fb00edaf6bfd3ebfc8c5379f584a0bfe8d40afeb3452a90f5841d19",
+        sha256: "5235cde9746ba1f002a6ab52137db58274df78d979edb0aed2149da1754cca29",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-both-f32",
@@ -3019,7 +3019,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig.wgsl"
         ),
-        sha256: "377a9dd3c62d608678952f640de2b6e2c45cf68852c311228437a3380303f3b8",
+        sha256: "97ca4f2b83f432df13399397134ccf7f6ca5e6a13859a03538ec7f9a14cbe84b",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32",
@@ -3027,49 +3027,49 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "c542497487e9908a3ac6c0daabf1994ce9f8ba9ad654f11625b579d9e7113419",
+        sha256: "52b639c44f0eb577cac5c0940a41b84390f689f3ce8ba29f593714bf345dcf4a",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-precision_f16.wgsl"),
-        sha256: "c0cf288bd89750c2cbfc06d3397f25b7760e934e7ab909c346e57e61a51799fb",
+        sha256: "1ad9b1fde4f49cfd3499821cbea905756fd66c2c74b7b444beeb8c4acba02313",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample.wgsl"),
-        sha256: "5a9a8ab98e2165251eb1175d2e1e4f261aea8e8e81ebbffeac3c24449b3969bf",
+        sha256: "fd96f1ed4108cefd4082031276039301eae2d33f6e3f90b44e95725185d4911b",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "8c659e0f94462351e21f61ebb9ef2be58f319fd037e555a919fc26db42c4baae",
+        sha256: "e20861754e96ef530d00e3936b7bf3d932642bf08d30c22bccb22c248ccfae12",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse.wgsl"),
-        sha256: "e12dd5aa9c8c20a0626ce0dd5fb4709d36ade355788b2cfb2cad880f7cbe75a7",
+        sha256: "df36139b5d5aa8471263485f8f8803fa3893e1e6a429476a51b707e18ad1d8a2",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware.wgsl"),
-        sha256: "1cc9f1c0b176341c266362109c6f0e65cf23286b886956ea4d34af931bd00806",
+        sha256: "74cfdf78f66474a32b4eb9b309c9d889bf8878b515a1a37920563bb27ffd708e",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware-lobes_diffuse.wgsl"),
-        sha256: "bd8200eefa1d8d09c579edbf72b45b7e42752f977c1570fc7b194113f92e076a",
+        sha256: "9fd01f1e5fb387732d6cde55332443e3d4ec4ae75e9a1317219af27337137f72",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-kernel_previous-solver_none.wgsl"),
-        sha256: "f062a2848f3c30e22444d450f55eda81270096af3e2df46ba1e95ca3319fc02c",
+        sha256: "c4b1fc06671ac16fbaeb31a69aa9c1af02ff2f8059a587a97016e48594d46036",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-diffuse-f32",
@@ -3077,7 +3077,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-lobes_diffuse.wgsl"
         ),
-        sha256: "059d79045a9dd252e86e998ecf874e6353b4c6c1cea63438eb5daeab4b37aa94",
+        sha256: "d489d37707a8f258932389a196d3b6bdeb1cd7a83474fb90933c1f2e00e7352f",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-both-f32",
@@ -3085,7 +3085,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-filter_hardware.wgsl"
         ),
-        sha256: "ca05e2c24e83698865ad4864313fc0b6057e408f158b586f35e784a64601ec4e",
+        sha256: "cf67d66e19bf38d7f67fbdc28dce170c9fe63b46767c3f5cdf9c97b5b1ba9831",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-diffuse-f32",
@@ -3093,7 +3093,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "ee1d6acb542feb2a66adb9d12c64a840d87d084dc52f703b84801c018dd9b5d6",
+        sha256: "2ad4ec18f372abfa809d3cd8c418f951c38f1ec0bb07069537ec070d605cb1f7",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",

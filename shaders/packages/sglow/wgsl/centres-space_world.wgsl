@@ -38,7 +38,8 @@ fn sglow_draw_centres(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= count {
         return;
     }
-    let drawn = sglow_draw(sglow_density_texture, id.x, count);
+    let point = sglow_lattice_point(id.x, count);
+    let drawn = sglow_draw(sglow_density_texture, point);
     // Beyond the map the density is padded with zeros, so that nothing is drawn there unless there is no density at
     // all.
     let texel = min(drawn.texel, textureDimensions(sglow_position_texture) - 1u);
@@ -53,12 +54,23 @@ fn sglow_draw_centres(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 }
 
+/// A point of the Fibonacci lattice of the golden ratio, in [0, 1)^2.
+/// [Tokuyoshi 2016, Section 5; Sloan and Joe 1994]
+///
+/// index: below count; count: 1 to 65536.
+fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
+    // 2654435769 is 2^32 over the golden ratio: integers wrap exactly where a float's fraction loses digits.
+    let fraction = (index * 2654435769u) >> 8u;
+    return vec2<f32>((f32(index) + 0.5) / f32(count), f32(fraction) * 5.9604645e-8);
+}
+
 /// One of the centres that are distributed by a density.
 /// [Tokuyoshi 2016, Section 5, Section 6]
 ///
-/// density: means, a power-of-two square with all its levels; index: below count; count: 1 to 65536.
-fn sglow_draw(density: texture_2d_array<f32>, index: u32, count: u32) -> SglowCentre {
-    return sglow_warp(density, sglow_lattice_point(index, count));
+/// density: means, a power-of-two square with all its levels; drawn: in [0, 1]^2, uniformly distributed if it is warped,
+/// with Markov chains where one is.
+fn sglow_draw(density: texture_2d_array<f32>, drawn: vec2<f32>) -> SglowCentre {
+    return sglow_warp(density, drawn);
 }
 
 /// Where hierarchical warping ended.
@@ -126,16 +138,6 @@ fn sglow_warp(density: texture_2d_array<f32>, point: vec2<f32>) -> SglowCentre {
         descent = sglow_descend(density, descent, level);
     }
     return sglow_landed(density, descent);
-}
-
-/// A point of the Fibonacci lattice of the golden ratio, in [0, 1)^2.
-/// [Tokuyoshi 2016, Section 5; Sloan and Joe 1994]
-///
-/// index: below count; count: 1 to 65536.
-fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
-    // 2654435769 is 2^32 over the golden ratio: integers wrap exactly where a float's fraction loses digits.
-    let fraction = (index * 2654435769u) >> 8u;
-    return vec2<f32>((f32(index) + 0.5) / f32(count), f32(fraction) * 5.9604645e-8);
 }
 
 /// A number of the box around one point.

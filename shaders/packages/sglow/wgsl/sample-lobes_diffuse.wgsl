@@ -78,7 +78,8 @@ fn sglow_sample(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= count {
         return;
     }
-    let kernel = sglow_kernel(sglow_density_texture, id.x, count, sglow_sample_parameters.size_factor);
+    let drawn = sglow_lattice_point(id.x, count);
+    let kernel = sglow_kernel(sglow_density_texture, drawn, count, sglow_sample_parameters.size_factor);
     sglow_kernels[id.x] = kernel;
 
     var moments: SglowClusterMoments;
@@ -91,6 +92,16 @@ fn sglow_sample(@builtin(global_invocation_id) id: vec3<u32>) {
         moments, kernel.scale, sglow_sample_parameters.origin, sglow_sample_parameters.minimum_variance);
 }
 
+/// A point of the Fibonacci lattice of the golden ratio, in [0, 1)^2.
+/// [Tokuyoshi 2016, Section 5; Sloan and Joe 1994]
+///
+/// index: below count; count: 1 to 65536.
+fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
+    // 2654435769 is 2^32 over the golden ratio: integers wrap exactly where a float's fraction loses digits.
+    let fraction = (index * 2654435769u) >> 8u;
+    return vec2<f32>((f32(index) + 0.5) / f32(count), f32(fraction) * 5.9604645e-8);
+}
+
 /// A kernel: its centre drawn by the density, its size from the density's integral within it, its power by Eq. (5).
 /// [Tokuyoshi 2016, Eq. (3), Eq. (5)]
 ///
@@ -98,14 +109,14 @@ fn sglow_sample(@builtin(global_invocation_id) id: vec3<u32>) {
 /// there can be several roots, or none; what each solver gives then stands beside it. Eq. (5) keeps its total all the
 /// same, for its numerator and denominator share the kernel.
 ///
-/// index: below count; count: number of kernels, at least 1; size_factor: K, above 0.
-fn sglow_kernel(density: texture_2d_array<f32>, index: u32, count: u32, size_factor: f32) -> SglowKernel {
+/// drawn: what sglow_draw takes; count: number of kernels, at least 1; size_factor: K, above 0.
+fn sglow_kernel(density: texture_2d_array<f32>, drawn: vec2<f32>, count: u32, size_factor: f32) -> SglowKernel {
     let top = i32(textureNumLevels(density)) - 1;
     let size = vec2<f32>(textureDimensions(density, 0));
     let texels = size.x * size.y;
     let mean = textureLoad(density, vec2<u32>(0u), 0, top).x;
     let target_mass = size_factor * texels / f32(count);
-    let guided = sglow_draw_guided(density, index, count, 1.0 / mean, target_mass);
+    let guided = sglow_draw_guided(density, drawn, 1.0 / mean, target_mass);
     let centre = guided.centre;
     if !(mean > 0.0) {
         return SglowKernel(centre.position, 0.0, 0.0);
@@ -117,25 +128,15 @@ fn sglow_kernel(density: texture_2d_array<f32>, index: u32, count: u32, size_fac
 
 /// One of the centres that are distributed by a density, with what the levels above it say of a mass.
 ///
-/// inverse_mean: one over the top level's texel, which is above 0; mass: above 0, in texels of mean density.
+/// drawn: as above; inverse_mean: one over the top level's texel, which is above 0; mass: above 0, in texels of mean
+/// density.
 fn sglow_draw_guided(
     density: texture_2d_array<f32>,
-    index: u32,
-    count: u32,
+    drawn: vec2<f32>,
     inverse_mean: f32,
     mass: f32,
 ) -> SglowGuidedCentre {
-    return sglow_warp_guided(density, sglow_lattice_point(index, count), inverse_mean, mass);
-}
-
-/// A point of the Fibonacci lattice of the golden ratio, in [0, 1)^2.
-/// [Tokuyoshi 2016, Section 5; Sloan and Joe 1994]
-///
-/// index: below count; count: 1 to 65536.
-fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
-    // 2654435769 is 2^32 over the golden ratio: integers wrap exactly where a float's fraction loses digits.
-    let fraction = (index * 2654435769u) >> 8u;
-    return vec2<f32>((f32(index) + 0.5) / f32(count), f32(fraction) * 5.9604645e-8);
+    return sglow_warp_guided(density, drawn, inverse_mean, mass);
 }
 
 /// The most look-ups of the density: what 16 levels need in the worst case.

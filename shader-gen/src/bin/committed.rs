@@ -1,7 +1,7 @@
 //! Writes the committed package, or compares it with what the sources make of it: what `cargo xtask gen-shaders` is
 //! without options, by the generator alone.
 //!
-//! `cargo run --package sglow-shader-gen --example committed -- [--check]`
+//! `cargo run --package sglow-shader-gen --bin committed -- [--check]`
 
 use std::io::IsTerminal as _;
 use std::path::Path;
