@@ -195,9 +195,8 @@ const SAME: (f64, f64) = (0.99, 0.05);
 /// The largest change of the relative error between neighbours on one surface. In the dark, errors are in parts of a
 /// hundredth of the mean.
 fn jump(surfaces: &[SurfaceTexel], picture: &Radiance, all: &Radiance, width: usize) -> f64 {
-    let luminance = |[r, g, b]: [f32; 3]| {
-        0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b)
-    };
+    let luminance =
+        |[r, g, b]: [f32; 3]| 0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b);
     let mean = all.iter().map(|&pixel| luminance(pixel)).sum::<f64>() / all.len() as f64;
     let relative = |at: usize| {
         let (found, exact) = (luminance(picture[at]), luminance(all[at]));

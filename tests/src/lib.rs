@@ -12,6 +12,8 @@ mod contract;
 #[cfg(test)]
 mod cut;
 #[cfg(test)]
+mod cut_error;
+#[cfg(test)]
 mod dark;
 #[cfg(test)]
 mod density;

@@ -1,17 +1,17 @@
 //! Shading by a cut of the tree for each tile of pixels: `shaders/src/shade/tile.wesl`, `shaders/src/cut/nodes.wesl`.
 
+use sglow_oracle::cut::LightTree;
 use sglow_oracle::cut::estimate::SLACK;
 use sglow_oracle::cut::tile::{self, Entry, How, SIDE};
-use sglow_oracle::cut::LightTree;
 use sglow_oracle::shade::{shade, shade_visible};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_oracle::visibility::{Maps, Seen, visible};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_oracle::{Bounded, Vector3};
 use sglow_renderer::frame::Renderer;
+use sglow_renderer::reference::tree::TreeBuffers;
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::variants::Variants as _;
-use sglow_renderer::reference::tree::TreeBuffers;
 use sglow_renderer::{readback, reference};
 use sglow_runtime::host;
 use sglow_runtime::package::Package;
@@ -75,9 +75,9 @@ fn apart_from_leaves(read: &TreeBuffers) -> f64 {
         let light = &read.lights[node];
         let power = sum(&Vsgl::power);
         let mean = sum(&|leaf| leaf.position * weight(leaf)) * (1.0 / power.luminance());
-        let squares = leaves.iter().map(|leaf| {
-            weight(leaf) * (leaf.variance + (leaf.position - mean).length_squared())
-        });
+        let squares = leaves
+            .iter()
+            .map(|leaf| weight(leaf) * (leaf.variance + (leaf.position - mean).length_squared()));
         let variance = squares.sum::<f64>() / power.luminance();
         let apart = [
             (light.power() - power).length() / power.length(),
@@ -131,7 +131,10 @@ fn nodes_are_linked_and_their_lights_are_those_of_their_leaves() {
     for (from, to) in breaks {
         let id = "cut_nodes-trace-exact-both-f32";
         let read = tree_of(&Run::new(&settings(), KINDS[0], &broken(id, from, to), 3));
-        assert!(!is_linked(&read) || apart_from_leaves(&read) > 1e-2, "{from} as {to} goes unnoticed");
+        assert!(
+            !is_linked(&read) || apart_from_leaves(&read) > 1e-2,
+            "{from} as {to} goes unnoticed"
+        );
     }
 }
 

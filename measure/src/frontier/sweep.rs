@@ -7,10 +7,10 @@ use sglow_oracle::vsgl::{self, Vsgl};
 use sglow_renderer::plan::Storage;
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::{readback, reference};
-use sglow_results::frontier::promise;
 use sglow_results::frontier::document::{
     PictureError, Radiance, Series, Sweep, SweepOver, SweepPoint,
 };
+use sglow_results::frontier::promise;
 use sglow_results::progress::Progress;
 use sglow_results::rivals::method::SIZE_FACTORS;
 use sglow_runtime::indirect::Indirect;
@@ -134,11 +134,7 @@ pub(super) fn sweeps(
             limit: String::new(),
             series: vec![series("exact".to_owned(), sizes)],
         },
-        Sweep {
-            over: SweepOver::Lights,
-            limit: String::new(),
-            series: lights,
-        },
+        Sweep { over: SweepOver::Lights, limit: String::new(), series: lights },
         Sweep { over: SweepOver::Map, limit: String::new(), series: Vec::from(maps) },
     ])
 }

@@ -13,7 +13,7 @@ use crate::shade::{Diffuse, Emitter, Model, shade};
 use crate::surface::SurfaceTexel;
 
 /// The tolerance that is the default.
-const TOLERANCE: f64 = 0.003;
+const TOLERANCE: f64 = 0.009;
 
 const MODEL: Model =
     Model { emitter: Emitter::Disc, diffuse: Some(Diffuse::Fitted), specular: None, ndf: Ndf::Ggx };
@@ -198,9 +198,7 @@ fn worst(one: &[[f64; 3]], other: &[[f64; 3]]) -> f64 {
     pairs.map(|(one, other)| (one - other).abs() / mean).fold(0.0, f64::max)
 }
 
-/// With a slack of 1 the error goes down with the tolerance; with one of a half light is lost that no tolerance brings back.
-/// Larger ones take more nodes for the same error: of boxes and columns with 256 by 256 texels, 1 takes 165 and 189 nodes
-/// where 2.5 takes 198 and 247 for as large a relative MSE.
+/// The error goes down with the tolerance; with less slack light is lost that no tolerance brings back.
 #[test]
 fn a_few_nodes_are_as_good_as_all_texels() {
     for (name, room, most) in
@@ -224,8 +222,9 @@ fn a_few_nodes_are_as_good_as_all_texels() {
         assert!(errors.relative_mse.value <= 4e-4, "{name}");
         assert!(errors.median.value <= 0.01 && errors.bias.value.abs() <= 0.006, "{name}");
         if name == "columns" {
-            let lost = of(TOLERANCE, 0.5, Voting::All);
-            let errors = show("columns, slack 0.5", &lost, &all);
+            // More work does not bring it back. With 1 only scenes of more corners than these show it.
+            let lost = of(0.1 * TOLERANCE, 0.5, Voting::All);
+            let errors = show("columns, slack 0.5, a tenth", &lost, &all);
             assert!(errors.relative_mse.value > 4e-4, "light that is lost goes unnoticed");
             let middle = of(TOLERANCE, SLACK, Voting::Middle);
             show("columns, the middle's vote", &middle, &all);

@@ -48,7 +48,8 @@ mod tests {
 
     #[test]
     fn each_map_has_a_row_and_the_document_has_the_marks() {
-        let picture = PictureError { relative_mse: 2e-4, reference_mean: 1.0, ..Default::default() };
+        let picture =
+            PictureError { relative_mse: 2e-4, reference_mean: 1.0, ..Default::default() };
         let cut = |map, error| CutOfMap {
             map,
             leaves: 9,
@@ -59,8 +60,16 @@ mod tests {
         };
         let maps = vec![cut(256, Some(CutError { picture, jump: 0.0012 })), cut(512, None)];
         let table = of_cuts([240, 135], &[CutsOnScene { scene: "box".to_owned(), maps }]);
-        assert!(table.text.contains("| box | 256 | 9 | 102, 180, 402 | 0.000200 |"), "{}", table.text);
-        assert!(table.text.ends_with("| 0.12 % |\n| box | 512 | 9 | 102, 180, 402 | – | – | – | – | – | – |\n"));
+        assert!(
+            table.text.contains("| box | 256 | 9 | 102, 180, 402 | 0.000200 |"),
+            "{}",
+            table.text
+        );
+        assert!(
+            table.text.ends_with(
+                "| 0.12 % |\n| box | 512 | 9 | 102, 180, 402 | – | – | – | – | – | – |\n"
+            )
+        );
         let real = include_str!("../../../docs/numerics.md");
         assert!(marks::replaced(real, table.document, table.mark, &table.text).is_ok());
     }

@@ -121,7 +121,9 @@ fn verdict(sweep: &Sweep) -> Markup {
     let [_, axis] = over(sweep);
     let amount = |last: f64| match sweep.over {
         SweepOver::SizeFactor => format!("{axis} = {}", figure(last)),
-        SweepOver::Iterations | SweepOver::Lights | SweepOver::Map => format!("{} {axis}", figure(last)),
+        SweepOver::Iterations | SweepOver::Lights | SweepOver::Map => {
+            format!("{} {axis}", figure(last))
+        }
     };
     let measured = sweep
         .series

@@ -3425,7 +3425,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "43f972d2363a6f1704ef8f7f845c7b103a8235deaa8820651e8b4c0bf2eba18f",
+        sha256: "83d97ff432e0839bafa7540dae9e359bee3190b82fe7d42edb93846ed9d078b2",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -3447,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e09b257c88e22b489ddbe30248a42c13a0899b46962d177245f686ab5adf32dd",
+        sha256: "a3c7343b492da807ac9f99546179824274a775eb38ec6542796a051aea876052",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3455,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "9cf5b8907355623d4b97e2d070123d651668e80fa4bc27ed1f5e4263bcb2cd90",
+        sha256: "fbfb7a371e5df17e4facd976768d210de330f17a50079a4e23e3ee2bc65f7f01",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3475,7 +3475,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "7adc843571d8d159e2630306f66c2fcfbff1bf9ea9557856d1baf885a5375046",
+        sha256: "4c84fb4fcd0da5b0b99dc4159d3e3b74da0a4b409a991908f6c91540018dde1d",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3499,7 +3499,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "6a4b63a1521c37d499ba06df180b90ca63b48fad73829733e74527b2f4771703",
+        sha256: "871dcdf03ee203661759a6900f3b3d04edf58624e3e416d7d2a7bcd76cde5182",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3507,7 +3507,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "2e60bef5bb190d63c5cc3a5e0af4570cff8e4b5db6939fe2d7bd169db06c7f35",
+        sha256: "8ed121e566b2222d88a9699c07e74543d21b724abb1dfaf43227eea157898334",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3523,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "86f0cc644f1fcaad2f467b0484826f97fe64fca51f226285886391426e632d26",
+        sha256: "a291c6d7089e2a87e5776ab60c7d5fc3e92324b166c7775d2eefaedb6faef066",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3539,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "1ea22709dd89d5fde8e7cd967e2577a5f41063597008985d1bcc98050a2bee58",
+        sha256: "5f9bb56e901a831658152bbc0f2f29fe83e8353225013b1cd07c7a638e2f9b56",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3555,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "650254839bafbb7007a3b8dc34ec95ed118ccf9d4842fa969377a0f2d3676dae",
+        sha256: "937791263b21aea43add528a14c02af282d93a196690960f6fe5db283603478d",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3571,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "a14bec721eee489e9313f8b7f5bdf71e0ad90c590004b032cdc7c39de4929043",
+        sha256: "1ed8ceaae63daae407a2b1f08377d28e9fcd5379378b5471b2b64294a7730fb0",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3593,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "9f1378a3bde8e2e3f6075beb8b119aff9ac3492c01af8f5b829f5e6935a3fab3",
+        sha256: "312ce460fe1e1e420b26f3377e1650541d3aa8875e4d378851e622d99451c342",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3617,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "c406fcfe49cb5aef944bde8f65ee5e251800981025260f74a28963daba9a338b",
+        sha256: "9bdf3f4f934c76fe869dee5e0db26cbd480f3cab38f1a76f615fb64f9521792b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3625,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7809b06e7b0b271207fd9dac66c2b4fde5ba0c71c235816e28d87276b7508b0c",
+        sha256: "ac393d96f85191d59934a544d6c23ce34be249f57b225c8843b1e6ec1b06db9d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3649,7 +3649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "d12bd1c2258fa775782d0b878950307ec920d5efda4b70d3c9fb19bb7fa517ab",
+        sha256: "469e88b9b8204e19e9a8a40c532050c7dd8f9753ce60f1ed25619dbbe376a36d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3673,7 +3673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e6c0b3521c16ad2587286ebbc6593b3826e10dc07a8012f2e4acbb6c3ecd5838",
+        sha256: "f519f69b9f3bc803e535122cbd946d9b45a181b3ec2a92e3fba60c369713f27f",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3681,7 +3681,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7f4d8e9804ef2ac82bcfd14d455cbef9042dccbce8fd0bf6e616e38fb98a035e",
+        sha256: "066c9c555dd426767ec51eb4e8597d07d86e992ecfa75232396a331f4fa4ca62",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -4179,7 +4179,7 @@ macro_rules! settings {
         emission_sharpness : 2.0, fill_levels : 0, iterations : 12, large_steps : 0.02,
         lights : 1024, map : 256, mutations : 1, near_scale : 1.5, seed : 1,
         shadow_points : 8192, size_factor : 1.0, small_step : 0.01, splat_reach : 2, tile
-        : 64, tolerance : 0.003, } } } impl $name { #[doc = r" The names of the axes."]
+        : 64, tolerance : 0.009, } } } impl $name { #[doc = r" The names of the axes."]
         pub const AXES : & 'static [& 'static str] = & ["cut", "density", "diffuse",
         "draw", "emitter", "filter", "kernel", "light", "lobes", "ndf", "output",
         "precision", "sharpness", "solver", "space", "specular", "specular_power",
