@@ -2395,7 +2395,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
         ),
-        sha256: "0b64dc2354be7eab5377f69ecc41c90d1981f5562ed10132a0e7410ea3058efa",
+        sha256: "cc9db589aef2c9732a8dbf8c1acb32a2ec01aaf1e54347105cd4c300a753db1c",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2403,13 +2403,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
         ),
-        sha256: "bf7733ca64351777cda6c8e7073cb307dcee411ded3c61b0679b32155cc89ae6",
+        sha256: "fd397e81d92f7d415bad63e48272565f42109b6150f23536d42f848725178009",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
         text: include_str!("../wgsl/density-density_bidirectional-importance_lobe.wgsl"),
-        sha256: "fb1c4090c72ba83e25703050053e56100c12d81b3aadc47d38c603bbe4dcb938",
+        sha256: "ab23e4c660cac8d82b333760c08ca67c65a158b92726adb0b1d08fdd23ce95d9",
     },
     Embedded {
         id: "density-bidirectional-lobe-diffuse-f0",
@@ -2417,7 +2417,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse.wgsl"
         ),
-        sha256: "11fa5bafcf15ba6ecb81c127da87966c9cc8dba3beb62ee2d3b61dc7227639bc",
+        sha256: "0f178f8106d38e8ae11c8c257d740f6fdbf0c34b67648bf07b9d2420ea862f50",
     },
     Embedded {
         id: "density-power-none-both-f0",
@@ -2447,13 +2447,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-directional-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_directional-ndf_beckmann.wgsl"),
-        sha256: "78ae5aa737b77199bbcde87b3cc334d9d6a57135c7bacb4a0ad71c5defea3759",
+        sha256: "cda50a7d7e6f84ded72961834855ef0f6b4f9404889bec3f132bf76645949e06",
     },
     Embedded {
         id: "direct-directional-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_directional.wgsl"),
-        sha256: "951af834e133888947bbf744e75cfdb0e4816b83d1bb94035c6f8651e51c622a",
+        sha256: "b8af6d99c622c910a186cad9a811f3ad06e3a3aff0ccfa2dc46de37ba05d336a",
     },
     Embedded {
         id: "direct-directional-none",
@@ -2465,13 +2465,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-point-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_point-ndf_beckmann.wgsl"),
-        sha256: "2918c7a7f736fa74daf279bda8d48eeecdbd7618f2ee4ed9a450ddd33ad03fce",
+        sha256: "de2b3a82e8e75dfb4c828d9cc99207a8072d246a8eea9cea73c1d3f5b2f15aaf",
     },
     Embedded {
         id: "direct-point-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_point.wgsl"),
-        sha256: "52649d5597b01e2db38b09e6d661a483a9a85a80cc2c542c5316dd5574ef77e2",
+        sha256: "2827ed1c7d84f8bf7ae9d7bfa4c619f3559be45a4851dc48a065285842ba53b7",
     },
     Embedded {
         id: "direct-point-none",
@@ -2483,13 +2483,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-spot-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-ndf_beckmann.wgsl"),
-        sha256: "6fe2dfb4b3472099b47b8775c3a38202ea0fd4f4aa4e4fc9f6c9724831db03f7",
+        sha256: "04b52c4f4cbb9106a5e63addb00f44fa2c9c267785b63e7ec420517dc2638c69",
     },
     Embedded {
         id: "direct-spot-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct.wgsl"),
-        sha256: "c2f7b25bf1f43ffff106af25f425e018d7bb701a135d9fe9ffe29afc14de8fa6",
+        sha256: "197b87d956e44e1bc53e732435d79e398476a3e9c6f3847de735c66a48536099",
     },
     Embedded {
         id: "direct-spot-none",
@@ -3099,43 +3099,43 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "36d6ff7ae4f973f35ad6cc526616e47e143d7b2005a73e440feb0ba637b88600",
+        sha256: "73287a96057769fedd947d197c3a7e98f89e00b90ec4ac877fff6eeff16a1856",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "8272dbec01b9d349ddbd5ec36ece67b2d6806e6a816afe857ce5620c473a07a5",
+        sha256: "c8505b10de1f3dc5927950792a5a4ab09189afbf12976e60d950f587dbf59352",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "7241f65dfb95f780d33d27eb5f0902de364b2a3c36fbaad37f3f75a745a8b72f",
+        sha256: "89bc025fe19ad23b0d87421b1fa50a591aed9c62b07aa96f7407cbed632a755b",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "2462703fc206c69d231aa2bd68a55758179e9804968b2d01c251863b32f553c0",
+        sha256: "ae9a4b28527a18e6c599f73823331a083f1d8fcba9f4d14b5294ab8327a4b863",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "50cdd94edec6b8d9ea1b23fbcf59d6cd8c33bf503cbdaa24cda524b3e7d1cc3a",
+        sha256: "888e73414023580b52375c85fc90503d3b965a1a6aa07cfaf477905f64454547",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "2726ad99bf81774595cc12e0d909505b2c6780f45cbfbabc597316ba2e411e94",
+        sha256: "6da4b904a87376f473321988aa7f978df53b82e44c1dbfd212ddd8be10c0ea3f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "fb4d09050c6e3c975f7833ef0af9cc744270d3ff0ad12e677eb53cec358b509b",
+        sha256: "bca84c0c01e2589afa0954e992008804f70966831d9c2e345c6ef9a73b854fef",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -3143,31 +3143,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "3dc4ac6b4bb0a35211eab49157c25d3e1674ca1e6af134681fd23e70552f1d2e",
+        sha256: "aee6202c6b898f9956ba2afae782fc517c5358b661ab73dceecf61e93c7c1081",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "ad76003da85292be9cb9e09851e835816a55274e791af25767aeefbccc9a8662",
+        sha256: "e16878f74c64b4fb6ef2ef556dc334f54dcb66e30a3bb409cb40456416cfadce",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "049b35744337ecba3aaad8066fb09e98a3d12ad04a32818f7c6f0b0000a81bad",
+        sha256: "d77ffbaeaa8a255ddc351166cc7f86fdb6ce16d196a25ed398de9a3a50f3574c",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "645f83e9d727b1c083e21e9c6a8bb965f554d3b3f1801f4941442f4b81a8b338",
+        sha256: "c0471063b8e47a866f4fd6236670e46b18b61e94440e4693f3499be858b689b4",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "aba8606aad4659d8a9f73b0547f8a7b59d9778f1c308bb54c5f671171fa718fe",
+        sha256: "1634493307b485cd6bb25d9651cc5448bf75fc67b105f18d653f898ee9eda708",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3175,13 +3175,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "43ec90b72f48ce62efa497bc83bf458eb6e258167badfb6e7a2a46ae1ed46ebf",
+        sha256: "7580b8437408ca3dac96d260c55c3b0f66b63fb561b6bc50574b23344f307847",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "b11fccb455596694629c8394c47e4f945ec07492a418e8c7e50dcb55044fdd24",
+        sha256: "de70a525f24118595357bc50914b7aaff960bc51050dfcfddac5db5aa1a2dcad",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3189,7 +3189,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "da63a38dcd383605b1638194be391a7c0d2e5f82d5538540906dbf62397e83e2",
+        sha256: "98887487421be7325321d4ff6f195984f1dd5d96049fc3f131a49bb6731d13f1",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3197,13 +3197,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "43e0f1281ff5e6f9e2e0b75f7c4afe7d709e0826d7aa421da1b2943b8e870d8b",
+        sha256: "4d71979cff88d39c931d2544ac7dce8df6addcdd9b252d16a672fb5159fe5763",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "990afdc405194705f9ed77d6266c4cdd2035fdcd646786afa8dd3db28ad9733f",
+        sha256: "a79b05bafc7f5f6728e107861d9ee374a601b8bc46ef7784987b4b9f73827819",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3211,13 +3211,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "61db06eee33c1bd021a2958e3345005ab6b4a7295c008503853dc55bd2e48a59",
+        sha256: "0d78b7c6a4cbde1fcd7c6e3dd23a1092467294e548496927c1a6d07305efc93a",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "634c3ace1a927b46d7276e5da2800483a208366c0be287dfeb1deb65b0a70b74",
+        sha256: "3f89254bf890c06f7c648f87a613da6586d7fa4927177145a5671b38adfa9d69",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -3225,7 +3225,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "c4d4536ab260739cf1788611c71fba6e800e29c8770850c7d7f207fe0b896cc4",
+        sha256: "45901eea5730c8cc5f2d1d02d1ee649588ba935d7606a3d131452bf5af0ea537",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -3233,13 +3233,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "e5c5b9edb1c3413f561d07a62c5abf352cb9a902dae1c2a11e1cd85571984bc5",
+        sha256: "b04b254edd1ba0c6bbb4ba1aa51d6c2f65a968a913e751aa9166a9657ed7932d",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "9a973c5d8c97d509244e4a1e69d23885496257e37624c4b7c706e901c969bd48",
+        sha256: "8263020203bdfaabe80fb0d76fb47336cc75cbd92d2c13ccc2a7b72f8daea474",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -3247,7 +3247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "da4cd5e30b2bdbd1d1ce6e14aaa3667e7d55bb60aaad3e017467ba0235a1cc4f",
+        sha256: "033e87f16bae1787ebf9e47a29f4e0b04725b938182d89d48ac048499a65d375",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "34b2a1c9fcdd2e1740426af50fe7bc86fc87361dc5441bb9aa4b62b0aa7b98be",
+        sha256: "60603ceedf1d6efb44843e7e45e84390c8318e6c29cfde029b59b775b30921ac",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3263,7 +3263,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "7e7a66c2b31a9ccbd9ed4010e6aa974bb1921525075b3ff0c23f0c7f49a7486a",
+        sha256: "a8aa2d175dd1466fa38677c60a52e55868161ad5d5bfc96cd562d48133cb1fdd",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -3271,7 +3271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "162f4d226fa3725086cdbff54e090768497a42f9b6d601e49acf2beca0fed71e",
+        sha256: "957e721977f5f460128e54260691d4e42cd4a4e9300ad3b4a9da80aa05ae732c",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -3279,13 +3279,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "669239967950f607dc3e45c64dcd06de74e773713c94e5ac58986e8eba7cf33a",
+        sha256: "cf611788ae2a91a007e970c3b25540d0c3bfbd715827e9153c5dab132e1c6f92",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "58ff8ed6b22646411f36e7118024d6d772858bb964f0a91c1acadeaf09e4a2d3",
+        sha256: "c5774ac45b7db82100e4921aa646d172b6597d465c4221cb92c83c82d1640eb7",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -3293,7 +3293,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "313639b256791d0b9c7807c3e86df0db10c05324ae98e6d9d3cc2c21fffc3d8a",
+        sha256: "b51118a0ffda91ea176b323aeb8e953a845da91c557ca77e4106fc4a6630cebd",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -3301,37 +3301,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "edff316515b7ca392756803effa1b79523a08fab6c5a09fe27ad3a43c8aef45d",
+        sha256: "eb3924e73183dafea8fae8f60edf42346756b8868568f21506c765348c9f6cca",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "2fa4aaf460a25778dc32febb9fc558f63de750d746f8ac709bcc0662baf1505c",
+        sha256: "f5fdc0b51d7ff09e3bc89283a820028c2896d86303c42d8f008f56d807299321",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "a60fb40e69f141b95dff1e41188b77c843c0ec2dbb82debbb2207e8846519ead",
+        sha256: "2271cef1538b202ab400d39cac3fcaf9085f0fc907f428cc23137b5da93e7687",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "73910158ded74f4d63b6c545e89db50e30bc231e3598c8426a2d6aee617f8321",
+        sha256: "632d8427283f73a94bc5adcdd2e32b86c726acef54c11727b16f955a296e9e22",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "0de9324659272044d2fb89aec6deacc01fc1751c83fd2fabe8bbd60e25e4a676",
+        sha256: "8b2d7eee37915aa1e73ab0375c06626ce5ab9b3b0d2bb4d8b71882aafd2aaf6f",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "31d1e4ef9a51e013bb298627379ccf8624b546e01459bd0b5a14a4bc94641afb",
+        sha256: "306a56a3b2d732e1925ddfa1929f16796d8043da9de09db275b949ecb5968ada",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3339,31 +3339,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "703d6972c67e54891b522834f2538a5c3bbb7ae6d2548dabcdcec647f65d89c3",
+        sha256: "2fd06345cf61c4c50840cd325ddbeb41018969adcfb309008ffc50217f989c46",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "5d4dc0371c65dc892209f1b63fadf658b48a3ec16ce5a90fecf218a486fca60d",
+        sha256: "60cc7fdda3e5e37b20605c202f45e67f77f826f2e64ddad1d27668762161d7a8",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "a695c1957bc1f4525a4ff361cafcbe18e3da37960474f9147dbd008c6cbb5ceb",
+        sha256: "3f676ae4654bb16f2b7a63015674f9c4161e5b885e444a7e6fcee538750409c5",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "79b5136633ebac7bb9b4b15ea54d7bdc978171b23e7fdf505951e64b937bffdd",
+        sha256: "b019c17c5826f20c210fde35401c695fb2543d7cc2b2943217dfdbe07ee5b3ea",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "e33cb63d5ace3c263aa14fe61f3080b6282e7c5392510b13189dce48d09ac38d",
+        sha256: "17994e689cb13b3f81c4739542456c6c720fb46fc8bcf97e7a3a9dff41179e62",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3371,7 +3371,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "502a2bce54367df667f4e5fcdc6e150bf74f43a1c5e9ec2b6763c68e07cc08a3",
+        sha256: "233b293305bb661106a7e5cad5880203ab3beb9f7652a512eced8d4960039c31",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3379,19 +3379,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "050105878a8f972c095067c2d085a472d45f84901e3d0e3ee146240d008a6593",
+        sha256: "bc91d90d25494cdffe658a94ee4835506eb9d665b949e0af3fa53bfa593a4928",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "619c605fedc23fb03cb9eef474cb8cf9c1c9f26f31a6958c5dc04a0c27816aab",
+        sha256: "af62b3e9342ca9a2e7264b652a2a5141ed7da1b3baad5be688ef6b799ffb998f",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic-lobes_diffuse.wgsl"),
-        sha256: "c5216c2f78347ae8189c72a1aa1859c5d45a70dc627c66efb047b02966de9419",
+        sha256: "b8736370e1f34815653d6bf53e1043cd45f65aad0930ee3cdf12f4544da85d97",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
@@ -3399,7 +3399,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "a7783e49b4b85310fc33bf97e05602918d37add48c40be760d7338bd9915d51c",
+        sha256: "f256f8af6e75255e4d258684ffbb6d30c0f0a558154e1ff82308089b9fc7ff0e",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3407,31 +3407,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "a55676ac56bdc613a0636a3000f4146428de3f2d264a9da6cccc7e1cbab69984",
+        sha256: "af66a249abc9caaf4812af19b856ff041e4c050456265b324ca821d3dd2518b3",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "cbdbaf627e50612d695598ead8bd34fab00c356bc0ee0f170b64f33c3b250c49",
+        sha256: "0c3d0c8dae17380614b8674c4c36364835b1c9d9894cadb5138162b8e9f1aa3a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "38a86abd8311310c3918c36610ddaf43a3f7f5cdec4b1770034c76a320da4f19",
+        sha256: "8acf1d735e82ee1cdc992914895700d98aa53139e51a7aaa3d0718870f7df8a4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "43f972d2363a6f1704ef8f7f845c7b103a8235deaa8820651e8b4c0bf2eba18f",
+        sha256: "a6f24cdda41582ae654b3d1c7ab142d7e1841d6e21ae1b1a5eb84e12aef8de01",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "144df635ce4582fd53b3d02edb0fe9556e68cc22678514853bb743966a27ba37",
+        sha256: "afe7b33204192de5e007460b7630347ea6ee81701bf6e73c5b18a9f8a4ff91f0",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3439,7 +3439,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "b686e0770751a053fd60d6f3aa37cf83f1d03f47bef99f244d0e72c18d86554e",
+        sha256: "eca335428caf70509c0bba46e09d5fea4db738b9b45290e5d697828cdfbbc547",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3447,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e09b257c88e22b489ddbe30248a42c13a0899b46962d177245f686ab5adf32dd",
+        sha256: "74ee0d5a21080a930a0e938229e52985e55e2733f53dffcbad172d842b9ac461",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3455,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "9cf5b8907355623d4b97e2d070123d651668e80fa4bc27ed1f5e4263bcb2cd90",
+        sha256: "72d4f5470da9831f1f1f293d6d24d45344167a1c34dec99c2aad48a692639da8",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3463,19 +3463,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "23092273244a532271978f9ab0a805a84c784221c41930293cfdb424d45f4405",
+        sha256: "1a4d2f101b9ccb38e4026dd2c24f44d59789d618f3a7b9bac26abd7b60032438",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "4724644b87bba5f28441fad69db98cff75e77c9f5c5b7d385b94f756b50a4db9",
+        sha256: "c42e3daf294e8da7591d0934cb874b91d574b1ef997dbb276321dc8fa0343b8c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "7adc843571d8d159e2630306f66c2fcfbff1bf9ea9557856d1baf885a5375046",
+        sha256: "62f4858ef66870b5397afc62296177b172220a81bec64d141328dc9586bd1a36",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3483,7 +3483,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "44e403f7b71a0952d21db5d70c5e1156bd2cb2f80235e2b1213aba1ef32ce373",
+        sha256: "7c8833ae68b2436358059a7810f5151265d98e7f2c5396adb79b0d38618b1be2",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3491,7 +3491,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "41a7433d0946e83fed8468c90f0627109daef14e45226fab6f6c8a919bad328f",
+        sha256: "9d4343c474caabe471529ff736224e7648fba244ff7bd2e3db8c6326ee00a9a5",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3499,7 +3499,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "6a4b63a1521c37d499ba06df180b90ca63b48fad73829733e74527b2f4771703",
+        sha256: "ea006966d79e217b9529f8d91bc6e1c3917e3d7c68548d203e9a774f26cf1f9a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3507,7 +3507,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "2e60bef5bb190d63c5cc3a5e0af4570cff8e4b5db6939fe2d7bd169db06c7f35",
+        sha256: "8165a44226cad6a9067b70df130ff8595ac6a40cc63acfae9c61319a6d3e31bd",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3515,7 +3515,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "03098310fcbf311e83bc6d34ec271e70eaaf7490b307fff94518be5f4edeb291",
+        sha256: "c020b3c9c1491b086ec06d17a489e013c8a7b550bae9d3850198ebd013ff4d9f",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3523,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "86f0cc644f1fcaad2f467b0484826f97fe64fca51f226285886391426e632d26",
+        sha256: "c58af24c62caf7574ef4b40886e96f36930638b06e6cec5596d49012e59ca0d0",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3531,7 +3531,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "f6a5c62db782eae01844b511e88821cf554fc82216043db8230c6ccd78568820",
+        sha256: "f69616aba4b937a46aa70769dd2fa4817260d67e2ab2b4ac908212b6e11dacdc",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3539,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "1ea22709dd89d5fde8e7cd967e2577a5f41063597008985d1bcc98050a2bee58",
+        sha256: "3086141d23dcbfb20cf0c4de5110b96ebdaa059e9d1d3f23fe468195ce983e43",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3547,7 +3547,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "820f39d468cda6f6dff06782d7b735b440a634801a30bc3c827764d1c5777fd4",
+        sha256: "e3784a05fa4043ccececa1f8a76027d3f611dd57da00d2ac4509061d05f92d68",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3555,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "650254839bafbb7007a3b8dc34ec95ed118ccf9d4842fa969377a0f2d3676dae",
+        sha256: "00f1d90d8a237c613421b6dddddce41c000e72520bde4600cf781403436c4846",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3563,7 +3563,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9d39c1ee3509eb06ca8158a111e2aea24ddf226a29bc3aaa48a544299e7b6e02",
+        sha256: "8f8d538b0fea344657af432d6cb314e2b25fd48ff99894760ef8fbb0eb406332",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3571,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "a14bec721eee489e9313f8b7f5bdf71e0ad90c590004b032cdc7c39de4929043",
+        sha256: "9651e23deffed4429b89333cff74b29e254493f92b94cf3dc43aa5ee4d615d45",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3579,13 +3579,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "2fd4e22896bf8ac62b8a6a33e90a07c089616421dca9f167929735a0918aa5f6",
+        sha256: "aadda876da78ca97657618ad4642a14031276f4fe8cb01e1f6160910fc8aa832",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "51fefa379ddaa19804183170392c59e3aa1f993effad712ec8869ce70e6c4f11",
+        sha256: "4c7670d81fa1dd7da7c0d6bcc3563e45d9587513fe7cdcdcfe0cc66c9adca111",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3593,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "9f1378a3bde8e2e3f6075beb8b119aff9ac3492c01af8f5b829f5e6935a3fab3",
+        sha256: "ca9b5fb67c2c4d26a3c2cb1f1c9bdb57cb5312c1dd8211987d78a60a9441a85b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3601,7 +3601,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "c060de67a740a1ad03e801b5366817331938f8b6622157a3a0cfd0c2528b62c6",
+        sha256: "366a50a6f5609135d11c1e2ce96dd50e729ed2dde6ad784796ba9201df75a70a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3609,7 +3609,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "c04980c481356ea9e9e64e8972619df80ad154a9ae4f8cdf30a3da9d30644f1d",
+        sha256: "7a4d708c6a1e62b90a27be3169f97cf32e4ef5d4e8be228d28a314c6d19fe92d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -3617,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "c406fcfe49cb5aef944bde8f65ee5e251800981025260f74a28963daba9a338b",
+        sha256: "898b592ee44e3c44b309de753ec57995915f90abbce68abc313025fc5cbfe75a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3625,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7809b06e7b0b271207fd9dac66c2b4fde5ba0c71c235816e28d87276b7508b0c",
+        sha256: "ccb8b17cbe5004f3f07095d07dee16f231e1899f2b4bdf5c9b6c54653ad47b0b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3633,7 +3633,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "3a75a1b63207f11e0d3e997e6e4bfd21b2cc14d5b831ac9edc0b302f1a35bb7e",
+        sha256: "28f5fd546c3bf0066d1b8cf8ff8524dde5cd5502ab836fe02f517a9526f1161e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -3641,7 +3641,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "d3f690fa1abd820338604f56deadbf8698253443b4a19b9ec29277cc46899aeb",
+        sha256: "2dac87729482edbdc1998fa9ca32792fe571a1eac061ed56257edc7f4bf6ef04",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -3649,7 +3649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "d12bd1c2258fa775782d0b878950307ec920d5efda4b70d3c9fb19bb7fa517ab",
+        sha256: "1e3a3e3b00deeb1441fdc555460ce936684137b33b83af7ca2e0f5580802ea93",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3657,7 +3657,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "21efe4bb5b3f3fe063aa91364a78227c83aa5775c052b607eb3c9226b5091900",
+        sha256: "1b694e46f1de943a1e43b5d354cab9169d891bea794e91b6a04410661d1336cb",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -3665,7 +3665,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "40bce9064898d85ddce30bf02ac8d923ade31a31e7f4e66817503f294aaf9693",
+        sha256: "d58a5d5b24c1c1f33e314748e4fa95c986efc43c45ee2358773e245b5c84ecf8",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3673,7 +3673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e6c0b3521c16ad2587286ebbc6593b3826e10dc07a8012f2e4acbb6c3ecd5838",
+        sha256: "35ce28ca86642d4d3377fdf9a1df1251cd968980270e8b50aaed4077b0ce8e2c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3681,13 +3681,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7f4d8e9804ef2ac82bcfd14d455cbef9042dccbce8fd0bf6e616e38fb98a035e",
+        sha256: "2fdd612a4c55b9a083d26090a05b0043a4f8d0522674b826a84819ca3299ccf8",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_constant.wgsl"),
-        sha256: "3c42d582b3e12a5f639aca379be50b80eba55df439c4a97b106a4e9721dc3d5d",
+        sha256: "c3adb680969531f3d667069a1839fbcd7b1eb5531e30ad47482678443ae1b02a",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
@@ -3695,7 +3695,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-lobes_diffuse.wgsl"
         ),
-        sha256: "19c221d59fb75e94296fdb95acb90e7943978c4ed22eaadcca3873f015aa7d2d",
+        sha256: "6b473e3b39aed13949f3f3e46a592f18376cb6c902ea0128cf7c818e8d1772ff",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
@@ -3703,7 +3703,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none.wgsl"
         ),
-        sha256: "2ad056dbe53bcdef12ea8d69ff43006afd739b2ef4e6555d74ca842668c7c879",
+        sha256: "d11283368d2fc0441e7382fbce4a1ea73e890ec1dd19ff4d8d114074dfd6f535",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-diffuse-f32-none",
@@ -3711,7 +3711,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "aa88c745c103a101a2b91b4fcc209dc400803b7d79e0d55c0ccfb592e6a82852",
+        sha256: "5b6aa6706ef876e95512520e05151eb4c12cb753cba3293e98b0a100d0002552",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
@@ -3719,7 +3719,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg.wgsl"
         ),
-        sha256: "f9dfd6eca2b0bc92a87ea244a2b00f91502f62d10f87f1ed88db7179601ef075",
+        sha256: "bc0c117bc677bdf4c8a31f095f472deef37f10f973e59161d87c821715469c73",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
@@ -3727,25 +3727,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "9c3635147bf64e1ba7ade551d37518ddb5a1b6fb56b6ccf0cfbc8b832c751294",
+        sha256: "156fbfd748d89d0388c07383ac1b10aba8c63a460df4c685fb5808fc160adb06",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "ee919d9a73d3c2748b450a5146cbb56e1990c92db925e5093052467d060ac866",
+        sha256: "fe7e19cec8212e6d1dceee5c5353a17ab7d57bb285ed01666f0d85f1a1af9003",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "2d0c82185153e37764c462753415b98e48970cd96c367f3f3642597b0bc71a5c",
+        sha256: "2ba43749f746a129c281d1141781901402570f6f49e965a5baa2c6c7693c009b",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "7c97702c58b7abc57d6beeaf0c209a8c631110b819d51675d5b979b9ee4a5dc7",
+        sha256: "59cf1b8170c474f9eb944b90ec156a4cb8073c9350cd4362ec8dfad8f7e85d95",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3753,13 +3753,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "80d6f2f9d2cd8f58389363054969b610b60b82fe8e0457b15c1a23bb21d56d87",
+        sha256: "b695c3a3d1726af05ef5a89d7660356ca83ac974685ef0a127ef36c9591332eb",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "bb0d5f8fe1da2fb45259aea1ae6370911c1cc6c9a9496e4edabb8a084e76f4b6",
+        sha256: "c2d5ca3f0f2fdd48f7dfb191cfe27e0704b3749d2c607f9c50cb3fe920946ce7",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3767,7 +3767,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "de29c7505985041c3c522ade772cc4199265f4a778f7ae0e99f85745bba6b2f3",
+        sha256: "9fe1875d5bc11d18bb7cd640a43c3e8cbeea463fe2d6ff52e85ec53c8f9e021d",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3775,7 +3775,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "ae247cefd0443039f801a5e0a0eabcfe3505c0b45ea82a858dc32031b40ec89b",
+        sha256: "c79afe296c670636e41f40204d4d4200dc4f211b2e1c918c4f4160c21faf7243",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3783,7 +3783,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "24c29ec3101575abe11b5eeae58f07cec99857508512cf0508d7ed660773b20e",
+        sha256: "39a088d430ec9571de7e6409a7b715c6399104d71937ade9525bbb2edff5d737",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3791,7 +3791,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "0b4ea8ce9ade2fa2df07d821d526ebdf7e2bca43b03ae5116a68af642b974853",
+        sha256: "a90694b68f52724cfaea264ae3b3e4883d3c4e38ef8e1a8797168cf4a31dff55",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3799,7 +3799,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "55bf56e9705b6e4762c5a76e79294ed53987aa9dd69b55fe9a2ba561fa93bc00",
+        sha256: "77c344e3906536e584529bd6831c1e98daa7d0badc019997b195259fc5723306",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3807,13 +3807,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "6a20d7e4c52594fc663b0ec32ddbf576a6c8d5bcb64bbd8625d20f41c1ec4628",
+        sha256: "fe1fc5d25f9c6ac354171aa685b8e0d63eb51ba128b79c649701fc37224224ad",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "f8ee1052bd384f87489ca4c7676a05fbc2a9838c418e735cf88f23f91eaeea8d",
+        sha256: "9894bc71de4a9bf4cee03b21747ea65784cfed8719bd0dddf5a852d694a00499",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -3821,7 +3821,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "79ce8cf3419421e4d33688b50a5ebea78e3d9674404b2b1fe69f22d68e3472b6",
+        sha256: "023953210d1fdd8ba601ea2505448638f783415abfa7ea804f599a012de58c0e",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3829,7 +3829,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "191589cc6c7956625eab2046fa2c89767182e155771fdaace93f579998e74dee",
+        sha256: "624996135ecac70ffe61b2261c2a327adcb5a3dfa5af7448a7e549642a4749da",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3837,7 +3837,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "750c7165a171c1cbda09cbce8fa44bf167a208dccef16596bb6f342b9bf16c9d",
+        sha256: "2150565020ce78b811da181d71981a74f381d4c97752c46d2f8020ea30f33f72",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -3845,25 +3845,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "a0e30786c97e6fee77692db15d30836915202ac7cf94b530b7af17529f0ebea1",
+        sha256: "deee6a1b7a23a8e2fab3ee37c3fd659682f0b3e20cf4c9cac9383f7b9973a96b",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "7ae02e651d22e4265cb0887dc1cc5ab16e3ec587ad80e3197b5dfd3e34d267a9",
+        sha256: "799d3f3aefd70145003482ea9328efe77c37b48778b7af1342e29a00fb48e9c1",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "5c56970f548979b74c7618b9b71daa1118276543cb9e11f7be15f72963da29ab",
+        sha256: "c87a5a569577f80e14ae60845fb8ce0dcfa21838078310d473b13d628628ea87",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_gaussian.wgsl"),
-        sha256: "12e49f6b61ef1f8cd0e15bf29ee14b110d67ea45acce22c2feaa4bae6e34ae2a",
+        sha256: "653c8cbfbb02928cb7f6d96e5ef5b259b67b34dc6512d1e237d4aa8b21b24928",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
@@ -3871,7 +3871,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-lobes_diffuse.wgsl"
         ),
-        sha256: "0f066916325aaa5c79895c9ddaf1983e44612f04f849923408769924cce06e9b",
+        sha256: "6a6dfdc12f7386810baa80fcbcccf7997e2956f4d037feac18beb67a15fd6329",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
@@ -3879,7 +3879,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none.wgsl"
         ),
-        sha256: "646cf92badecee45effec306e054727d502f5962340f054e8569f33701607807",
+        sha256: "9671b7492434cc1a980d604d3dd490a6bf784694277a9da11f24ebd5df0337e3",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
@@ -3887,7 +3887,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "5422862e2f01e3391f737d98fd014537d981095b96c81e9253137fba1e0c75ed",
+        sha256: "55008c52fa37a96b560bb019b63591a17043cc12a887a588c06ab52bcf56c170",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
@@ -3895,7 +3895,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg.wgsl"
         ),
-        sha256: "9fc22776455bf4a97df843dc60b445b02cbf71e56ff38ed90d541b16463cfb17",
+        sha256: "44eb70ebaac13c7f0f19d3c4dc7d8fdcb28dc9ed12b09d874d0011820f7c7870",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
@@ -3903,7 +3903,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "bddad123ac326eaae56ca36da5f069a11f0d77673c48df9f22fffa81ff702769",
+        sha256: "e66a8f0258555f1ab870553f68c8e4b4ca3e2d03f1a1727eb5abb3dfaa880c88",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -5044,6 +5044,8 @@ pub enum Function {
     SgIntegralLiteral,
     /// The product of two spherical Gaussians.
     SgProduct,
+    /// The same of lobes no sharper than 1e18.
+    SgProductModerate,
     /// The same, as printed.
     SgProductLiteral,
     /// The integral over a hemisphere.
@@ -5068,6 +5070,10 @@ pub enum Function {
     SgCosineErf,
     /// By a fit.
     SgCosineFitted,
+    /// By a fit, with the mean length of directions.
+    SgCosineFittedMean,
+    /// By a fit with more constants, with the mean length of directions.
+    SgCosineFittedFineMean,
     /// By a fit with more constants.
     SgCosineFittedFine,
     /// Sharpness from mean length, Toksvig.
@@ -5127,7 +5133,7 @@ impl Function {
     /// The name of the axis.
     pub const AXIS: &str = "function";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 51] = [
+    pub const ALL: [Self; 54] = [
         Self::None,
         Self::Erf,
         Self::Erfc,
@@ -5140,6 +5146,7 @@ impl Function {
         Self::SgIntegral,
         Self::SgIntegralLiteral,
         Self::SgProduct,
+        Self::SgProductModerate,
         Self::SgProductLiteral,
         Self::SgHemisphereIntegral,
         Self::SgUpperCosineIntegral,
@@ -5152,6 +5159,8 @@ impl Function {
         Self::SgCosineLogisticLiteral,
         Self::SgCosineErf,
         Self::SgCosineFitted,
+        Self::SgCosineFittedMean,
+        Self::SgCosineFittedFineMean,
         Self::SgCosineFittedFine,
         Self::VmfSharpnessToksvig,
         Self::VmfSharpnessBanerjee,
@@ -5195,6 +5204,7 @@ impl Function {
             Self::SgIntegral => "sg_integral",
             Self::SgIntegralLiteral => "sg_integral_literal",
             Self::SgProduct => "sg_product",
+            Self::SgProductModerate => "sg_product_moderate",
             Self::SgProductLiteral => "sg_product_literal",
             Self::SgHemisphereIntegral => "sg_hemisphere_integral",
             Self::SgUpperCosineIntegral => "sg_upper_cosine_integral",
@@ -5207,6 +5217,8 @@ impl Function {
             Self::SgCosineLogisticLiteral => "sg_cosine_logistic_literal",
             Self::SgCosineErf => "sg_cosine_erf",
             Self::SgCosineFitted => "sg_cosine_fitted",
+            Self::SgCosineFittedMean => "sg_cosine_fitted_mean",
+            Self::SgCosineFittedFineMean => "sg_cosine_fitted_fine_mean",
             Self::SgCosineFittedFine => "sg_cosine_fitted_fine",
             Self::VmfSharpnessToksvig => "vmf_sharpness_toksvig",
             Self::VmfSharpnessBanerjee => "vmf_sharpness_banerjee",
