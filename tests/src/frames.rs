@@ -183,7 +183,7 @@ fn workgroup_memory_is_written_before_it_is_read() {
     // Negative controls: what is not cleared, and what is written by too few invocations, shows.
     for (pass, from, to) in [
         ("shade", "atomicStore(&sglow_tile_refined[word], 0u);", ""),
-        ("shade", "sglow_tile_sums[64u * vote + lane] = sums[vote];", ""),
+        ("shade", "sglow_tile_sums[64u * vote + lane] = sglow_tile_roots(lane, vote);", "let none = sglow_tile_roots(lane, vote);"),
         ("sort_scatter", "word < 8u; word += 1u) {\n        sglow_ranks", "word < 7u; word += 1u) {\n        sglow_ranks"),
     ] {
         let mut broken = poisoned.clone();

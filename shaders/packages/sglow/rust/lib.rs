@@ -2531,7 +2531,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "light_fill",
         pass: light_fill::PASS,
         text: include_str!("../wgsl/light_fill.wgsl"),
-        sha256: "58f6af08979ea82c9651f91a93c695d06554b4ed2727d5560db82a709fffcb03",
+        sha256: "1ca5c095f17983f52e7b4af84b6abad8d6c7d9bd29ca064c0e93613431f227f5",
     },
     Embedded {
         id: "light_points-both-f16",
@@ -3111,7 +3111,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "89bc025fe19ad23b0d87421b1fa50a591aed9c62b07aa96f7407cbed632a755b",
+        sha256: "022c9e32650c704307ae4502262b220855e31cc0d2c472d19aaf4e1f2cf91138",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
@@ -3129,7 +3129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "6da4b904a87376f473321988aa7f978df53b82e44c1dbfd212ddd8be10c0ea3f",
+        sha256: "dd65c0efdd8db4d0b561be560e1e66f35b97390f1e4d458d32ef98804b7b310f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
@@ -3149,7 +3149,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "e16878f74c64b4fb6ef2ef556dc334f54dcb66e30a3bb409cb40456416cfadce",
+        sha256: "e40475ec922e5d3018c8c68640392c5a5983a51333aa213d56d0faf269598a39",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
@@ -3167,7 +3167,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "1634493307b485cd6bb25d9651cc5448bf75fc67b105f18d653f898ee9eda708",
+        sha256: "f4b8989f0fc70f5407745efe3c5987e3d487b92dc718d89515bf953848246770",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3175,13 +3175,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "7580b8437408ca3dac96d260c55c3b0f66b63fb561b6bc50574b23344f307847",
+        sha256: "412cb726c7f5ca27584395787a8f6630fa926f8dc915d8a266510dd21155da5b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "de70a525f24118595357bc50914b7aaff960bc51050dfcfddac5db5aa1a2dcad",
+        sha256: "2a11456803baeb239a7b414684330de015f5a06c43db921903b90b1fa421a673",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3189,7 +3189,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "98887487421be7325321d4ff6f195984f1dd5d96049fc3f131a49bb6731d13f1",
+        sha256: "3ae00a17bc26c5cd519d94f8a606a7e9c3361d03b8543783c5d9f63cbd262f40",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3197,13 +3197,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "4d71979cff88d39c931d2544ac7dce8df6addcdd9b252d16a672fb5159fe5763",
+        sha256: "72979414676920bb75f8b5b1cd72aed798ead31afa444ee907ca33df56ec40cd",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "a79b05bafc7f5f6728e107861d9ee374a601b8bc46ef7784987b4b9f73827819",
+        sha256: "83072fedebae4628160ce639fc0a42716e2fefcae6fde36fcc57645c779e2c3d",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3211,7 +3211,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "0d78b7c6a4cbde1fcd7c6e3dd23a1092467294e548496927c1a6d07305efc93a",
+        sha256: "5e9865ad5fa855b2128833005714900a1a460cf887f5834447617ed093c7123a",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
@@ -3233,7 +3233,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "b04b254edd1ba0c6bbb4ba1aa51d6c2f65a968a913e751aa9166a9657ed7932d",
+        sha256: "31132dc2447da007c1eace17645496cdc5415b3e11809e75b9832977457fa54b",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "60603ceedf1d6efb44843e7e45e84390c8318e6c29cfde029b59b775b30921ac",
+        sha256: "2eb7c2223c69cb0ee8465d1e7d810414c786f96976091d9d437e511458c98aec",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3279,7 +3279,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "cf611788ae2a91a007e970c3b25540d0c3bfbd715827e9153c5dab132e1c6f92",
+        sha256: "9abfa5e926f673b4450459bfeb8339f0fa56e8b5f14663c92c3afe075196be57",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
@@ -3301,7 +3301,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "eb3924e73183dafea8fae8f60edf42346756b8868568f21506c765348c9f6cca",
+        sha256: "731dd4721d24cc674ddefaca77aa152103235d2646545eba20d8ac64cfc1ea3e",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
@@ -3331,7 +3331,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "306a56a3b2d732e1925ddfa1929f16796d8043da9de09db275b949ecb5968ada",
+        sha256: "677a946ad8c654eb6cd4ae59b2d8b9acb5d53315ce046e0021b772817be8c00b",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3339,7 +3339,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "2fd06345cf61c4c50840cd325ddbeb41018969adcfb309008ffc50217f989c46",
+        sha256: "d407770d220c70f5eb5af8e3e0539bc9efc3cbff4586f09ef1340852ab9f91ee",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
@@ -3413,7 +3413,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "0c3d0c8dae17380614b8674c4c36364835b1c9d9894cadb5138162b8e9f1aa3a",
+        sha256: "e7a7ebdf35bd6273bca30f6baef81ac55c4d079ef5b4276a3a1d20046cf875a4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
@@ -3425,13 +3425,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "a6f24cdda41582ae654b3d1c7ab142d7e1841d6e21ae1b1a5eb84e12aef8de01",
+        sha256: "1df5f7a0abe1d4282d0b88f945cefc34f5432809feeb422e943ede4cd14c9931",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "afe7b33204192de5e007460b7630347ea6ee81701bf6e73c5b18a9f8a4ff91f0",
+        sha256: "7a3f7f77f826a3dd438467c904355d708600154d945f0a2bba58010b5a4977bf",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3439,7 +3439,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "eca335428caf70509c0bba46e09d5fea4db738b9b45290e5d697828cdfbbc547",
+        sha256: "b9cb3d8a65edd7244e10e0c0a882b01248bebebf4c0f7835255bc2b3db384be7",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3447,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "74ee0d5a21080a930a0e938229e52985e55e2733f53dffcbad172d842b9ac461",
+        sha256: "ad79b733fdbfe53ed107ba6d62be37102dedc547077c89b7186eb0debdbbe901",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3455,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "72d4f5470da9831f1f1f293d6d24d45344167a1c34dec99c2aad48a692639da8",
+        sha256: "b6ed7156b16fc98ccdd9ac95f3d9518d25b79f85cfa51be75e5164f12fcf1e0c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3463,7 +3463,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "1a4d2f101b9ccb38e4026dd2c24f44d59789d618f3a7b9bac26abd7b60032438",
+        sha256: "f163c6bbef789564d4d9aa77a7e49c138f1dec62adcb92823fc9d36fec78f7c0",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
@@ -3475,7 +3475,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "62f4858ef66870b5397afc62296177b172220a81bec64d141328dc9586bd1a36",
+        sha256: "2a7674fa740da9d753821381cc4b13fa53982e58bf648253b94a3b72a324b261",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3483,7 +3483,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "7c8833ae68b2436358059a7810f5151265d98e7f2c5396adb79b0d38618b1be2",
+        sha256: "433807a752577f4a47fdf000d2cb2ae665c007e6b9e87cc4c800ad66a22146e2",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3491,7 +3491,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "9d4343c474caabe471529ff736224e7648fba244ff7bd2e3db8c6326ee00a9a5",
+        sha256: "04604e3a2587bc4d8e1829255dac176ea940532e056bc8feeda840b667500fd0",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3499,7 +3499,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "ea006966d79e217b9529f8d91bc6e1c3917e3d7c68548d203e9a774f26cf1f9a",
+        sha256: "510a03a3795fa4aedb1b304af214e3c92b6f4c71eba83b13029203ac93499a3c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3507,7 +3507,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "8165a44226cad6a9067b70df130ff8595ac6a40cc63acfae9c61319a6d3e31bd",
+        sha256: "a3620c43cdc9e4ca1bf54d95d8e67dcb7ea7d165a42442a5692001b99f2b4129",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3515,7 +3515,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "c020b3c9c1491b086ec06d17a489e013c8a7b550bae9d3850198ebd013ff4d9f",
+        sha256: "961d54018bcfb281daebf1a82b415e53a407539b87612ec7830f17e001da175e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3523,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "c58af24c62caf7574ef4b40886e96f36930638b06e6cec5596d49012e59ca0d0",
+        sha256: "93c65c9ea949620294ba803777a9f1c8b88d1bcb652053f65712e8ad83ecaa81",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3531,7 +3531,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "f69616aba4b937a46aa70769dd2fa4817260d67e2ab2b4ac908212b6e11dacdc",
+        sha256: "6c69aeece3370b3e209eafe7c0b525a5435744c410921c4a83bd44eeb302d320",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3539,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "3086141d23dcbfb20cf0c4de5110b96ebdaa059e9d1d3f23fe468195ce983e43",
+        sha256: "c36eb8b3b5e88a80f70fc78aa7d4a48c0ae888eab8d575c66678fbf90e272cd4",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3547,7 +3547,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "e3784a05fa4043ccececa1f8a76027d3f611dd57da00d2ac4509061d05f92d68",
+        sha256: "b872a0643dc83bda04180fb31be6c8dc08b2f12f4f09e0381efaa31bab44433e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3555,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "00f1d90d8a237c613421b6dddddce41c000e72520bde4600cf781403436c4846",
+        sha256: "7521a70d79aea42461bb44da42921cb4cadbf2358a64c7cd1f450346b5bc7728",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3563,7 +3563,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "8f8d538b0fea344657af432d6cb314e2b25fd48ff99894760ef8fbb0eb406332",
+        sha256: "8a6bb7b56253434992bce162fa0c8b14b33943402d14232839235a2a042c1ff1",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3571,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "9651e23deffed4429b89333cff74b29e254493f92b94cf3dc43aa5ee4d615d45",
+        sha256: "7083a533f60da115e76caacbe035d18f9e4e03fa63dc0a91cce2fd3857913ab6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3579,7 +3579,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "aadda876da78ca97657618ad4642a14031276f4fe8cb01e1f6160910fc8aa832",
+        sha256: "9b24f010f131200a21055e353414775aa13be0f2f23c6d0cad82d84fe16ae9e3",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
@@ -3593,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "ca9b5fb67c2c4d26a3c2cb1f1c9bdb57cb5312c1dd8211987d78a60a9441a85b",
+        sha256: "21e0b3fefc418c6c9b9c535851979676c168dec4d6ffeba5aa2e31047a4abd87",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3601,7 +3601,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "366a50a6f5609135d11c1e2ce96dd50e729ed2dde6ad784796ba9201df75a70a",
+        sha256: "c5b554398ff01210aad08889e0d5d307a3550f8699039131fc2aa4f99fab8e9d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3609,7 +3609,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "7a4d708c6a1e62b90a27be3169f97cf32e4ef5d4e8be228d28a314c6d19fe92d",
+        sha256: "e6facc94f30a57113ca50ffed0eb297b3796afbd68bbc155be1865b90a42daf4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -3617,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "898b592ee44e3c44b309de753ec57995915f90abbce68abc313025fc5cbfe75a",
+        sha256: "7d7995e0ccded9f418e60a00eccbd3d7ffe86c6ab84bf99e703f9f567f39f646",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3625,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ccb8b17cbe5004f3f07095d07dee16f231e1899f2b4bdf5c9b6c54653ad47b0b",
+        sha256: "7984f3a6c2cdcb1b5059ce33d777ed19f0988f736eaa5cb5b4bed93830e46ec7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3633,7 +3633,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "28f5fd546c3bf0066d1b8cf8ff8524dde5cd5502ab836fe02f517a9526f1161e",
+        sha256: "86c6ae48c679444a545ff0e320052a09b7155c46f1801fc1c1269e7390492f60",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -3649,7 +3649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "1e3a3e3b00deeb1441fdc555460ce936684137b33b83af7ca2e0f5580802ea93",
+        sha256: "80c034a28a8094248ccba0fea67dc7a3f6fbeadae14d85154ee35e0189b4efe2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3657,7 +3657,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "1b694e46f1de943a1e43b5d354cab9169d891bea794e91b6a04410661d1336cb",
+        sha256: "f97c8cf4b15e3d08bfb445c765eaf76b01c1ebc45a49b69467adc4080652195b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -3665,7 +3665,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "d58a5d5b24c1c1f33e314748e4fa95c986efc43c45ee2358773e245b5c84ecf8",
+        sha256: "c324351c7c41a80978fa3c0088f0e54bc6876b81c8ba9e05d1c1783a2fb714d4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3673,7 +3673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "35ce28ca86642d4d3377fdf9a1df1251cd968980270e8b50aaed4077b0ce8e2c",
+        sha256: "6ae8fe1175e02881ec3f337e0c29f4dc5251242f3507b2af2756029a923498e9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3681,7 +3681,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "2fdd612a4c55b9a083d26090a05b0043a4f8d0522674b826a84819ca3299ccf8",
+        sha256: "de1ea4c3ba25842d76d065bc4dcfc6a1b2a660e1de21cb1336d2658a9ed2a0a4",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -3733,7 +3733,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "fe7e19cec8212e6d1dceee5c5353a17ab7d57bb285ed01666f0d85f1a1af9003",
+        sha256: "9fe5f1a07a084d6a4ecc3d104b904bb04077b6d1b3bed9c8f89ae0ea29972d75",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
@@ -3745,7 +3745,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "59cf1b8170c474f9eb944b90ec156a4cb8073c9350cd4362ec8dfad8f7e85d95",
+        sha256: "e80ee6b4132e06638bf4fef77a21eaa2413dac9a098f04d675665d04a429f510",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3753,7 +3753,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "b695c3a3d1726af05ef5a89d7660356ca83ac974685ef0a127ef36c9591332eb",
+        sha256: "be1a09c372a266ba1c03128b4e7f152d8d9890796e9a5d6878b047cc45fb59b0",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
@@ -3767,7 +3767,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9fe1875d5bc11d18bb7cd640a43c3e8cbeea463fe2d6ff52e85ec53c8f9e021d",
+        sha256: "82acabd81b795ff4645ea7c335fa0f8c90e36b4d0565590d9612f554c2765207",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3775,7 +3775,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "c79afe296c670636e41f40204d4d4200dc4f211b2e1c918c4f4160c21faf7243",
+        sha256: "252044b642deb5db8159cb0bb5b2e100384d7837d83aa2853027f41d07def184",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3783,7 +3783,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "39a088d430ec9571de7e6409a7b715c6399104d71937ade9525bbb2edff5d737",
+        sha256: "77616e4973f38080c99bf5799c9874882a1fede96363aaa4e8dacd06d3bfe2e0",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3791,7 +3791,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "a90694b68f52724cfaea264ae3b3e4883d3c4e38ef8e1a8797168cf4a31dff55",
+        sha256: "e7457d1a2e9037a9fe41354caadc2bb4318aae046c4a5fbb5fb77f2b6809086d",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3799,7 +3799,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "77c344e3906536e584529bd6831c1e98daa7d0badc019997b195259fc5723306",
+        sha256: "9f4ed78e75d2d363f9f169527ff6333d688e6180b0119a6d2c8c4a32813cf585",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3807,7 +3807,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "fe1fc5d25f9c6ac354171aa685b8e0d63eb51ba128b79c649701fc37224224ad",
+        sha256: "0135ec9aa7c355ce27730d3c93b7808ada1b2ce1863f7435b873482f76256935",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
@@ -3821,7 +3821,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "023953210d1fdd8ba601ea2505448638f783415abfa7ea804f599a012de58c0e",
+        sha256: "4dc78dc932e789ab8c35fc1e85604ce0e06fd59c6eeb4bbf1ac3b1832e484f9e",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3829,7 +3829,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "624996135ecac70ffe61b2261c2a327adcb5a3dfa5af7448a7e549642a4749da",
+        sha256: "1993b05a99af79bc0a9c62f4a27f6e3c36575f83fe030b7de4c5f7d85e91145d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3845,7 +3845,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "deee6a1b7a23a8e2fab3ee37c3fd659682f0b3e20cf4c9cac9383f7b9973a96b",
+        sha256: "8f447a1708ce7d2c3839c53aa7cf6ab8b93438247b9ad7b09793efe3b28a3ba8",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",

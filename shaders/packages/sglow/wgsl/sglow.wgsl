@@ -1285,7 +1285,7 @@ fn sglow_ndf_filtered_reflection(
         * (sqrt(NoV2 + sine_squared * filter_x.extra) + sqrt(NoV2 + sine_squared * roughness_x));
 
     // How much of where the light and the reflection lobe meet is above the horizon.
-    let product = sglow_sg_product(axis, l, own.axis, own.sharpness);
+    let product = sglow_sg_product_moderate(axis, l, own.axis, own.sharpness);
     let cosine_product = dot(product.axis, normal);
     // Masking and shadowing over masking, G2 / G1, which the density of visible facets leaves out; without it the
     // error is three times as large. [Heitz 2014, Eq. (99), Eq. (43)]
@@ -1350,7 +1350,7 @@ fn sglow_ndf_filtered_2024_reflection(
     // The projected area of facets all around, and the share above the horizon of where light and reflection lobe meet.
     let area = 4.0 * sqrt(NoV2 + (1.0 - NoV2) * roughness_x);
     let own = sglow_sg_reflection_dominant(view, normal, alpha);
-    let product = sglow_sg_product(axis, l, own.axis, 0.5 * (smoothness / squared));
+    let product = sglow_sg_product_moderate(axis, l, own.axis, 0.5 * (smoothness / squared));
     let share = sglow_sg_hemisphere_share(dot(product.axis, normal), product.sharpness);
     // The maximum keeps a driver from multiplying the small factors of both first, which leaves the normal numbers.
     return max(density / area * share, 0.0) * sglow_sg_integral(sharpness);

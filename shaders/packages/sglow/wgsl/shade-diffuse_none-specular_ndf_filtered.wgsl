@@ -510,7 +510,7 @@ fn sglow_ndf_filtered_reflection(
         * (sqrt(NoV2 + sine_squared * filter_x.extra) + sqrt(NoV2 + sine_squared * roughness_x));
 
     // How much of where the light and the reflection lobe meet is above the horizon.
-    let product = sglow_sg_product(axis, l, own.axis, own.sharpness);
+    let product = sglow_sg_product_moderate(axis, l, own.axis, own.sharpness);
     let cosine_product = dot(product.axis, normal);
     // Masking and shadowing over masking, G2 / G1, which the density of visible facets leaves out; without it the
     // error is three times as large. [Heitz 2014, Eq. (99), Eq. (43)]
@@ -626,33 +626,6 @@ struct SglowLobe {
     axis: vec3<f32>,
     sharpness: f32,
     log_amplitude: f32,
-}
-
-/// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
-/// [Tokuyoshi 2016, Eq. (12)]
-///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
-/// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
-/// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; NaN input: unspecified result.
-fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of
-    // broad ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
-    let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
-    let unit = bitcast<f32>(bits);
-    let per_unit = bitcast<f32>(0x7f000000u - bits);
-    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
-    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
-    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
-    let mean = share_a * axis_a + share_b * axis_b;
-    let norm = length(mean);
-    // Lobes that cancel to the last digit have no direction left.
-    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
-    // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
-    let chord = axis_a - axis_b;
-    // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
-    let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
-    return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
 }
 
 /// The same product of lobes that are no sharper than 1e18, whose squares f32 holds without a unit.

@@ -300,16 +300,34 @@ fn sglow_tile_vote(vote: u32, surface: SglowSurface) {
     sglow_tile_receivers[vote] = own;
 }
 
-/// The luminance of what a vote reflects of a light.
-fn sglow_tile_radiance(vote: u32, vsgl: SglowVsgl) -> f32 {
+/// Sets the nodes of the lights of the global cut, and to which votes each light reaches; returns the luminance of what
+/// a vote reflects of those of one invocation, lights that do not reach it left out.
+fn sglow_tile_roots(lane: u32, vote: u32) -> f32 {
     let surface = sglow_tile_surfaces[vote];
-    var reflected: SglowReflected;
-    sglow_reflect(&reflected, vsgl, sglow_point(surface), 1.0);
-    // The luminance of the sum, which rounds as that of diffuse light alone where no light is reflected specularly.
-    var radiance = vec3<f32>(0.0);
-    radiance += surface.diffuse * reflected.diffuse;
-    radiance += reflected.specular;
-    return sglow_luminance(radiance);
+    let point = sglow_point(surface);
+    let count = sglow_shade_parameters.count;
+    var sum = 0.0;
+    for (var root = lane; root < count; root += 64u) {
+        let node = sglow_cut_roots[root];
+        if vote == 0u {
+            sglow_tile_nodes[root] = SglowTileNode(node, 0xffffffffu, 0xf800ffffu | (root << 16u));
+        }
+        if node == SGLOW_CUT_NONE || !surface.present {
+            continue;
+        }
+        if !sglow_reaches(root, sglow_vsgl(root), point.position, point.normal) {
+            sglow_tile_nodes[root].rest &= ~(1u << (27u + vote));
+            continue;
+        }
+        var reflected: SglowReflected;
+        sglow_reflect(&reflected, sglow_cut_vsgl(node), point, 1.0);
+        // The luminance of the sum, which rounds as that of diffuse light alone where no light is reflected specularly.
+        var radiance = vec3<f32>(0.0);
+        radiance += surface.diffuse * reflected.diffuse;
+        radiance += reflected.specular;
+        sum += sglow_luminance(radiance);
+    }
+    return sum;
 }
 
 /// How far a vote refines a node, 0 to 255. A tolerance of 0 refines to the leaves, also where the estimate is 0.
@@ -351,29 +369,8 @@ fn sglow_tile_first(words: vec2<u32>, count: u32) -> vec2<u32> {
 /// mean or the maximum of the votes takes each texel once.
 fn sglow_tile_list(lane: u32) -> u32 {
     let count = sglow_shade_parameters.count;
-    var sums: array<f32, SGLOW_TILE_VOTES>;
-    for (var root = lane; root < count; root += 64u) {
-        let node = sglow_cut_roots[root];
-        var seen = 0x1fu;
-        if node != SGLOW_CUT_NONE {
-            let vsgl = sglow_cut_vsgl(node);
-            let map = sglow_vsgl(root);
-            for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
-                if !sglow_tile_surfaces[vote].present {
-                    continue;
-                }
-                let surface = sglow_tile_surfaces[vote];
-                if !sglow_reaches(root, map, surface.position, surface.normal) {
-                    seen &= ~(1u << vote);
-                    continue;
-                }
-                sums[vote] += sglow_tile_radiance(vote, vsgl);
-            }
-        }
-        sglow_tile_nodes[root] = SglowTileNode(node, 0xffffffffu, 0xffffu | (root << 16u) | (seen << 27u));
-    }
     for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
-        sglow_tile_sums[64u * vote + lane] = sums[vote];
+        sglow_tile_sums[64u * vote + lane] = sglow_tile_roots(lane, vote);
     }
     if lane == 0u {
         sglow_tile_state = vec4<u32>(count, 0u, 0u, 0u);
@@ -1111,7 +1108,7 @@ fn sglow_ndf_filtered_reflection(
         * (sqrt(NoV2 + sine_squared * filter_x.extra) + sqrt(NoV2 + sine_squared * roughness_x));
 
     // How much of where the light and the reflection lobe meet is above the horizon.
-    let product = sglow_sg_product(axis, l, own.axis, own.sharpness);
+    let product = sglow_sg_product_moderate(axis, l, own.axis, own.sharpness);
     let cosine_product = dot(product.axis, normal);
     // Masking and shadowing over masking, G2 / G1, which the density of visible facets leaves out; without it the
     // error is three times as large. [Heitz 2014, Eq. (99), Eq. (43)]
@@ -1243,31 +1240,28 @@ struct SglowLobe {
     log_amplitude: f32,
 }
 
-/// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
+/// The same product of lobes that are no sharper than 1e18, whose squares f32 holds without a unit.
 /// [Tokuyoshi 2016, Eq. (12)]
 ///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
-/// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
-/// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; NaN input: unspecified result.
-fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of
-    // broad ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
-    let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
-    let unit = bitcast<f32>(bits);
-    let per_unit = bitcast<f32>(0x7f000000u - bits);
-    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
-    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
-    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
-    let mean = share_a * axis_a + share_b * axis_b;
-    let norm = length(mean);
-    // Lobes that cancel to the last digit have no direction left.
-    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
-    // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18.
+/// log_amplitude: at most 0. Of lobes that cancel, and of two below 1e-15, the axis may be shorter than a unit vector.
+/// Contract: a sharpness out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_product_moderate(
+    axis_a: vec3<f32>,
+    sharpness_a: f32,
+    axis_b: vec3<f32>,
+    sharpness_b: f32,
+) -> SglowLobe {
+    let mean = sharpness_a * axis_a + sharpness_b * axis_b;
+    // One inverse square root gives length and axis. Below the limit there is no direction to lose.
+    let squared = dot(mean, mean);
+    let inverse = inverseSqrt(max(squared, 1e-30));
+    let sharpness = squared * inverse;
+    // l3 - l1 - l2 without the subtraction, as above. The products are at most 1e36 and 4e36 in any order.
     let chord = axis_a - axis_b;
-    // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
-    let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
-    return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
+    let numerator = sharpness_a * sharpness_b * dot(chord, chord);
+    let exponent = -numerator / max(sharpness + sharpness_a + sharpness_b, 1e-30);
+    return SglowLobe(mean * inverse, sharpness, exponent);
 }
 
 /// The share of a spherical Gaussian's integral that lies in the upper hemisphere of a normal: the exact shares of a
@@ -1444,8 +1438,13 @@ fn sglow_map_place(offset: vec3<f32>, distance: f32, tile: u32) -> vec2<f32> {
 }
 
 /// The first texel of a light's tile in the atlas.
+///
+/// light: below 2^20.
 fn sglow_map_corner(light: u32, columns: u32, tile: u32) -> vec2<u32> {
-    return tile * vec2<u32>(light % columns, light / columns);
+    // The row from a quotient in floats, which costs less than one of integers and is exact: it is half a light away from
+    // any whole number, and wrong by at most 3 ULP.
+    let row = u32((f32(light) + 0.5) / f32(columns));
+    return tile * vec2<u32>(light - row * columns, row);
 }
 
 /// Three unit vectors at right angles, right-handed.

@@ -248,15 +248,29 @@ fn sglow_tile_vote(vote: u32, surface: SglowSurface) {
     sglow_tile_receivers[vote] = own;
 }
 
-/// The luminance of what a vote reflects of a light.
-fn sglow_tile_radiance(vote: u32, vsgl: SglowVsgl) -> f32 {
+/// Sets the nodes of the lights of the global cut, and to which votes each light reaches; returns the luminance of what
+/// a vote reflects of those of one invocation, lights that do not reach it left out.
+fn sglow_tile_roots(lane: u32, vote: u32) -> f32 {
     let surface = sglow_tile_surfaces[vote];
-    var reflected: SglowReflected;
-    sglow_reflect(&reflected, vsgl, sglow_point(surface), 1.0);
-    // The luminance of the sum, which rounds as that of diffuse light alone where no light is reflected specularly.
-    var radiance = vec3<f32>(0.0);
-    radiance += surface.diffuse * reflected.diffuse;
-    return sglow_luminance(radiance);
+    let point = sglow_point(surface);
+    let count = sglow_shade_parameters.count;
+    var sum = 0.0;
+    for (var root = lane; root < count; root += 64u) {
+        let node = sglow_cut_roots[root];
+        if vote == 0u {
+            sglow_tile_nodes[root] = SglowTileNode(node, 0xffffffffu, 0xf800ffffu | (root << 16u));
+        }
+        if node == SGLOW_CUT_NONE || !surface.present {
+            continue;
+        }
+        var reflected: SglowReflected;
+        sglow_reflect(&reflected, sglow_cut_vsgl(node), point, 1.0);
+        // The luminance of the sum, which rounds as that of diffuse light alone where no light is reflected specularly.
+        var radiance = vec3<f32>(0.0);
+        radiance += surface.diffuse * reflected.diffuse;
+        sum += sglow_luminance(radiance);
+    }
+    return sum;
 }
 
 /// How far a vote refines a node, 0 to 255. A tolerance of 0 refines to the leaves, also where the estimate is 0.
@@ -298,23 +312,8 @@ fn sglow_tile_first(words: vec2<u32>, count: u32) -> vec2<u32> {
 /// mean or the maximum of the votes takes each texel once.
 fn sglow_tile_list(lane: u32) -> u32 {
     let count = sglow_shade_parameters.count;
-    var sums: array<f32, SGLOW_TILE_VOTES>;
-    for (var root = lane; root < count; root += 64u) {
-        let node = sglow_cut_roots[root];
-        var seen = 0x1fu;
-        if node != SGLOW_CUT_NONE {
-            let vsgl = sglow_cut_vsgl(node);
-            for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
-                if !sglow_tile_surfaces[vote].present {
-                    continue;
-                }
-                sums[vote] += sglow_tile_radiance(vote, vsgl);
-            }
-        }
-        sglow_tile_nodes[root] = SglowTileNode(node, 0xffffffffu, 0xffffu | (root << 16u) | (seen << 27u));
-    }
     for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
-        sglow_tile_sums[64u * vote + lane] = sums[vote];
+        sglow_tile_sums[64u * vote + lane] = sglow_tile_roots(lane, vote);
     }
     if lane == 0u {
         sglow_tile_state = vec4<u32>(count, 0u, 0u, 0u);
