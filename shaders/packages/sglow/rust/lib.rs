@@ -2531,55 +2531,55 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "light_fill",
         pass: light_fill::PASS,
         text: include_str!("../wgsl/light_fill.wgsl"),
-        sha256: "1ca5c095f17983f52e7b4af84b6abad8d6c7d9bd29ca064c0e93613431f227f5",
+        sha256: "01d05eff5f54fd54175e7094391929ab953467e9b54a6a504755fc927f434c02",
     },
     Embedded {
         id: "light_points-both-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-precision_f16.wgsl"),
-        sha256: "b2f57b4485cdf34e896a0e354b5ce0f81bbd996916b122094af3c80a873cb791",
+        sha256: "180c9062b1882b55f2b62b3972b4e11885a0778c5abd90c80572c74acdb5fc44",
     },
     Embedded {
         id: "light_points-both-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points.wgsl"),
-        sha256: "1946850e3901fdc071ab273e685c06040b5ed3e000d3715044e4ea275e20bea6",
+        sha256: "986a85eb900a3d1f38a081269660972c41b0ebf8a7c9bac7f960b7c401d8d606",
     },
     Embedded {
         id: "light_points-diffuse-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "9c1ce18a954a8e48651bd12e5af63333dd9746d3e725a06abb9ee1f308b93a72",
+        sha256: "bfff492c39404e36b566455254d09f165e3e6b55f667f3adb268cdf04c362d02",
     },
     Embedded {
         id: "light_points-diffuse-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-lobes_diffuse.wgsl"),
-        sha256: "8b17d45c1ef12b2fc5bf0c796b5a69b6945481995a5b09f603090e188c886a64",
+        sha256: "106b48e651b4dd7ed0df29c03534b375ce67672e03706e5e8dd831af183b3b00",
     },
     Embedded {
         id: "light_shadow-both-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-precision_f16.wgsl"),
-        sha256: "c7143b7690044d65cb2084b100326b4fa8a93e8afd5322b146b6fc0f20d80343",
+        sha256: "050d33bb2445ec44d246f850c4d0bafe58101c7af43c3005af0dd0cf8e570baf",
     },
     Embedded {
         id: "light_shadow-both-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow.wgsl"),
-        sha256: "9a3f7ffc9e580f27734f08e316f66d2992b61193404d44abce18b33291d21fe1",
+        sha256: "c3347e2de2a1dc69a43bba657f84a59412f702980e16c9239c3d06fe8b107a7b",
     },
     Embedded {
         id: "light_shadow-diffuse-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "b888f44de948229427282f6ba2478e35b677237e9ea0ad661feeb13b7b64ee18",
+        sha256: "cd64b2e4a197c7ce06ed7a7605167b5070b2ecba946332e36a0cb3db370b09dd",
     },
     Embedded {
         id: "light_shadow-diffuse-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-lobes_diffuse.wgsl"),
-        sha256: "1525d2f5873a4e894e09b56e40e3a5a1cd1346ea9193028c81d9a2e997902cf8",
+        sha256: "bd6278239805e2b44c0373ccccf100c2d828bda205e46ca5274919b92272cc36",
     },
     Embedded {
         id: "mip-r32float-one",
@@ -3099,43 +3099,43 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "73287a96057769fedd947d197c3a7e98f89e00b90ec4ac877fff6eeff16a1856",
+        sha256: "5f9d62b4a40f8c81671bc162b70e299381b7189126ca7a41068c4885dcd32df3",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "c8505b10de1f3dc5927950792a5a4ab09189afbf12976e60d950f587dbf59352",
+        sha256: "5687e4643803d33c0f7ee1b57993fa6d05affc19d6bb428dba43d8594423485b",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "022c9e32650c704307ae4502262b220855e31cc0d2c472d19aaf4e1f2cf91138",
+        sha256: "dd9d2fed56c3bf03e801adcfab92aaed5bbbb0169839797fbf0bf0d2617d70f9",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "ae9a4b28527a18e6c599f73823331a083f1d8fcba9f4d14b5294ab8327a4b863",
+        sha256: "95c7f10253f3e52618ebf49f8abf3690e4da92fabc8dc7266e751d3e5e5fea55",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "888e73414023580b52375c85fc90503d3b965a1a6aa07cfaf477905f64454547",
+        sha256: "3738aa1f3ee41840eb3d3003969f1210ab383cdd063ef5eaddb202de8885089e",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "dd65c0efdd8db4d0b561be560e1e66f35b97390f1e4d458d32ef98804b7b310f",
+        sha256: "cffdc2b27985e32c52e5a75afb67d11f3de4d388588ff44aba897a708f403f58",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "bca84c0c01e2589afa0954e992008804f70966831d9c2e345c6ef9a73b854fef",
+        sha256: "ee8caf234534a184f8aec97bb009a0b53febd1dec8198a64019648a7723319bb",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -3143,31 +3143,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "aee6202c6b898f9956ba2afae782fc517c5358b661ab73dceecf61e93c7c1081",
+        sha256: "01a00b1dd068a0f8035d9725bc9c1f03bd1767d57469adf8e3646c91bee17f94",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "e40475ec922e5d3018c8c68640392c5a5983a51333aa213d56d0faf269598a39",
+        sha256: "701468d5f3f2ba4bb073e03b3d3665aa0e9ea09668623998ab5487c217c81a49",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "d77ffbaeaa8a255ddc351166cc7f86fdb6ce16d196a25ed398de9a3a50f3574c",
+        sha256: "1ca388bce45c29641b170ac5646d311e7a247006763d44f6ab5faa79f0e824fe",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "c0471063b8e47a866f4fd6236670e46b18b61e94440e4693f3499be858b689b4",
+        sha256: "32d4eda51d4268147dd3bf28582554826a55c6c2018a1a61d90a739a549888ad",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "f4b8989f0fc70f5407745efe3c5987e3d487b92dc718d89515bf953848246770",
+        sha256: "6136fdca5ea5612910ef63161c352cb3b88e4a6d69b159c3cac992a32a8f5de8",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3175,13 +3175,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "412cb726c7f5ca27584395787a8f6630fa926f8dc915d8a266510dd21155da5b",
+        sha256: "126ff5dfb2406cd171b15f90294ae49f950f3dadfb9da9c6da667dcd8442f1cf",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "2a11456803baeb239a7b414684330de015f5a06c43db921903b90b1fa421a673",
+        sha256: "d8cff74fc90ae3a3ef0daf371f16970d331b81147edc3ed098629000e8cf8105",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3189,7 +3189,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "3ae00a17bc26c5cd519d94f8a606a7e9c3361d03b8543783c5d9f63cbd262f40",
+        sha256: "cb3dc2bf3320f3ef7cab54607ca993102b68da26c28385b12129437a27f8f019",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3197,13 +3197,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "72979414676920bb75f8b5b1cd72aed798ead31afa444ee907ca33df56ec40cd",
+        sha256: "bb51b87bdfca43d9f343491f95700f5bc51b854070e6116ecb1ab5b44d3ae256",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "83072fedebae4628160ce639fc0a42716e2fefcae6fde36fcc57645c779e2c3d",
+        sha256: "396eb4a6a1e2337cd7319f15474a9e59791f4932a87b2e92d0dc15e638f3cb4b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3211,13 +3211,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "5e9865ad5fa855b2128833005714900a1a460cf887f5834447617ed093c7123a",
+        sha256: "6fb2d260b33b03ec77f0e2c44fc8c2ca4f8b18afa87fd10ac60ca5198b6ab586",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "3f89254bf890c06f7c648f87a613da6586d7fa4927177145a5671b38adfa9d69",
+        sha256: "dfb51d06b4ecd3caaf17abdabf22c04b8ac4d8cc0b1d198c98231f18362ef23e",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -3225,7 +3225,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "45901eea5730c8cc5f2d1d02d1ee649588ba935d7606a3d131452bf5af0ea537",
+        sha256: "4d5d543cd31d0b1dd8e99f4b00802e8cbff13e484cda82dc9d59d0d68758ff1d",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -3233,13 +3233,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "31132dc2447da007c1eace17645496cdc5415b3e11809e75b9832977457fa54b",
+        sha256: "ebcaf59a44de69358ab9467d0a4f60e9e7f003776fe1049d6491925ccd8a81a2",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "8263020203bdfaabe80fb0d76fb47336cc75cbd92d2c13ccc2a7b72f8daea474",
+        sha256: "4fd6da31c93c833986287777cd50d67a03a2b00bd9c4b037fccb9ca2afc31aec",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -3247,7 +3247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "033e87f16bae1787ebf9e47a29f4e0b04725b938182d89d48ac048499a65d375",
+        sha256: "d5b777927873dc3e75a07d671546ad69de5002297a0459d4b1ced7964ec65150",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "2eb7c2223c69cb0ee8465d1e7d810414c786f96976091d9d437e511458c98aec",
+        sha256: "90147ed34b2d7a197d07757cbcefe937d30465b610279498d49117b8e7c7b2d3",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3263,7 +3263,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "a8aa2d175dd1466fa38677c60a52e55868161ad5d5bfc96cd562d48133cb1fdd",
+        sha256: "19068ae58e98bd2c8106c4aaf9db61ec4427f8bd0a12dd3eeeb553b97b0372d2",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -3271,7 +3271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "957e721977f5f460128e54260691d4e42cd4a4e9300ad3b4a9da80aa05ae732c",
+        sha256: "53bdb0063e4c44fb79b0bbda8a4e084daadd25c4ca5d2ec482da17a986c4f7dc",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -3279,13 +3279,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "9abfa5e926f673b4450459bfeb8339f0fa56e8b5f14663c92c3afe075196be57",
+        sha256: "0babb0a1a7b4951887107206e404de7527fd8c4ec05f5a28c18f3e9bad03acd8",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "c5774ac45b7db82100e4921aa646d172b6597d465c4221cb92c83c82d1640eb7",
+        sha256: "19b06fd11deabfb6fd3405bfb94efdaf54b460a582ce2e428d5e9b2a4297d0d7",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -3293,7 +3293,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "b51118a0ffda91ea176b323aeb8e953a845da91c557ca77e4106fc4a6630cebd",
+        sha256: "ae6b2865a50eb4c2dde23c4559921cb24e527e25c2465e7c1e010dfe8f18b8c6",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -3301,37 +3301,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "731dd4721d24cc674ddefaca77aa152103235d2646545eba20d8ac64cfc1ea3e",
+        sha256: "d2f09d6cf09aa66c3086cee5bc649149507f74f45ab733d431412deb703aa546",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "f5fdc0b51d7ff09e3bc89283a820028c2896d86303c42d8f008f56d807299321",
+        sha256: "3b319ecdaf2c5f25bb835b508218fdeb98caea9bf1dd8b315bdbe338362fb034",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "2271cef1538b202ab400d39cac3fcaf9085f0fc907f428cc23137b5da93e7687",
+        sha256: "ec18b5fb2f032b397eee7f56877bf88761e6f55f67a2dbdd76426e3512cb9ef2",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "632d8427283f73a94bc5adcdd2e32b86c726acef54c11727b16f955a296e9e22",
+        sha256: "338e1cd2d12035be5c78e71c74886d340ca58ec04e5a8e7e3007fc680decc1e7",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "8b2d7eee37915aa1e73ab0375c06626ce5ab9b3b0d2bb4d8b71882aafd2aaf6f",
+        sha256: "4c366d31db9de0b87cd64ff52a8c107c982834a2d8aa78e4aab752be05642feb",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "677a946ad8c654eb6cd4ae59b2d8b9acb5d53315ce046e0021b772817be8c00b",
+        sha256: "bf26feec7a84dfe56547eb2263d38c7b156a48591b0ad979fc42522653c788da",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3339,31 +3339,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "d407770d220c70f5eb5af8e3e0539bc9efc3cbff4586f09ef1340852ab9f91ee",
+        sha256: "19c3e3036008f942a32e75f5d9074cbd1569f49ed2164ad104e2ad6bf3edc91a",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "60cc7fdda3e5e37b20605c202f45e67f77f826f2e64ddad1d27668762161d7a8",
+        sha256: "4b5111d5164db3c6ef650f066bb369c7fd1592c624b2c673e3ef52a1830a6994",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "3f676ae4654bb16f2b7a63015674f9c4161e5b885e444a7e6fcee538750409c5",
+        sha256: "dce00262f52f39af4e36fb021262ba30047888c566387a38517567b21bb32a8a",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "b019c17c5826f20c210fde35401c695fb2543d7cc2b2943217dfdbe07ee5b3ea",
+        sha256: "eaf829540efb20a489bd63a98a5ba7d2c1a80fdd2909082c70fb8daeda74068c",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "17994e689cb13b3f81c4739542456c6c720fb46fc8bcf97e7a3a9dff41179e62",
+        sha256: "3c7d3e3cfa701259992f00e5199b07fba63af637863779db51920a86c7231e56",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3371,7 +3371,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "233b293305bb661106a7e5cad5880203ab3beb9f7652a512eced8d4960039c31",
+        sha256: "0d80fa57d0b92673c5dd0fda080149b9ce111ab79e3a6f23917547e3b40a243a",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3379,19 +3379,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "bc91d90d25494cdffe658a94ee4835506eb9d665b949e0af3fa53bfa593a4928",
+        sha256: "eff3516c1bf7b8486458ee14da08e89bdca0ad78b861ce684d18faef8d110b20",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "af62b3e9342ca9a2e7264b652a2a5141ed7da1b3baad5be688ef6b799ffb998f",
+        sha256: "3971d8ba99af83d14e62c72525839bcda8567996c7252cca7f1b5e016ac1ac62",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic-lobes_diffuse.wgsl"),
-        sha256: "b8736370e1f34815653d6bf53e1043cd45f65aad0930ee3cdf12f4544da85d97",
+        sha256: "1544f626dde14715c9fc3c79746d9f766f5052946f6a5fbb5b03ff6e0aa4dd99",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
@@ -3399,7 +3399,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "f256f8af6e75255e4d258684ffbb6d30c0f0a558154e1ff82308089b9fc7ff0e",
+        sha256: "377b7ea7c4840c6984c531ac6f6e653d5dfb8d6c1f525f645a080c92ffbf10c8",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3407,31 +3407,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "af66a249abc9caaf4812af19b856ff041e4c050456265b324ca821d3dd2518b3",
+        sha256: "d1dc5a4845d1d68fd88b2908107d9e3f35623e12460d2a030536c6106bb7fe1e",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "e7a7ebdf35bd6273bca30f6baef81ac55c4d079ef5b4276a3a1d20046cf875a4",
+        sha256: "7f188a83925168b385eec3339430396697b1a78c5f4a0f42e0985bc580c04f22",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "8acf1d735e82ee1cdc992914895700d98aa53139e51a7aaa3d0718870f7df8a4",
+        sha256: "54e44ab8346188baee1ce379f57bb2c7d95b7ba342e6b99bc073d06981e18b6c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "1df5f7a0abe1d4282d0b88f945cefc34f5432809feeb422e943ede4cd14c9931",
+        sha256: "a1a2e89d8ed2ed39cfc56d4dd72fd118236a7ef212a035049479e7711b3b9169",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "7a3f7f77f826a3dd438467c904355d708600154d945f0a2bba58010b5a4977bf",
+        sha256: "c7a7639a8191bdd646faa49d8a7a9afdc04855c45da25921ef49fad29008de51",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3439,7 +3439,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "b9cb3d8a65edd7244e10e0c0a882b01248bebebf4c0f7835255bc2b3db384be7",
+        sha256: "28216d889159da19efd7ed2c4867b418400e0b7fb9d8f08dd7a71edee154c091",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3447,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "ad79b733fdbfe53ed107ba6d62be37102dedc547077c89b7186eb0debdbbe901",
+        sha256: "e33cbe8563f1013665a155c5eda85133dd730e9c7cfcd85e5fa1e61a6d715695",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3455,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "b6ed7156b16fc98ccdd9ac95f3d9518d25b79f85cfa51be75e5164f12fcf1e0c",
+        sha256: "123399f1a9ee205a68326c3ef48a97c1ec1a0b0662ed2aeef53f3e189524f6ec",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3463,19 +3463,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "f163c6bbef789564d4d9aa77a7e49c138f1dec62adcb92823fc9d36fec78f7c0",
+        sha256: "b1dca8684fb031de4601376775b24a9123a1f21ec9dcce929425a1a8d791cd5f",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "c42e3daf294e8da7591d0934cb874b91d574b1ef997dbb276321dc8fa0343b8c",
+        sha256: "5146a9ac50ad1c7dd7f0fac43fc0d53a4844c3798da17286914ce7fcdb288223",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "2a7674fa740da9d753821381cc4b13fa53982e58bf648253b94a3b72a324b261",
+        sha256: "678aeef18f4b481947cecdafb91debe6df6805146e8d0ed48da1b509f6667e87",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3483,7 +3483,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "433807a752577f4a47fdf000d2cb2ae665c007e6b9e87cc4c800ad66a22146e2",
+        sha256: "ad32014dd39e0ba68cc272836e92438f9189b3c7a57878170e837d64f11a3b14",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3491,7 +3491,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "04604e3a2587bc4d8e1829255dac176ea940532e056bc8feeda840b667500fd0",
+        sha256: "e0b4fc814cad055fae5ba8e35f6e0de9e6cb8874ee5cf4483359207e1846f3e6",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3499,7 +3499,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "510a03a3795fa4aedb1b304af214e3c92b6f4c71eba83b13029203ac93499a3c",
+        sha256: "4c04d7f22d067fad54ed0ea1d23b53db9c456b78468b2ec38f0cc5023cc6edc9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3507,7 +3507,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "a3620c43cdc9e4ca1bf54d95d8e67dcb7ea7d165a42442a5692001b99f2b4129",
+        sha256: "e612992add2a239c936259abf6155429e450c7276ece013704d10dfced3d1cd9",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3515,7 +3515,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "961d54018bcfb281daebf1a82b415e53a407539b87612ec7830f17e001da175e",
+        sha256: "cd1dae3dfb6b0e08940b6c9dd447c728aed7abad1af813b2a1e038f3ae65cce0",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3523,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "93c65c9ea949620294ba803777a9f1c8b88d1bcb652053f65712e8ad83ecaa81",
+        sha256: "6e9cca250ee4608c38caf775d40fe299416bcc3c328c72dfbc8a8814c07370c8",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3531,7 +3531,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "6c69aeece3370b3e209eafe7c0b525a5435744c410921c4a83bd44eeb302d320",
+        sha256: "442967500bc78a9d8ab47a70e72c3b3fb30a32528a003a9e1dc49bf7a7ad5024",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3539,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "c36eb8b3b5e88a80f70fc78aa7d4a48c0ae888eab8d575c66678fbf90e272cd4",
+        sha256: "97e6a33c1585d4c99abfd15f644ba3cf19c010a4776f205c8e829f56e06bdfa7",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3547,7 +3547,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "b872a0643dc83bda04180fb31be6c8dc08b2f12f4f09e0381efaa31bab44433e",
+        sha256: "a06f89129efbc8c41cf6d9f109285e85c2c3437dfc3502967d1a02f9d5fddf5e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3555,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "7521a70d79aea42461bb44da42921cb4cadbf2358a64c7cd1f450346b5bc7728",
+        sha256: "886d3fb1d277467d13e4814b7514cdc1dc4b0931f2e75269f20fbb351d316123",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3563,7 +3563,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "8a6bb7b56253434992bce162fa0c8b14b33943402d14232839235a2a042c1ff1",
+        sha256: "1075d033fef4f5837881f0461f75615cfd8c469a8b826be38c30a8727b0d1e70",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3571,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7083a533f60da115e76caacbe035d18f9e4e03fa63dc0a91cce2fd3857913ab6",
+        sha256: "1c66e3761029272e89ed1aadd4d117e98e98848794ce3c3a6344a634530a22d0",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3579,13 +3579,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "9b24f010f131200a21055e353414775aa13be0f2f23c6d0cad82d84fe16ae9e3",
+        sha256: "0b0dfa5f2b4e3fe92f5c9a166a98f5c8aa134b5ff1517aae74f4357f2076bbad",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "4c7670d81fa1dd7da7c0d6bcc3563e45d9587513fe7cdcdcfe0cc66c9adca111",
+        sha256: "5a1cab375d12eed645965ba83003946faff31571730858b8cf3c4192c31983d2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3593,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "21e0b3fefc418c6c9b9c535851979676c168dec4d6ffeba5aa2e31047a4abd87",
+        sha256: "6edec64ad75fec5ebf7ac508aca5288d9fadbbd1dc89b4f4f03270e63c50f9f9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3601,7 +3601,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "c5b554398ff01210aad08889e0d5d307a3550f8699039131fc2aa4f99fab8e9d",
+        sha256: "e204747ca7b7db933b07756087c664f9a01eb360b3c56b3c8242e005a5cbe26f",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3609,7 +3609,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "e6facc94f30a57113ca50ffed0eb297b3796afbd68bbc155be1865b90a42daf4",
+        sha256: "36cecc6cb346015c148ffdc6c988ed9f6417402e041e205652e71205ee900762",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -3617,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "7d7995e0ccded9f418e60a00eccbd3d7ffe86c6ab84bf99e703f9f567f39f646",
+        sha256: "798c315d2dd023192cccec660ba5d55e260115c89c6cc6895f1fd8f4bb5909a7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3625,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7984f3a6c2cdcb1b5059ce33d777ed19f0988f736eaa5cb5b4bed93830e46ec7",
+        sha256: "858b4e2d53b643aa4184ae471e623b22010b845f0f3fda17a4d14f1c6b01a64a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3633,7 +3633,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "86c6ae48c679444a545ff0e320052a09b7155c46f1801fc1c1269e7390492f60",
+        sha256: "6fc6c781eb91b37cdd2be34ea835eb75e81a9f88deec16370e2ce717a1d06251",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -3641,7 +3641,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "2dac87729482edbdc1998fa9ca32792fe571a1eac061ed56257edc7f4bf6ef04",
+        sha256: "f7e4eb8930d5f130de99a32163761c133903aba7876d613e7bd25b10110783df",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -3649,7 +3649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "80c034a28a8094248ccba0fea67dc7a3f6fbeadae14d85154ee35e0189b4efe2",
+        sha256: "ae7087d01c7519af6f634890337a5831da7d52f66dfb36b68c7acba93d993744",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3657,7 +3657,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "f97c8cf4b15e3d08bfb445c765eaf76b01c1ebc45a49b69467adc4080652195b",
+        sha256: "c8dc08a2b79863b8683d57fa436df21c9361fab19a38fc09e6cb100d1bcfdac0",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -3665,7 +3665,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "c324351c7c41a80978fa3c0088f0e54bc6876b81c8ba9e05d1c1783a2fb714d4",
+        sha256: "509cde4faf745e6d80521ada2ab058a84684b539e084a22bcca79069e888592c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3673,7 +3673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "6ae8fe1175e02881ec3f337e0c29f4dc5251242f3507b2af2756029a923498e9",
+        sha256: "527afb3af3849eac3c612233fc2263fa7e1a2a9f8b68336acec17196e53207fc",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3681,13 +3681,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "de1ea4c3ba25842d76d065bc4dcfc6a1b2a660e1de21cb1336d2658a9ed2a0a4",
+        sha256: "0cce9a08f7f68c9096b27f361a8efc2ff160c32213faa9eea68960a9a6593e9c",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_constant.wgsl"),
-        sha256: "c3adb680969531f3d667069a1839fbcd7b1eb5531e30ad47482678443ae1b02a",
+        sha256: "51f7725e3a49808ab65d61060a12c49e72712438ed477212db036ab9bb4b1280",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
@@ -3695,7 +3695,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-lobes_diffuse.wgsl"
         ),
-        sha256: "6b473e3b39aed13949f3f3e46a592f18376cb6c902ea0128cf7c818e8d1772ff",
+        sha256: "95f6d9f13785b6753b6960653719925a7972a5b4c01dd4d7e274aa376ae353d9",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
@@ -3703,7 +3703,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none.wgsl"
         ),
-        sha256: "d11283368d2fc0441e7382fbce4a1ea73e890ec1dd19ff4d8d114074dfd6f535",
+        sha256: "9e3eb4c116c06b601db767f52ba3476222c0763ae4e94a5b43d95a4e609dcc20",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-diffuse-f32-none",
@@ -3711,7 +3711,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "5b6aa6706ef876e95512520e05151eb4c12cb753cba3293e98b0a100d0002552",
+        sha256: "1606ba6b0bf7670b3151ce043525308614f2b637ea32f98b909b577e083d81ef",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
@@ -3719,7 +3719,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg.wgsl"
         ),
-        sha256: "bc0c117bc677bdf4c8a31f095f472deef37f10f973e59161d87c821715469c73",
+        sha256: "36c51101f1c8c4871eeecf49944711e26245cbc097b1f6966e9e62028a68ec58",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
@@ -3727,25 +3727,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "156fbfd748d89d0388c07383ac1b10aba8c63a460df4c685fb5808fc160adb06",
+        sha256: "07f7455404900874b39e683501daa01b335706c4b369432b075768f24ede499f",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "9fe5f1a07a084d6a4ecc3d104b904bb04077b6d1b3bed9c8f89ae0ea29972d75",
+        sha256: "2948b4de2c289bc97b1a8ea03f93d183bb73de968033caf13287e4934be6caf5",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "2ba43749f746a129c281d1141781901402570f6f49e965a5baa2c6c7693c009b",
+        sha256: "f1b772052f58d230b7ddc2275d676ebed174ee3cba41263b788bcd1f9b4ab4e4",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "e80ee6b4132e06638bf4fef77a21eaa2413dac9a098f04d675665d04a429f510",
+        sha256: "82659ba5d6871a8c826ec4affaa6131787b46ac65703b613c9ce5f11e6f1e810",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3753,13 +3753,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "be1a09c372a266ba1c03128b4e7f152d8d9890796e9a5d6878b047cc45fb59b0",
+        sha256: "2af7b2efff2ec50d7ad26568d9a7b944c4d46f045686c51818df784cfe4930a6",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "c2d5ca3f0f2fdd48f7dfb191cfe27e0704b3749d2c607f9c50cb3fe920946ce7",
+        sha256: "71e50821b849565b96901a324fb0b5c76453b06a099feff1c283eda80b253cb7",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3767,7 +3767,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "82acabd81b795ff4645ea7c335fa0f8c90e36b4d0565590d9612f554c2765207",
+        sha256: "711e5f5df6077576f1ce117d9b31a090c2cf0559099478938c7844b5ac4611e1",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3775,7 +3775,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "252044b642deb5db8159cb0bb5b2e100384d7837d83aa2853027f41d07def184",
+        sha256: "ae6642bc93ce4207cc767d199cbea8f2f525fb0f9b50b532da1f1638415dafce",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3783,7 +3783,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "77616e4973f38080c99bf5799c9874882a1fede96363aaa4e8dacd06d3bfe2e0",
+        sha256: "1720b437e215d256cc00b0ba4e25c64e0f55413c6bdbfdf754b128db0cdfbaf1",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3791,7 +3791,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "e7457d1a2e9037a9fe41354caadc2bb4318aae046c4a5fbb5fb77f2b6809086d",
+        sha256: "3e77fb73f6a8b291c767dc6f7ea118baf42156b99bda9e79d2c4777c35f1f5ce",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3799,7 +3799,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9f4ed78e75d2d363f9f169527ff6333d688e6180b0119a6d2c8c4a32813cf585",
+        sha256: "d11470fa107494ec42af221435c29f04888677b79ae2b3fac4a2d7e97e05a609",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3807,13 +3807,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "0135ec9aa7c355ce27730d3c93b7808ada1b2ce1863f7435b873482f76256935",
+        sha256: "c936d2e769d289280988fcec9c500c4366f83ddb90ff95c85915df3981755152",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "9894bc71de4a9bf4cee03b21747ea65784cfed8719bd0dddf5a852d694a00499",
+        sha256: "87dc1e355633bcade06a11db6194b47494aeb38470a72d300910cfde02bd7ba2",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -3821,7 +3821,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "4dc78dc932e789ab8c35fc1e85604ce0e06fd59c6eeb4bbf1ac3b1832e484f9e",
+        sha256: "4cf3616d75056babd4c1048cf1fd4de32419b788b80f2c9db40c2e60b16b9d91",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3829,7 +3829,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "1993b05a99af79bc0a9c62f4a27f6e3c36575f83fe030b7de4c5f7d85e91145d",
+        sha256: "9868417aacaf9b502954ea39e96b2021d206a110d7aea86602a56f249609e3f7",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3837,7 +3837,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "2150565020ce78b811da181d71981a74f381d4c97752c46d2f8020ea30f33f72",
+        sha256: "9b1fb5d29755f306c79d8aa3c72dd53cae5edd639992f4ce61d23e0eae84bb75",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -3845,25 +3845,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "8f447a1708ce7d2c3839c53aa7cf6ab8b93438247b9ad7b09793efe3b28a3ba8",
+        sha256: "e8d15e2d2dcbca18d29161b4a45907ea012e731f0ed2e917b43dfd387d07ff56",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "799d3f3aefd70145003482ea9328efe77c37b48778b7af1342e29a00fb48e9c1",
+        sha256: "63d50b16f42419648843666bce2ff87c12a0d7201fa08654ec102244c5f7e67d",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "c87a5a569577f80e14ae60845fb8ce0dcfa21838078310d473b13d628628ea87",
+        sha256: "bc4b33caf759a50502f622703e3953f3298ec8e6a0c9d036f0a32e751fa32e33",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_gaussian.wgsl"),
-        sha256: "653c8cbfbb02928cb7f6d96e5ef5b259b67b34dc6512d1e237d4aa8b21b24928",
+        sha256: "7501ef3b8f4f9a316af64d309569037160f393e6310a2511b4472138fce46181",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
@@ -3871,7 +3871,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-lobes_diffuse.wgsl"
         ),
-        sha256: "6a6dfdc12f7386810baa80fcbcccf7997e2956f4d037feac18beb67a15fd6329",
+        sha256: "079922ced362a1b9b027cff2d56d78ab364b1e657b4782bec54ec7c56984da80",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
@@ -3879,7 +3879,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none.wgsl"
         ),
-        sha256: "9671b7492434cc1a980d604d3dd490a6bf784694277a9da11f24ebd5df0337e3",
+        sha256: "11f682ebc0e15dcdd01249032f2e5e26faf1bc5ffabda104da6ef7b127dd915d",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
@@ -3887,7 +3887,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "55008c52fa37a96b560bb019b63591a17043cc12a887a588c06ab52bcf56c170",
+        sha256: "2d9b65b3a7497c8f9531869a525a4a402a9cc09f2a9491c646692b625a3542f7",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
@@ -3895,7 +3895,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg.wgsl"
         ),
-        sha256: "44eb70ebaac13c7f0f19d3c4dc7d8fdcb28dc9ed12b09d874d0011820f7c7870",
+        sha256: "1e06c4297c2fbf56babacf6eea89b1071ffe84a05dff15a53037dba0f5601dd5",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
@@ -3903,7 +3903,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "e66a8f0258555f1ab870553f68c8e4b4ca3e2d03f1a1727eb5abb3dfaa880c88",
+        sha256: "7df87e7e0d14874e1dc2d29825bfb80b5e3e992cd812b16724e2ffaa18ac60b3",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -13919,7 +13919,7 @@ const _: () = {
 pub struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two. (`u32` at byte 0)
     pub tile: u32,
-    /// Tiles in a row of the atlas. (`u32` at byte 4)
+    /// Tiles in a row of the atlas: a power of two. (`u32` at byte 4)
     pub columns: u32,
     /// Number of lights. (`u32` at byte 8)
     pub count: u32,

@@ -417,11 +417,11 @@ fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
 
 /// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
 ///
-/// mean_length: that of the sharpness, 0 to 1.
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
 fn sglow_sg_cosine_fitted_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
-    let l = clamp(sharpness, 0.0, 4e37);
-    let odd = sglow_sg_cosine_odd_part_mean(l, mean_length);
-    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, 1.0 / (1.0 + l), odd);
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
 }
 
 /// The same from the odd part. z, l: in range; y: 1/(1 + l).
@@ -447,11 +447,11 @@ fn sglow_sg_cosine_fitted_fine(cosine: f32, sharpness: f32) -> f32 {
 
 /// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
 ///
-/// mean_length: that of the sharpness, 0 to 1.
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
 fn sglow_sg_cosine_fitted_fine_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
-    let l = clamp(sharpness, 0.0, 4e37);
-    let odd = sglow_sg_cosine_odd_part_mean(l, mean_length);
-    return sglow_sg_cosine_fitted_fine_of_odd(clamp(cosine, -1.0, 1.0), l, 1.0 / (1.0 + l), odd);
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_fine_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
 }
 
 /// The same from the odd part. z, l: in range; y: 1/(1 + l).

@@ -79,8 +79,7 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if surface.present {
         let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgl(i);
-            sglow_reflect(&reflected, vsgl, point, 1.0);
+            sglow_reflect_light(&reflected, i, sglow_vsgl(i), point);
         }
         reflected.diffuse *= surface.diffuse;
     }
@@ -94,6 +93,11 @@ fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
         textureLoad(sglow_normal_texture, pixel, 0),
         textureLoad(sglow_base_color_texture, pixel, 0),
     );
+}
+
+/// Adds what a surface reflects of a light that reaches it.
+fn sglow_reflect_light(reflected: ptr<function, SglowReflected>, light: u32, vsgl: SglowVsgl, point: SglowPoint) {
+    sglow_reflect(reflected, vsgl, point, 1.0);
 }
 
 /// Writes what a pixel reflects.

@@ -465,7 +465,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
     return workgroupUniformLoad(&sglow_tile_state).y;
 }
 
-/// The weights of the votes and of their maximum at a pixel; their sum is 1.
+/// The weights of the votes and of their maximum at a pixel; their sum is 1/255, for votes are 0 to 255.
 struct SglowTileShares {
     corners: vec4<f32>,
     middle: f32,
@@ -503,13 +503,17 @@ fn sglow_tile_shares(lane: u32, position: vec3<f32>, normal: vec3<f32>) -> Sglow
     shares.corners = corner_shares * similarity;
     shares.middle = middle_share * sglow_tile_similarity(4u, position, normal);
     shares.most = max(1.0 - dot(shares.corners, vec4<f32>(1.0)) - shares.middle, 0.0);
+    shares.corners /= 255.0;
+    shares.middle /= 255.0;
+    shares.most /= 255.0;
     return shares;
 }
 
 /// The share of a node's light that a pixel takes.
 fn sglow_tile_weight(node: SglowTileNode, shares: SglowTileShares) -> f32 {
-    let others = vec2<f32>(f32(node.rest & 0xffu), f32((node.rest >> 8u) & 0xffu)) / 255.0;
-    return dot(unpack4x8unorm(node.corners), shares.corners) + dot(others, vec2<f32>(shares.middle, shares.most));
+    let corners = vec4<f32>((vec4<u32>(node.corners) >> vec4<u32>(0u, 8u, 16u, 24u)) & vec4<u32>(0xffu));
+    let others = vec2<f32>((vec2<u32>(node.rest) >> vec2<u32>(0u, 8u)) & vec2<u32>(0xffu));
+    return dot(corners, shares.corners) + dot(others, vec2<f32>(shares.middle, shares.most));
 }
 
 /// By how many standard deviations of its positions a node reaches beyond its own plane and that of the receiver. With
@@ -695,11 +699,11 @@ fn sglow_sg_cosine_dark_side(
 
 /// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
 ///
-/// mean_length: that of the sharpness, 0 to 1.
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
 fn sglow_sg_cosine_fitted_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
-    let l = clamp(sharpness, 0.0, 4e37);
-    let odd = sglow_sg_cosine_odd_part_mean(l, mean_length);
-    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, 1.0 / (1.0 + l), odd);
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
 }
 
 /// The same from the odd part. z, l: in range; y: 1/(1 + l).

@@ -70,7 +70,7 @@ struct SglowVsgl {
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
-    /// Tiles in a row of the atlas.
+    /// Tiles in a row of the atlas: a power of two.
     columns: u32,
     /// Number of lights.
     count: u32,
@@ -512,7 +512,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
     return workgroupUniformLoad(&sglow_tile_state).y;
 }
 
-/// The weights of the votes and of their maximum at a pixel; their sum is 1.
+/// The weights of the votes and of their maximum at a pixel; their sum is 1/255, for votes are 0 to 255.
 struct SglowTileShares {
     corners: vec4<f32>,
     middle: f32,
@@ -550,13 +550,17 @@ fn sglow_tile_shares(lane: u32, position: vec3<f32>, normal: vec3<f32>) -> Sglow
     shares.corners = corner_shares * similarity;
     shares.middle = middle_share * sglow_tile_similarity(4u, position, normal);
     shares.most = max(1.0 - dot(shares.corners, vec4<f32>(1.0)) - shares.middle, 0.0);
+    shares.corners /= 255.0;
+    shares.middle /= 255.0;
+    shares.most /= 255.0;
     return shares;
 }
 
 /// The share of a node's light that a pixel takes.
 fn sglow_tile_weight(node: SglowTileNode, shares: SglowTileShares) -> f32 {
-    let others = vec2<f32>(f32(node.rest & 0xffu), f32((node.rest >> 8u) & 0xffu)) / 255.0;
-    return dot(unpack4x8unorm(node.corners), shares.corners) + dot(others, vec2<f32>(shares.middle, shares.most));
+    let corners = vec4<f32>((vec4<u32>(node.corners) >> vec4<u32>(0u, 8u, 16u, 24u)) & vec4<u32>(0xffu));
+    let others = vec2<f32>((vec2<u32>(node.rest) >> vec2<u32>(0u, 8u)) & vec2<u32>(0xffu));
+    return dot(corners, shares.corners) + dot(others, vec2<f32>(shares.middle, shares.most));
 }
 
 /// The light of the global cut that a node of the list is below.
@@ -726,11 +730,11 @@ fn sglow_sg_cosine_dark_side(
 
 /// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
 ///
-/// mean_length: that of the sharpness, 0 to 1.
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
 fn sglow_sg_cosine_fitted_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
-    let l = clamp(sharpness, 0.0, 4e37);
-    let odd = sglow_sg_cosine_odd_part_mean(l, mean_length);
-    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, 1.0 / (1.0 + l), odd);
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
 }
 
 /// The same from the odd part. z, l: in range; y: 1/(1 + l).
@@ -1390,7 +1394,8 @@ fn sglow_visible(
     normal: vec3<f32>,
 ) -> bool {
     let view = sglow_light_view(vsgl, maps.near_scale, maps.least_near);
-    let offset = sglow_in_basis(view.basis, position - view.position);
+    // Turned around, so that the difference is the one that shading takes.
+    let offset = -sglow_in_basis(view.basis, view.position - position);
     let lift = maps.bias * sglow_map_distance(offset);
     let lifted = offset + lift * sglow_in_basis(view.basis, normal);
     if !(lifted.z > 0.0) {
@@ -1439,12 +1444,11 @@ fn sglow_map_place(offset: vec3<f32>, distance: f32, tile: u32) -> vec2<f32> {
 
 /// The first texel of a light's tile in the atlas.
 ///
-/// light: below 2^20.
+/// columns, tile: powers of two.
 fn sglow_map_corner(light: u32, columns: u32, tile: u32) -> vec2<u32> {
-    // The row from a quotient in floats, which costs less than one of integers and is exact: it is half a light away from
-    // any whole number, and wrong by at most 3 ULP.
-    let row = u32((f32(light) + 0.5) / f32(columns));
-    return tile * vec2<u32>(light - row * columns, row);
+    // No quotient and no product of integers, which GPUs make of many operations.
+    let place = vec2<u32>(light & (columns - 1u), light >> firstTrailingBit(columns));
+    return place << vec2<u32>(firstTrailingBit(tile));
 }
 
 /// Three unit vectors at right angles, right-handed.

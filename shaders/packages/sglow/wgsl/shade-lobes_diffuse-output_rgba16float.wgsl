@@ -79,8 +79,7 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if surface.present {
         let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgl(i);
-            sglow_reflect(&reflected, vsgl, point, 1.0);
+            sglow_reflect_light(&reflected, i, sglow_vsgl(i), point);
         }
         reflected.diffuse *= surface.diffuse;
     }
@@ -94,6 +93,11 @@ fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
         textureLoad(sglow_normal_texture, pixel, 0),
         textureLoad(sglow_base_color_texture, pixel, 0),
     );
+}
+
+/// Adds what a surface reflects of a light that reaches it.
+fn sglow_reflect_light(reflected: ptr<function, SglowReflected>, light: u32, vsgl: SglowVsgl, point: SglowPoint) {
+    sglow_reflect(reflected, vsgl, point, 1.0);
 }
 
 /// Writes what a pixel reflects.
@@ -205,11 +209,11 @@ fn sglow_sg_cosine_dark_side(
 
 /// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
 ///
-/// mean_length: that of the sharpness, 0 to 1.
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
 fn sglow_sg_cosine_fitted_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
-    let l = clamp(sharpness, 0.0, 4e37);
-    let odd = sglow_sg_cosine_odd_part_mean(l, mean_length);
-    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, 1.0 / (1.0 + l), odd);
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
 }
 
 /// The same from the odd part. z, l: in range; y: 1/(1 + l).

@@ -63,7 +63,7 @@ struct SglowVsgl {
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
-    /// Tiles in a row of the atlas.
+    /// Tiles in a row of the atlas: a power of two.
     columns: u32,
     /// Number of lights.
     count: u32,
@@ -111,11 +111,7 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if surface.present {
         let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgl(i);
-            if !sglow_reaches(i, vsgl, point.position, point.normal) {
-                continue;
-            }
-            sglow_reflect(&reflected, vsgl, point, 1.0);
+            sglow_reflect_light(&reflected, i, sglow_vsgl(i), point);
         }
         reflected.diffuse *= surface.diffuse;
     }
@@ -129,6 +125,14 @@ fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
         textureLoad(sglow_normal_texture, pixel, 0),
         textureLoad(sglow_base_color_texture, pixel, 0),
     );
+}
+
+/// Adds what a surface reflects of a light that reaches it.
+fn sglow_reflect_light(reflected: ptr<function, SglowReflected>, light: u32, vsgl: SglowVsgl, point: SglowPoint) {
+    if !sglow_reaches(light, vsgl, point.position, point.normal) {
+        return;
+    }
+    sglow_reflect(reflected, vsgl, point, 1.0);
 }
 
 /// Writes what a pixel reflects.
@@ -240,11 +244,11 @@ fn sglow_sg_cosine_dark_side(
 
 /// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
 ///
-/// mean_length: that of the sharpness, 0 to 1.
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
 fn sglow_sg_cosine_fitted_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
-    let l = clamp(sharpness, 0.0, 4e37);
-    let odd = sglow_sg_cosine_odd_part_mean(l, mean_length);
-    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, 1.0 / (1.0 + l), odd);
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
 }
 
 /// The same from the odd part. z, l: in range; y: 1/(1 + l).
@@ -815,7 +819,8 @@ fn sglow_visible(
     normal: vec3<f32>,
 ) -> bool {
     let view = sglow_light_view(vsgl, maps.near_scale, maps.least_near);
-    let offset = sglow_in_basis(view.basis, position - view.position);
+    // Turned around, so that the difference is the one that shading takes.
+    let offset = -sglow_in_basis(view.basis, view.position - position);
     let lift = maps.bias * sglow_map_distance(offset);
     let lifted = offset + lift * sglow_in_basis(view.basis, normal);
     if !(lifted.z > 0.0) {
@@ -864,12 +869,11 @@ fn sglow_map_place(offset: vec3<f32>, distance: f32, tile: u32) -> vec2<f32> {
 
 /// The first texel of a light's tile in the atlas.
 ///
-/// light: below 2^20.
+/// columns, tile: powers of two.
 fn sglow_map_corner(light: u32, columns: u32, tile: u32) -> vec2<u32> {
-    // The row from a quotient in floats, which costs less than one of integers and is exact: it is half a light away from
-    // any whole number, and wrong by at most 3 ULP.
-    let row = u32((f32(light) + 0.5) / f32(columns));
-    return tile * vec2<u32>(light - row * columns, row);
+    // No quotient and no product of integers, which GPUs make of many operations.
+    let place = vec2<u32>(light & (columns - 1u), light >> firstTrailingBit(columns));
+    return place << vec2<u32>(firstTrailingBit(tile));
 }
 
 /// Three unit vectors at right angles, right-handed.

@@ -65,23 +65,56 @@ struct SglowPackedVsgl {
 /// Radiance that is reflected diffusely.
 @group(0) @binding(5) var sglow_diffuse_output: texture_storage_2d<rgba32float, write>;
 
-/// Indirect light at every pixel: the sum over all virtual lights and both of their lobes.
+/// A virtual spherical Gaussian light: a cluster of virtual point lights.
+/// [Tokuyoshi 2016, Appendix B]
+struct SglowVsgl {
+    /// Mean position, in world space.
+    position: vec3<f32>,
+    /// Positional variance, in square units; above 0.
+    variance: f32,
+    /// The mean direction of the diffuse emission: of lobes, or of normals; see the axis emitter.
+    diffuse_axis: vec3<f32>,
+    /// The von Mises-Fisher sharpness of these directions.
+    diffuse_sharpness: f32,
+    /// The power over the integral of a lobe of that sharpness, W/sr: with emitter lobe the radiant intensity along the
+    /// axis.
+    diffuse_coefficient: vec3<f32>,
+    /// The mean length of directions of that sharpness, 0 to 1.
+    diffuse_mean_length: f32,
+}
+
+/// Lights that an invocation each has unpacked for all pixels of its workgroup.
+var<workgroup> sglow_unpacked: array<SglowVsgl, 64>;
+
+/// Indirect light at every pixel: the sum over all virtual lights and both of their lobes, 64 of which are unpacked at
+/// once.
 /// [Tokuyoshi 2016, Appendix C]
 @compute @workgroup_size(8, 8)
-fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= textureDimensions(sglow_position_texture)) {
+fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let size = textureDimensions(sglow_position_texture);
+    let inside = all(id.xy < size);
+    let surface = sglow_seen(min(id.xy, size - 1u));
+    let point = sglow_point(surface);
+    var reflected: SglowReflected;
+    let count = sglow_shade_parameters.count;
+    for (var first = 0u; first < count; first += 64u) {
+        if first + lane < count {
+            sglow_unpacked[lane] = sglow_vsgl(first + lane);
+        }
+        workgroupBarrier();
+        if inside && surface.present {
+            let last = min(first + 64u, count);
+            for (var i = first; i < last; i += 1u) {
+                sglow_reflect_light(&reflected, i, sglow_unpacked[i - first], point);
+            }
+        }
+        // Before the next ones are unpacked there.
+        workgroupBarrier();
+    }
+    if !inside {
         return;
     }
-    let surface = sglow_seen(id.xy);
-    var reflected: SglowReflected;
-    if surface.present {
-        let point = sglow_point(surface);
-        for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgl(i);
-            sglow_reflect(&reflected, vsgl, point, 1.0);
-        }
-        reflected.diffuse *= surface.diffuse;
-    }
+    reflected.diffuse *= surface.diffuse;
     sglow_write(id.xy, reflected);
 }
 
@@ -92,6 +125,11 @@ fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
         textureLoad(sglow_normal_texture, pixel, 0),
         textureLoad(sglow_base_color_texture, pixel, 0),
     );
+}
+
+/// Adds what a surface reflects of a light that reaches it.
+fn sglow_reflect_light(reflected: ptr<function, SglowReflected>, light: u32, vsgl: SglowVsgl, point: SglowPoint) {
+    sglow_reflect(reflected, vsgl, point, 1.0);
 }
 
 /// Writes what a pixel reflects.
@@ -112,6 +150,50 @@ fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, poin
     var from_diffuse = sglow_emitted(offset, vsgl);
     from_diffuse.scale *= weight;
     (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
+}
+
+/// A point that lights are reflected at.
+struct SglowPoint {
+    position: vec3<f32>,
+    /// Unit.
+    normal: vec3<f32>,
+}
+
+/// That of a surface.
+fn sglow_point(surface: SglowSurface) -> SglowPoint {
+    var point: SglowPoint;
+    point.position = surface.position;
+    point.normal = surface.normal;
+    return point;
+}
+
+/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
+struct SglowSurface {
+    present: bool,
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    /// Diffuse reflectance, 0 to 1.
+    diffuse: vec3<f32>,
+    /// Reflectance at normal incidence, 0 to 1.
+    f0: vec3<f32>,
+    /// Roughness alpha, 0.01 to 1.
+    alpha: f32,
+}
+
+/// Unpacks the three surface textures.
+///
+/// position.w: specular reflectance of the dielectric, negative without a surface;
+/// normal.w: roughness alpha; base_color.w: metallic.
+fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
+    var surface: SglowSurface;
+    surface.present = position.w >= 0.0;
+    surface.position = position.xyz;
+    // Half floats keep a normal to one part in a thousand, so its length is mended here.
+    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
+    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
+    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
+    surface.alpha = clamp(normal.w, 0.01, 1.0);
+    return surface;
 }
 
 /// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
@@ -319,50 +401,6 @@ fn sglow_expm1_over_x(x: f32) -> f32 {
     return (exp(x) - 1.0) / max(x, -8.5e37);
 }
 
-/// A point that lights are reflected at.
-struct SglowPoint {
-    position: vec3<f32>,
-    /// Unit.
-    normal: vec3<f32>,
-}
-
-/// That of a surface.
-fn sglow_point(surface: SglowSurface) -> SglowPoint {
-    var point: SglowPoint;
-    point.position = surface.position;
-    point.normal = surface.normal;
-    return point;
-}
-
-/// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
-struct SglowSurface {
-    present: bool,
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    /// Diffuse reflectance, 0 to 1.
-    diffuse: vec3<f32>,
-    /// Reflectance at normal incidence, 0 to 1.
-    f0: vec3<f32>,
-    /// Roughness alpha, 0.01 to 1.
-    alpha: f32,
-}
-
-/// Unpacks the three surface textures.
-///
-/// position.w: specular reflectance of the dielectric, negative without a surface;
-/// normal.w: roughness alpha; base_color.w: metallic.
-fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) -> SglowSurface {
-    var surface: SglowSurface;
-    surface.present = position.w >= 0.0;
-    surface.position = position.xyz;
-    // Half floats keep a normal to one part in a thousand, so its length is mended here.
-    surface.normal = normal.xyz * inverseSqrt(max(dot(normal.xyz, normal.xyz), 1e-12));
-    surface.diffuse = base_color.rgb * (1.0 - base_color.a);
-    surface.f0 = vec3<f32>(max(position.w, 0.0)) * (1.0 - base_color.a) + base_color.rgb * base_color.a;
-    surface.alpha = clamp(normal.w, 0.01, 1.0);
-    return surface;
-}
-
 /// A virtual light.
 fn sglow_vsgl(light: u32) -> SglowVsgl {
     return sglow_unpack_vsgl(sglow_vsgls[light]);
@@ -384,24 +422,6 @@ fn sglow_unpack_vsgl(packed: SglowPackedVsgl) -> SglowVsgl {
     vsgl.diffuse_sharpness = 32.0 * unpack2x16float(packed.diffuse.blue_sharpness).y;
     vsgl.diffuse_coefficient = sglow_packed_coefficient(packed.diffuse);
     return vsgl;
-}
-
-/// A virtual spherical Gaussian light: a cluster of virtual point lights.
-/// [Tokuyoshi 2016, Appendix B]
-struct SglowVsgl {
-    /// Mean position, in world space.
-    position: vec3<f32>,
-    /// Positional variance, in square units; above 0.
-    variance: f32,
-    /// The mean direction of the diffuse emission: of lobes, or of normals; see the axis emitter.
-    diffuse_axis: vec3<f32>,
-    /// The von Mises-Fisher sharpness of these directions.
-    diffuse_sharpness: f32,
-    /// The power over the integral of a lobe of that sharpness, W/sr: with emitter lobe the radiant intensity along the
-    /// axis.
-    diffuse_coefficient: vec3<f32>,
-    /// The mean length of directions of that sharpness, 0 to 1.
-    diffuse_mean_length: f32,
 }
 
 /// The unit vector of a point of the square.
