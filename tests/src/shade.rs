@@ -160,14 +160,7 @@ fn a_broken_shader_is_noticed() {
             "no shadowing",
         ),
         ("gaussian", "asg", "beckmann", "3.535", "3.5", "another fit of the masking"),
-        (
-            "constant",
-            "sg",
-            "ggx",
-            "(visibility * NoL)",
-            "visibility",
-            "a dropped cosine",
-        ),
+        ("constant", "sg", "ggx", "(visibility * NoL)", "visibility", "a dropped cosine"),
         (
             "constant",
             "sg",

@@ -117,7 +117,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         peak: upper,
         monotone: COSINE_GROWS,
     ),
-    function!(sg_cosine_fitted_mean(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted,
+    function!(cosine_fitted_mean(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted,
         reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
@@ -127,7 +127,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         peak: upper,
         monotone: COSINE_GROWS,
     ),
-    function!(sg_cosine_fitted_fine_mean(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted_fine,
+    function!(cosine_fitted_fine_mean(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted_fine,
         reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
@@ -177,9 +177,9 @@ fn product<R: Real>(x: Numbers<R>) -> Results<R> {
 }
 
 fn product_moderate<R: Real>(x: Numbers<R>) -> Results<R> {
-    // The contract: no sharper than this, so that squares are in range.
-    let most = R::constant(1e18);
-    let product = sg::product(vector(&x, 0), x[3].min(most), vector(&x, 4), x[7].min(most));
+    // The contract: the squares are in range.
+    let [a, b] = [x[3], x[7]].map(|one| one.max(R::constant(1e-15)).min(R::constant(1e18)));
+    let product = sg::product(vector(&x, 0), a, vector(&x, 4), b);
     [product.sharpness, product.log_amplitude, R::zero(), R::zero()]
 }
 

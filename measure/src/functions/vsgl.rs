@@ -89,8 +89,8 @@ fn emission<R: Real>(x: Numbers<R>) -> Results<R> {
 fn incoming<R: Real>(x: Numbers<R>) -> Results<R> {
     let lobe = Lobe {
         axis: vector(&x, 4),
-        // The contract: lobes of lights are no sharper.
-        sharpness: x[7].min(R::constant(1e18)),
+        // The contract: the squares are in range.
+        sharpness: x[7].max(R::constant(1e-15)).min(R::constant(1e18)),
         coefficient: Vector3::splat(R::one()),
     };
     let offset = vector(&x, 0) * x[3];

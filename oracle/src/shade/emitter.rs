@@ -51,8 +51,7 @@ impl Emitter {
         };
         // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions.
         let squared = (light.position - point).length_squared();
-        let scale =
-            R::constant(0.5 / (PI * PI)) * integral / variance_at(squared, light.variance);
+        let scale = R::constant(0.5 / (PI * PI)) * integral / variance_at(squared, light.variance);
         Incoming { axis: towards, sharpness: spread, coefficient: emission.coefficient * scale }
     }
 

@@ -5071,11 +5071,11 @@ pub enum Function {
     /// By a fit.
     SgCosineFitted,
     /// By a fit, with the mean length of directions.
-    SgCosineFittedMean,
-    /// By a fit with more constants, with the mean length of directions.
-    SgCosineFittedFineMean,
+    CosineFittedMean,
     /// By a fit with more constants.
     SgCosineFittedFine,
+    /// By a fit with more constants, with the mean length of directions.
+    CosineFittedFineMean,
     /// Sharpness from mean length, Toksvig.
     VmfSharpnessToksvig,
     /// Banerjee.
@@ -5159,9 +5159,9 @@ impl Function {
         Self::SgCosineLogisticLiteral,
         Self::SgCosineErf,
         Self::SgCosineFitted,
-        Self::SgCosineFittedMean,
-        Self::SgCosineFittedFineMean,
+        Self::CosineFittedMean,
         Self::SgCosineFittedFine,
+        Self::CosineFittedFineMean,
         Self::VmfSharpnessToksvig,
         Self::VmfSharpnessBanerjee,
         Self::VmfSharpnessKroeger,
@@ -5217,9 +5217,9 @@ impl Function {
             Self::SgCosineLogisticLiteral => "sg_cosine_logistic_literal",
             Self::SgCosineErf => "sg_cosine_erf",
             Self::SgCosineFitted => "sg_cosine_fitted",
-            Self::SgCosineFittedMean => "sg_cosine_fitted_mean",
-            Self::SgCosineFittedFineMean => "sg_cosine_fitted_fine_mean",
+            Self::CosineFittedMean => "cosine_fitted_mean",
             Self::SgCosineFittedFine => "sg_cosine_fitted_fine",
+            Self::CosineFittedFineMean => "cosine_fitted_fine_mean",
             Self::VmfSharpnessToksvig => "vmf_sharpness_toksvig",
             Self::VmfSharpnessBanerjee => "vmf_sharpness_banerjee",
             Self::VmfSharpnessKroeger => "vmf_sharpness_kroeger",
