@@ -2395,7 +2395,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
         ),
-        sha256: "cc9db589aef2c9732a8dbf8c1acb32a2ec01aaf1e54347105cd4c300a753db1c",
+        sha256: "e3ae484a17ea003576873c15ce5bb21c17ae62b07cbce1b729024a886d652af6",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2403,13 +2403,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
         ),
-        sha256: "fd397e81d92f7d415bad63e48272565f42109b6150f23536d42f848725178009",
+        sha256: "197c6b5025a11e421643949badcc2e44e89e32ea3526c6de083ad35c9e16e80a",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
         text: include_str!("../wgsl/density-density_bidirectional-importance_lobe.wgsl"),
-        sha256: "ab23e4c660cac8d82b333760c08ca67c65a158b92726adb0b1d08fdd23ce95d9",
+        sha256: "7d379542cabbad7d5cbe45022dc21ba5d66ecedba33c777eced0e29c629c38a2",
     },
     Embedded {
         id: "density-bidirectional-lobe-diffuse-f0",
@@ -2417,7 +2417,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse.wgsl"
         ),
-        sha256: "0f178f8106d38e8ae11c8c257d740f6fdbf0c34b67648bf07b9d2420ea862f50",
+        sha256: "644a690ad75185148e6e6074fe141aafc145bc05b0d2ab1dddc17d0265ff07ac",
     },
     Embedded {
         id: "density-power-none-both-f0",
@@ -3099,43 +3099,43 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "5f9d62b4a40f8c81671bc162b70e299381b7189126ca7a41068c4885dcd32df3",
+        sha256: "ed1ef44403b16f0c6a9a895aa5560b259a9c7ef51fc64d06e63018ea21424904",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "5687e4643803d33c0f7ee1b57993fa6d05affc19d6bb428dba43d8594423485b",
+        sha256: "67348ea8ae215c1297ae76560b35a421b0db1854e6892831ddc660e3593c9fc1",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "dd9d2fed56c3bf03e801adcfab92aaed5bbbb0169839797fbf0bf0d2617d70f9",
+        sha256: "818406041d68fb1c6249055802009ce27e6368353416040d501dd0876336d305",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "95c7f10253f3e52618ebf49f8abf3690e4da92fabc8dc7266e751d3e5e5fea55",
+        sha256: "697a37bc158dd9b7f44f45719d85112ab90560971ac6f8dba82ca7631887298d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "3738aa1f3ee41840eb3d3003969f1210ab383cdd063ef5eaddb202de8885089e",
+        sha256: "ae969ea1257fecccc161397810a40ee8c0c206b80be46f7edf937b2eb74d4729",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "cffdc2b27985e32c52e5a75afb67d11f3de4d388588ff44aba897a708f403f58",
+        sha256: "e8c47a9234abb6ba0b5e7508dd4c9093eb722d2f08661cc55dbbd0858126ac3f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "ee8caf234534a184f8aec97bb009a0b53febd1dec8198a64019648a7723319bb",
+        sha256: "6608a46bcb25d0e339694a33f2e9c46231d6d12e2dd4fb8071accc50d6626c28",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -3143,31 +3143,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "01a00b1dd068a0f8035d9725bc9c1f03bd1767d57469adf8e3646c91bee17f94",
+        sha256: "c6f840a0587c264eea041bf0f955d358d87a938a4e3d7553b0583973c955de96",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "701468d5f3f2ba4bb073e03b3d3665aa0e9ea09668623998ab5487c217c81a49",
+        sha256: "39f0858ab084edf905e54b401ccb5406f74bfa91d839e4e5a084dc80cf2d3c8e",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "1ca388bce45c29641b170ac5646d311e7a247006763d44f6ab5faa79f0e824fe",
+        sha256: "1cce279ad67a654cebbc26ea80fc184e854cf8c66e44aa874d3a12264e125bc8",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "32d4eda51d4268147dd3bf28582554826a55c6c2018a1a61d90a739a549888ad",
+        sha256: "26bf81c5a3f8c789353d4b3298db4812959b4b140821a29bf85174ea1fd89de7",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "6136fdca5ea5612910ef63161c352cb3b88e4a6d69b159c3cac992a32a8f5de8",
+        sha256: "617572bb1562bc789ab637e218a8aeaabf27b5ced4cc035c941e0695f85103a4",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3175,13 +3175,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "126ff5dfb2406cd171b15f90294ae49f950f3dadfb9da9c6da667dcd8442f1cf",
+        sha256: "d4e6592eaf624e82eb683d788166c737b8fdb22ad44c7494e469cbca61fead69",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "d8cff74fc90ae3a3ef0daf371f16970d331b81147edc3ed098629000e8cf8105",
+        sha256: "644dacfe8a434b27601a9d16c3c1627a1882f4254ae1d77e53101f22f21f935b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3189,7 +3189,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "cb3dc2bf3320f3ef7cab54607ca993102b68da26c28385b12129437a27f8f019",
+        sha256: "b505596a774ed12aee1778f64f8bebc9018308e621956e85b92f834161a4a385",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3197,13 +3197,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "bb51b87bdfca43d9f343491f95700f5bc51b854070e6116ecb1ab5b44d3ae256",
+        sha256: "62ca85554e1df3412225c7a24486aceae5ed455f5b6f54d8912e4d195dd1bd08",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "396eb4a6a1e2337cd7319f15474a9e59791f4932a87b2e92d0dc15e638f3cb4b",
+        sha256: "c97e2f9a1cb77977e89fa4200b57b73425e1798d08c917059a619e07b80879b7",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3211,13 +3211,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "6fb2d260b33b03ec77f0e2c44fc8c2ca4f8b18afa87fd10ac60ca5198b6ab586",
+        sha256: "e6047361839b722d5cb8889de092e823e4ec4ac625729735cb16e88794adebc3",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "dfb51d06b4ecd3caaf17abdabf22c04b8ac4d8cc0b1d198c98231f18362ef23e",
+        sha256: "179d74a512cf6dbc7ba3befdaea17b2e91d31362b1f1693a2110ea37e8b75974",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -3225,7 +3225,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "4d5d543cd31d0b1dd8e99f4b00802e8cbff13e484cda82dc9d59d0d68758ff1d",
+        sha256: "54a7f718be59242954ad875ed238ab9ccc596e2b29bfb4c2acc5fd94601f7c8c",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -3233,13 +3233,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "ebcaf59a44de69358ab9467d0a4f60e9e7f003776fe1049d6491925ccd8a81a2",
+        sha256: "85534be4c7092b2d1fa08770ea57b60b03986010ed5cab4d9b5c00430bbda347",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "4fd6da31c93c833986287777cd50d67a03a2b00bd9c4b037fccb9ca2afc31aec",
+        sha256: "6ae9e134b13a856b7f99b76837e3a3c7dba5d4307be1829ea210d5ee8ca02493",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -3247,7 +3247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "d5b777927873dc3e75a07d671546ad69de5002297a0459d4b1ced7964ec65150",
+        sha256: "2ac032feda182073e941c6964fd7aea3795aa7127e2067ad97a94a43e403e743",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "90147ed34b2d7a197d07757cbcefe937d30465b610279498d49117b8e7c7b2d3",
+        sha256: "abed82d3c5c8c1fdbbc4b37f4181b7d3f6ee168ef4dccc095c6af8d7b389dd9c",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3263,7 +3263,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "19068ae58e98bd2c8106c4aaf9db61ec4427f8bd0a12dd3eeeb553b97b0372d2",
+        sha256: "92f813f85cd5125780d36a1c646b97bc5657dcd93c5a82bbf2e7a09feccc9fab",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -3271,7 +3271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "53bdb0063e4c44fb79b0bbda8a4e084daadd25c4ca5d2ec482da17a986c4f7dc",
+        sha256: "bd261a1ed48f98d4455eee5db0b64b81b4a1eb5f8ae536c69903f05724122352",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -3279,13 +3279,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "0babb0a1a7b4951887107206e404de7527fd8c4ec05f5a28c18f3e9bad03acd8",
+        sha256: "70bebe5efcb21831711e40fff77fc80e9369e7fd482fec4a807d515c308833a1",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "19b06fd11deabfb6fd3405bfb94efdaf54b460a582ce2e428d5e9b2a4297d0d7",
+        sha256: "5e05fc8fcf16429978bcacb5fac73b82568ee2189c259968f225ed177fe44c08",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -3293,7 +3293,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "ae6b2865a50eb4c2dde23c4559921cb24e527e25c2465e7c1e010dfe8f18b8c6",
+        sha256: "298d578483863f00d72a2f744c249f600d437ebdac9062505f10a1a313b57727",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -3301,37 +3301,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "d2f09d6cf09aa66c3086cee5bc649149507f74f45ab733d431412deb703aa546",
+        sha256: "2ba0efba33458c0d98bf43916ed3845a67c0c48c929a15196f822f986d31edbc",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "3b319ecdaf2c5f25bb835b508218fdeb98caea9bf1dd8b315bdbe338362fb034",
+        sha256: "e55e182b7008eb2ef67b88707eaa10ce8dd56eceffd1027ae3827521de82e206",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "ec18b5fb2f032b397eee7f56877bf88761e6f55f67a2dbdd76426e3512cb9ef2",
+        sha256: "79c9ac1598448e8e6396293b9f2a47725a3c7be08c0c234a3eb5b4fa23c99262",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "338e1cd2d12035be5c78e71c74886d340ca58ec04e5a8e7e3007fc680decc1e7",
+        sha256: "75f6136c3ff8505a9ffec4c336b1493b2077a9d561191421f01276ea1a2c8f79",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "4c366d31db9de0b87cd64ff52a8c107c982834a2d8aa78e4aab752be05642feb",
+        sha256: "625c11b90e7a104a853c9f63d053d15b5e4959b127eb1c6699b72dd2c45568f8",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "bf26feec7a84dfe56547eb2263d38c7b156a48591b0ad979fc42522653c788da",
+        sha256: "e46868c095945f257d37b10653a9fbf31d58cfbc66655fea90e571382a4e5f0f",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3339,31 +3339,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "19c3e3036008f942a32e75f5d9074cbd1569f49ed2164ad104e2ad6bf3edc91a",
+        sha256: "b84a6a9c260f2177ea1211124cd3d044a671e1af028698f74748c7481f90901d",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "4b5111d5164db3c6ef650f066bb369c7fd1592c624b2c673e3ef52a1830a6994",
+        sha256: "88a7f7e7e614197011d4e3a105c3149c01f3a6a277133952cda63410ffc659aa",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "dce00262f52f39af4e36fb021262ba30047888c566387a38517567b21bb32a8a",
+        sha256: "ea458c9556af823ffd977a82dda9a68f94015ab83358f3bed0ed82194e89c915",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "eaf829540efb20a489bd63a98a5ba7d2c1a80fdd2909082c70fb8daeda74068c",
+        sha256: "b5aa69c298a926fb9710ec2503fc856f8b171eca7683632a3ffa442f74b6b761",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "3c7d3e3cfa701259992f00e5199b07fba63af637863779db51920a86c7231e56",
+        sha256: "8e1324e2beedf14f517b85372c323978792c0b2cbe9a067e16839bbe773d524d",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3371,7 +3371,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "0d80fa57d0b92673c5dd0fda080149b9ce111ab79e3a6f23917547e3b40a243a",
+        sha256: "308964a7c63d573e9af39d2730e0611cf0d0586cf6e0494be3900dbf0f091b9e",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3379,19 +3379,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "eff3516c1bf7b8486458ee14da08e89bdca0ad78b861ce684d18faef8d110b20",
+        sha256: "287ed472b74f67bc144031760daf01a354d8aeebd7d7e606a713ea73361a21c6",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "3971d8ba99af83d14e62c72525839bcda8567996c7252cca7f1b5e016ac1ac62",
+        sha256: "0fa9920345c13a56bb1ca61deb7128c70c87bb6b23a5c24756d2a68973e9a059",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic-lobes_diffuse.wgsl"),
-        sha256: "1544f626dde14715c9fc3c79746d9f766f5052946f6a5fbb5b03ff6e0aa4dd99",
+        sha256: "66fc2e67fbf36b0cf458536d4702f48d48006dcddc7f565a19953bae9fbde1aa",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
@@ -3399,7 +3399,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "377b7ea7c4840c6984c531ac6f6e653d5dfb8d6c1f525f645a080c92ffbf10c8",
+        sha256: "8ea7708810ad8dc6fc4b380fc4174b841851a6942fad2476329911327b4707e3",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3407,31 +3407,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "d1dc5a4845d1d68fd88b2908107d9e3f35623e12460d2a030536c6106bb7fe1e",
+        sha256: "c8a78cb615d9912bf86d9a0cc5d9616c3cb4e0f7f7075459d8ab93d52898fae6",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "7f188a83925168b385eec3339430396697b1a78c5f4a0f42e0985bc580c04f22",
+        sha256: "a180eaaea3775feb392963872a3f6ee82e6af9299928e7f55e445d846822a642",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "54e44ab8346188baee1ce379f57bb2c7d95b7ba342e6b99bc073d06981e18b6c",
+        sha256: "42ec00fb595dfcb6d94a24782c168503abe7aa82a716f3ece44abd69fcc628d4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "a1a2e89d8ed2ed39cfc56d4dd72fd118236a7ef212a035049479e7711b3b9169",
+        sha256: "be01d215b556a0176f97a98c050d0e42d1072181bc41c0f49cb818a7e9d4cd1a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "c7a7639a8191bdd646faa49d8a7a9afdc04855c45da25921ef49fad29008de51",
+        sha256: "c5e71de79ad0bd6cc509ca6251e99927019484a473d70903d980fe450c53b8cc",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3439,7 +3439,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "28216d889159da19efd7ed2c4867b418400e0b7fb9d8f08dd7a71edee154c091",
+        sha256: "00942f1a8d32d2329742bda402956e053feb0ab10e4c01c99492d32d24fa5f83",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3447,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e33cbe8563f1013665a155c5eda85133dd730e9c7cfcd85e5fa1e61a6d715695",
+        sha256: "c64bf683d370ce2b05c3e5d4df5d0f9f4d174af68568f5e540e6611967bfed0f",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3455,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "123399f1a9ee205a68326c3ef48a97c1ec1a0b0662ed2aeef53f3e189524f6ec",
+        sha256: "d42b970de68bcce76681b4d3ea09ce2f7455837024fcb1daa37a0f4d3d24ad9c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3463,19 +3463,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "b1dca8684fb031de4601376775b24a9123a1f21ec9dcce929425a1a8d791cd5f",
+        sha256: "3a8cbac711539074eb5bcca7297c21f5815d911d3e4f51d2e4b4ef1b8771299a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "5146a9ac50ad1c7dd7f0fac43fc0d53a4844c3798da17286914ce7fcdb288223",
+        sha256: "d3f86ad0833598897397aceb0e92ca077ac5c0f1ae1ee170f33c8ae7e066e555",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "678aeef18f4b481947cecdafb91debe6df6805146e8d0ed48da1b509f6667e87",
+        sha256: "21400f9b6876c624aafb76003ce2f115778533edbd70683436b98ad80ea6545b",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3483,7 +3483,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "ad32014dd39e0ba68cc272836e92438f9189b3c7a57878170e837d64f11a3b14",
+        sha256: "1547c85f655e7b19f83e8717d72841703b41cd61ae50d4410f951e7c3fe0d3fb",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3491,7 +3491,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "e0b4fc814cad055fae5ba8e35f6e0de9e6cb8874ee5cf4483359207e1846f3e6",
+        sha256: "273f1db27b52126da77b8509ea427fd7af213446058d47a149bf90e2f3d410a2",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3499,7 +3499,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "4c04d7f22d067fad54ed0ea1d23b53db9c456b78468b2ec38f0cc5023cc6edc9",
+        sha256: "bf4fd1af0d53c518d79029c98d9686ab05a3e337e12d9669537e8ec9aaae6c11",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3507,7 +3507,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "e612992add2a239c936259abf6155429e450c7276ece013704d10dfced3d1cd9",
+        sha256: "b740ffab0e3dfc377e69b8450cbcc6f90813578a2a3eee473ceec16368825909",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3515,7 +3515,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "cd1dae3dfb6b0e08940b6c9dd447c728aed7abad1af813b2a1e038f3ae65cce0",
+        sha256: "51340bde78bd9e1dd9b7c5684e6c74bf82ed77aa9072fe49034670da81b8ea06",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3523,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "6e9cca250ee4608c38caf775d40fe299416bcc3c328c72dfbc8a8814c07370c8",
+        sha256: "c0dff3e5b20cf5a110cb09ab77f12f8a5bfdab15c7f36745732dd7d07e66d012",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3531,7 +3531,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "442967500bc78a9d8ab47a70e72c3b3fb30a32528a003a9e1dc49bf7a7ad5024",
+        sha256: "9fb3270cbbcb392a900547214e288952aa82551feffa6715009d9751eec83f8a",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3539,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "97e6a33c1585d4c99abfd15f644ba3cf19c010a4776f205c8e829f56e06bdfa7",
+        sha256: "b6ad823ea6bd179ff5d462856b1ef6e776c1a725db0216575067e32702990447",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3547,7 +3547,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "a06f89129efbc8c41cf6d9f109285e85c2c3437dfc3502967d1a02f9d5fddf5e",
+        sha256: "8c63d013e7c69a26dc906f41393327a6c4be5c153b243421533d91e0d5362a6e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3555,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "886d3fb1d277467d13e4814b7514cdc1dc4b0931f2e75269f20fbb351d316123",
+        sha256: "70572e7d28567af5d202da59d6aefd58cc32afbf6f6f172e5c9b19afcc6be71b",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3563,7 +3563,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "1075d033fef4f5837881f0461f75615cfd8c469a8b826be38c30a8727b0d1e70",
+        sha256: "1cf7cb48b5f938b034713dc6070dc14fa476f61f88721d35621ac5b4388732df",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3571,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "1c66e3761029272e89ed1aadd4d117e98e98848794ce3c3a6344a634530a22d0",
+        sha256: "0c9d4449d00c37c4ba3ef5230ff410673fd095ccce2d801e9f0d96bf9569708b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3579,13 +3579,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "0b0dfa5f2b4e3fe92f5c9a166a98f5c8aa134b5ff1517aae74f4357f2076bbad",
+        sha256: "b18d1083706c4f5c44510c7144180a0ca45de0db794223c6002d181ef39582f7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "5a1cab375d12eed645965ba83003946faff31571730858b8cf3c4192c31983d2",
+        sha256: "53a703a27b3bca9a70d7714883be162f52657877f2a72c5542a32ca79dfc0ad4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3593,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "6edec64ad75fec5ebf7ac508aca5288d9fadbbd1dc89b4f4f03270e63c50f9f9",
+        sha256: "780f6e88fae4b4b1a18c18ffdd8f66080e2fb1caaeaa40448dedc0ec5ab9a5af",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3601,7 +3601,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "e204747ca7b7db933b07756087c664f9a01eb360b3c56b3c8242e005a5cbe26f",
+        sha256: "a82902b40525039b6e8da9c33386b5f0a780537eb30a9d982f7008313bcf2ca7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3609,7 +3609,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "36cecc6cb346015c148ffdc6c988ed9f6417402e041e205652e71205ee900762",
+        sha256: "6689d529ec1cfce46b86b30f4f6dab91e67862f0905baeecac8ddfe0f6cdabf8",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -3617,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "798c315d2dd023192cccec660ba5d55e260115c89c6cc6895f1fd8f4bb5909a7",
+        sha256: "885b0b8f39d32aeccedd6f0e19dba6c2a6e9b9ca037b5d81f83fa0605643f5f0",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3625,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "858b4e2d53b643aa4184ae471e623b22010b845f0f3fda17a4d14f1c6b01a64a",
+        sha256: "ab71812c11fe9c140e359093d7cfd1ca8f98b095bd35ba0af42bc9ec1f10f4ba",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3633,7 +3633,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "6fc6c781eb91b37cdd2be34ea835eb75e81a9f88deec16370e2ce717a1d06251",
+        sha256: "7bb221b9d0be93590b9ff3775dbde917303eafe33ef237b234e5c8ac85f7c45b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -3641,7 +3641,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "f7e4eb8930d5f130de99a32163761c133903aba7876d613e7bd25b10110783df",
+        sha256: "99595b510ade9eb0b3049b985f310e94ba0140b1b99cd50f14ad623ea191ad5e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -3649,7 +3649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "ae7087d01c7519af6f634890337a5831da7d52f66dfb36b68c7acba93d993744",
+        sha256: "253404fd7147e57cd7b36b6590d6739936e26e9b7e38ed721ec831f1ff5beab0",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3657,7 +3657,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "c8dc08a2b79863b8683d57fa436df21c9361fab19a38fc09e6cb100d1bcfdac0",
+        sha256: "9147f245a626e6b1020baf3a3ee878bb489c8f9bff30887dfeed8485890a1013",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -3665,7 +3665,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "509cde4faf745e6d80521ada2ab058a84684b539e084a22bcca79069e888592c",
+        sha256: "89a219efdea8f21600b747a4ec0ee4cb91247b354a35b5464928a42b785a6928",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3673,7 +3673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "527afb3af3849eac3c612233fc2263fa7e1a2a9f8b68336acec17196e53207fc",
+        sha256: "72cb2adc13ff30bbb430cb39da4e53294998171d6606ebdad4d43b79abca9dc4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3681,13 +3681,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "0cce9a08f7f68c9096b27f361a8efc2ff160c32213faa9eea68960a9a6593e9c",
+        sha256: "ae01e79dc647437e2a3c7e9289cdb20cc8968baa68631896f648be250f825740",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_constant.wgsl"),
-        sha256: "51f7725e3a49808ab65d61060a12c49e72712438ed477212db036ab9bb4b1280",
+        sha256: "6ed1e7368756ad89937691df9a1ab8b72f77e367236efe271656a02e0de07f40",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
@@ -3695,7 +3695,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-lobes_diffuse.wgsl"
         ),
-        sha256: "95f6d9f13785b6753b6960653719925a7972a5b4c01dd4d7e274aa376ae353d9",
+        sha256: "1eea6e176cd72dad7edd0e79621ed8937adbec88ecd7af34a1c31fe0c06bc029",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
@@ -3703,7 +3703,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none.wgsl"
         ),
-        sha256: "9e3eb4c116c06b601db767f52ba3476222c0763ae4e94a5b43d95a4e609dcc20",
+        sha256: "57272d1ed032ba707adb07d44ee7eeeec089b19cb25d6118a695b7e1994c6b54",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-diffuse-f32-none",
@@ -3711,7 +3711,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "1606ba6b0bf7670b3151ce043525308614f2b637ea32f98b909b577e083d81ef",
+        sha256: "811a6f4fa6fb92387a9a7700342c0d8742b61e2dbea48cb8af5eba50224cfdcc",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
@@ -3719,7 +3719,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg.wgsl"
         ),
-        sha256: "36c51101f1c8c4871eeecf49944711e26245cbc097b1f6966e9e62028a68ec58",
+        sha256: "4486caf0d263c0383e4d3a8bb3eab4db6d9967aa5b10189d36dc8ac4524121cb",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
@@ -3727,25 +3727,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "07f7455404900874b39e683501daa01b335706c4b369432b075768f24ede499f",
+        sha256: "5e0d17462db3484f120fef27116e2add8a37989653b7baedbc1cf46e35ecaee8",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "2948b4de2c289bc97b1a8ea03f93d183bb73de968033caf13287e4934be6caf5",
+        sha256: "4d0536420356c09d1ef7c4de799458d911fe623d102ec7810d70a8f46350c21a",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "f1b772052f58d230b7ddc2275d676ebed174ee3cba41263b788bcd1f9b4ab4e4",
+        sha256: "ecd32bda5e1a3e3e5b776dd4e68576ff6fd9de5839be087a1197dd9ceb488bd4",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "82659ba5d6871a8c826ec4affaa6131787b46ac65703b613c9ce5f11e6f1e810",
+        sha256: "fb76d286d0f63afe347ed4aee2067589a3ba93ff4d9da27c75f5442b1ea5d2ee",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3753,13 +3753,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "2af7b2efff2ec50d7ad26568d9a7b944c4d46f045686c51818df784cfe4930a6",
+        sha256: "2839663983f682bf190bfa5fd597b4f57d3f9a73280b658bb484957fcb5081f9",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "71e50821b849565b96901a324fb0b5c76453b06a099feff1c283eda80b253cb7",
+        sha256: "5299f6cfdb909b23b56e7c99a0f0b69bb435a05f08752fd88b2895eb492e2688",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3767,7 +3767,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "711e5f5df6077576f1ce117d9b31a090c2cf0559099478938c7844b5ac4611e1",
+        sha256: "e5f2863e657424ffad285adedb3a3675beabdb52ffcddd69e866bbc8eb7f0623",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3775,7 +3775,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "ae6642bc93ce4207cc767d199cbea8f2f525fb0f9b50b532da1f1638415dafce",
+        sha256: "a82e4dfc6b2e3ad8a77a0a07546203c1456d11785715a04ed7098cdb4d60feac",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3783,7 +3783,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "1720b437e215d256cc00b0ba4e25c64e0f55413c6bdbfdf754b128db0cdfbaf1",
+        sha256: "b216bbd08fd9c3f0c394e0af51b073ad4b18e6fe3f2c84a8d691fe5fa4f1685c",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3791,7 +3791,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "3e77fb73f6a8b291c767dc6f7ea118baf42156b99bda9e79d2c4777c35f1f5ce",
+        sha256: "e604d2ce1118aacdc4ac08bf00c1a51178e922e081f2f3b58a08ff863958b349",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3799,7 +3799,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "d11470fa107494ec42af221435c29f04888677b79ae2b3fac4a2d7e97e05a609",
+        sha256: "5ba832ac325d0e087016ddeb101bc4c1a7526b04502306b142f661013a6bcf19",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3807,13 +3807,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "c936d2e769d289280988fcec9c500c4366f83ddb90ff95c85915df3981755152",
+        sha256: "91b29dc3766198e83829061b9e5484f089abb98cb7e09eff076c8245ca4b2842",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "87dc1e355633bcade06a11db6194b47494aeb38470a72d300910cfde02bd7ba2",
+        sha256: "4e8a12ffb09bb2e586df0450b1a2909420331550b9adbc146a94cb3ee503c1da",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -3821,7 +3821,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "4cf3616d75056babd4c1048cf1fd4de32419b788b80f2c9db40c2e60b16b9d91",
+        sha256: "64465a8ca5a10227af96530023d8ffe0e78986d71ca38c7220df99186e1f5ae4",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3829,7 +3829,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "9868417aacaf9b502954ea39e96b2021d206a110d7aea86602a56f249609e3f7",
+        sha256: "5eadd8dae9268784f07d277e589564e88f45d31e29471e4242357d535f234a2d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3837,7 +3837,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "9b1fb5d29755f306c79d8aa3c72dd53cae5edd639992f4ce61d23e0eae84bb75",
+        sha256: "9997720f25ecef36c2dd5a01580b2f077bd8bf5cf0d3e02bac1ab81f8ebbdbc4",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -3845,25 +3845,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "e8d15e2d2dcbca18d29161b4a45907ea012e731f0ed2e917b43dfd387d07ff56",
+        sha256: "4abe1c8b5ef90ee491eb20be472a52bbff4c9adb20cb4f581a04c992b626a1c6",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "63d50b16f42419648843666bce2ff87c12a0d7201fa08654ec102244c5f7e67d",
+        sha256: "f3b116a8e82a9c39880aaaa22b65ed6c71a1f0a03a1439312192fadb71f5d559",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "bc4b33caf759a50502f622703e3953f3298ec8e6a0c9d036f0a32e751fa32e33",
+        sha256: "e1d2254433fb476e369d82d7f555e9d84c6d8a3585c30e9faeeecbfbd69e0acc",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_gaussian.wgsl"),
-        sha256: "7501ef3b8f4f9a316af64d309569037160f393e6310a2511b4472138fce46181",
+        sha256: "5f953ffb862132cf259c0b3493e2f2d2dd013e33b697387c6ced7187b9504033",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
@@ -3871,7 +3871,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-lobes_diffuse.wgsl"
         ),
-        sha256: "079922ced362a1b9b027cff2d56d78ab364b1e657b4782bec54ec7c56984da80",
+        sha256: "3a3926bbf60a8a6dd0b9e25418acbbbcb67a6f150329ecdc6b78b58df2c81332",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
@@ -3879,7 +3879,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none.wgsl"
         ),
-        sha256: "11f682ebc0e15dcdd01249032f2e5e26faf1bc5ffabda104da6ef7b127dd915d",
+        sha256: "38fcd6564832e9f819c761e34dd10cef0fd276383b8e291b7bc6985877766cde",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
@@ -3887,7 +3887,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "2d9b65b3a7497c8f9531869a525a4a402a9cc09f2a9491c646692b625a3542f7",
+        sha256: "d92350634e9d7f4576b4aba769a318fc29124363d51fd2dc2beecd91198cb2c1",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
@@ -3895,7 +3895,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg.wgsl"
         ),
-        sha256: "1e06c4297c2fbf56babacf6eea89b1071ffe84a05dff15a53037dba0f5601dd5",
+        sha256: "51bb2db3a690b589414b6d24813d20067f98f6b81d2f19efb2ba46eda51d9562",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
@@ -3903,7 +3903,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "7df87e7e0d14874e1dc2d29825bfb80b5e3e992cd812b16724e2ffaa18ac60b3",
+        sha256: "a3139226fc2dc2122cb6da4087c2c101f417b944596962fb74b49cce114bc0c3",
     },
     Embedded {
         id: "shadow-constant-opaque",

@@ -179,7 +179,7 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
 /// The same product of lobes that are no sharper than 1e18, whose squares f32 holds without a unit.
 /// [Tokuyoshi 2016, Eq. (12)]
 ///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18.
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18. Below 1e-15 they are as good as 0.
 /// log_amplitude: at most 0. Of lobes that cancel, and of two below 1e-15, the axis may be shorter than a unit vector.
 /// Contract: a sharpness out of range or NaN gives anything, finite or not; no loop.
 fn sglow_sg_product_moderate(
@@ -191,13 +191,12 @@ fn sglow_sg_product_moderate(
     let mean = sharpness_a * axis_a + sharpness_b * axis_b;
     // One inverse square root gives length and axis. Below the limit there is no direction to lose.
     let squared = dot(mean, mean);
-    let inverse = inverseSqrt(max(squared, 1e-30));
+    let inverse = inverseSqrt(max(squared, 1e-37));
     let sharpness = squared * inverse;
-    // l3 - l1 - l2 without the subtraction, as above. The products are at most 1e36 and 4e36 in any order.
+    // l3 - l1 - l2 without the subtraction, as above. The minimum keeps a driver from multiplying small factors first.
+    let share = min(sharpness_a / max(sharpness + sharpness_a + sharpness_b, 1e-30), 1.0);
     let chord = axis_a - axis_b;
-    let numerator = sharpness_a * sharpness_b * dot(chord, chord);
-    let exponent = -numerator / max(sharpness + sharpness_a + sharpness_b, 1e-30);
-    return SglowLobe(mean * inverse, sharpness, exponent);
+    return SglowLobe(mean * inverse, sharpness, -share * sharpness_b * dot(chord, chord));
 }
 
 /// The integral of a spherical Gaussian times the clamped cosine about its own axis, the largest there is:
@@ -395,7 +394,8 @@ fn sglow_sg_cosine_dark_side(
     weight: f32,
 ) -> f32 {
     // All quotients over common denominators, so that one inverse square root gives stretch over horizon, g, and its
-    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2 without the difference.
+    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2, which subtracts
+    // nothing.
     let bent = (u * z) * (u * z);
     let root = flat + sqrt(flat * max(flat - bent, 0.0));
     let squared = root * root;

@@ -318,7 +318,7 @@ fn sglow_tile_roots(lane: u32, vote: u32) -> f32 {
         if node == SGLOW_CUT_NONE || !surface.present {
             continue;
         }
-        if !sglow_reaches(root, sglow_vsgl(root), point.position, point.normal) {
+        if !sglow_reaches(root, sglow_vsgl(root), surface.position, surface.normal) {
             sglow_tile_nodes[root].rest &= ~(1u << (27u + vote));
             continue;
         }
@@ -739,7 +739,8 @@ fn sglow_sg_cosine_dark_side(
     weight: f32,
 ) -> f32 {
     // All quotients over common denominators, so that one inverse square root gives stretch over horizon, g, and its
-    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2 without the difference.
+    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2, which subtracts
+    // nothing.
     let bent = (u * z) * (u * z);
     let root = flat + sqrt(flat * max(flat - bent, 0.0));
     let squared = root * root;
@@ -838,8 +839,8 @@ fn sglow_disc_irradiance(
     // above one half, else 1/(Q + |Y|).
     let sum = q + abs(y);
     let along = select(1.0, sum, y < 0.0) / select(sum, product, y < 0.0);
-    // The flow is place inward - axis outward; the two are at right angles. A receiver behind the disc's plane is lit by
-    // its rim alone: with a signed height a sphere would light itself.
+    // The flow is place inward - axis outward; the two are at right angles. A receiver behind the disc's plane is lit
+    // by its rim alone: with a signed height a sphere would light itself.
     let inward = 1.0 / (x + q);
     let outward = max(height, 0.0) * along;
     let tilt = dot(axis, normal);
@@ -1126,7 +1127,7 @@ struct SglowAsg {
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
-    /// 0 to 1.1e18.
+    /// 0 to 2e18.
     sharpness: f32,
     /// That of the emitted lobe, W/sr.
     coefficient: vec3<f32>,
@@ -1140,7 +1141,7 @@ struct SglowIncoming {
 struct SglowExtent {
     /// Unit; zero for a light at the shading point itself, which has no direction.
     towards: vec3<f32>,
-    /// The squared distance over the variance.
+    /// The squared distance over the variance, 0 to 1e18.
     sharpness: f32,
     /// One over the variance.
     density: f32,
@@ -1158,7 +1159,9 @@ fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
     let squared_distance = dot(offset, offset);
     let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
     let density = 1.0 / sglow_variance_at(squared_distance, variance);
-    return SglowExtent(towards, squared_distance * density, density);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
 }
 
 /// A virtual light.

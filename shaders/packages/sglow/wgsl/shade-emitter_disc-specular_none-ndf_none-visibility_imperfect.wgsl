@@ -229,8 +229,8 @@ fn sglow_disc_irradiance(
     // above one half, else 1/(Q + |Y|).
     let sum = q + abs(y);
     let along = select(1.0, sum, y < 0.0) / select(sum, product, y < 0.0);
-    // The flow is place inward - axis outward; the two are at right angles. A receiver behind the disc's plane is lit by
-    // its rim alone: with a signed height a sphere would light itself.
+    // The flow is place inward - axis outward; the two are at right angles. A receiver behind the disc's plane is lit
+    // by its rim alone: with a signed height a sphere would light itself.
     let inward = 1.0 / (x + q);
     let outward = max(height, 0.0) * along;
     let tilt = dot(axis, normal);
@@ -313,7 +313,8 @@ fn sglow_sg_cosine_dark_side(
     weight: f32,
 ) -> f32 {
     // All quotients over common denominators, so that one inverse square root gives stretch over horizon, g, and its
-    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2 without the difference.
+    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2, which subtracts
+    // nothing.
     let bent = (u * z) * (u * z);
     let root = flat + sqrt(flat * max(flat - bent, 0.0));
     let squared = root * root;
@@ -398,7 +399,7 @@ fn sglow_sg_cosine_odd_part_mean(sharpness: f32, mean_length: f32) -> f32 {
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
-    /// 0 to 1.1e18.
+    /// 0 to 2e18.
     sharpness: f32,
     /// That of the emitted lobe, W/sr.
     coefficient: vec3<f32>,
@@ -412,7 +413,7 @@ struct SglowIncoming {
 struct SglowExtent {
     /// Unit; zero for a light at the shading point itself, which has no direction.
     towards: vec3<f32>,
-    /// The squared distance over the variance.
+    /// The squared distance over the variance, 0 to 1e18.
     sharpness: f32,
     /// One over the variance.
     density: f32,
@@ -430,13 +431,16 @@ fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
     let squared_distance = dot(offset, offset);
     let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
     let density = 1.0 / sglow_variance_at(squared_distance, variance);
-    return SglowExtent(towards, squared_distance * density, density);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
 }
 
 /// The light's positions seen from the shading point, times its radiant intensity towards that point.
 /// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
 ///
-/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe, no sharper than 1e18.
+/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe; its sharpness is 0 to
+/// 1e18, below 1e-15 as good as 0.
 fn sglow_incoming(
     offset: vec3<f32>,
     variance: f32,
@@ -461,7 +465,7 @@ struct SglowLobe {
 /// The same product of lobes that are no sharper than 1e18, whose squares f32 holds without a unit.
 /// [Tokuyoshi 2016, Eq. (12)]
 ///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18.
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18. Below 1e-15 they are as good as 0.
 /// log_amplitude: at most 0. Of lobes that cancel, and of two below 1e-15, the axis may be shorter than a unit vector.
 /// Contract: a sharpness out of range or NaN gives anything, finite or not; no loop.
 fn sglow_sg_product_moderate(
@@ -473,13 +477,12 @@ fn sglow_sg_product_moderate(
     let mean = sharpness_a * axis_a + sharpness_b * axis_b;
     // One inverse square root gives length and axis. Below the limit there is no direction to lose.
     let squared = dot(mean, mean);
-    let inverse = inverseSqrt(max(squared, 1e-30));
+    let inverse = inverseSqrt(max(squared, 1e-37));
     let sharpness = squared * inverse;
-    // l3 - l1 - l2 without the subtraction, as above. The products are at most 1e36 and 4e36 in any order.
+    // l3 - l1 - l2 without the subtraction, as above. The minimum keeps a driver from multiplying small factors first.
+    let share = min(sharpness_a / max(sharpness + sharpness_a + sharpness_b, 1e-30), 1.0);
     let chord = axis_a - axis_b;
-    let numerator = sharpness_a * sharpness_b * dot(chord, chord);
-    let exponent = -numerator / max(sharpness + sharpness_a + sharpness_b, 1e-30);
-    return SglowLobe(mean * inverse, sharpness, exponent);
+    return SglowLobe(mean * inverse, sharpness, -share * sharpness_b * dot(chord, chord));
 }
 
 /// A point that lights are reflected at.
