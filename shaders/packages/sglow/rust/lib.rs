@@ -3939,7 +3939,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "sort_count",
         pass: sort_count::PASS,
         text: include_str!("../wgsl/sort_count.wgsl"),
-        sha256: "ee7304bc5016b85281989d6c28ededf6a8b4011570033ff0d07585c57e8f0161",
+        sha256: "2399ca46d55f9807cb8a11b408e7a0d5795b9baaa70f801a53fb8d01f4b01681",
     },
     Embedded {
         id: "sort_scan",
