@@ -18,8 +18,8 @@ const KNOWN: [Known; 1] = [Known {
     consumer: "tint-spirv",
     pass: "shade",
     value: "tile",
-    message: "no matching call to 'atomicStore(ptr<workgroup, array<atomic<u32>",
-    why: "Tint reads no store to a whole array of atomics, by which naga zeroes workgroup memory (docs/platform.md)",
+    message: "'workgroupBarrier' must only be called from uniform control flow",
+    why: "in SPIR-V Tint does not take what workgroupUniformLoad gives for uniform (docs/platform.md)",
 }];
 
 /// How many of a consumer's verdicts are known refusals, how many it should have refused and takes, and why.

@@ -72,14 +72,14 @@ pub const FUNCTIONS: &[Bound] = &[
         reason: "a tolerance without end holds nothing: only where directions are parallel to rounding may one be",
     },
     Bound {
-        functions: &["sg_product"],
+        functions: &["sg_product", "sg_product_moderate"],
         regimes: USUAL,
         quantity: Quantity::RoundingOverPeak,
         at_most: 1e-5,
         reason: "the exponent of a product above e^-20 is right to 1e-5, so that its amplitude is to 2e-4",
     },
     Bound {
-        functions: &["sg_cosine_fitted"],
+        functions: &["sg_cosine_fitted", "cosine_fitted_mean"],
         regimes: USUAL,
         quantity: Quantity::TotalOverPeak,
         at_most: 6.2e-5,
@@ -87,7 +87,7 @@ pub const FUNCTIONS: &[Bound] = &[
                  a twenty-fifth of the best closed form that was published",
     },
     Bound {
-        functions: &["sg_cosine_fitted_fine"],
+        functions: &["sg_cosine_fitted_fine", "cosine_fitted_fine_mean"],
         regimes: USUAL,
         quantity: Quantity::TotalOverPeak,
         at_most: 1.7e-5,

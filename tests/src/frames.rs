@@ -9,6 +9,7 @@
 
 mod coverage;
 mod list;
+mod poison;
 mod record;
 mod run;
 mod scenes;
@@ -154,6 +155,47 @@ fn other_bits_are_noticed_and_other_machines_are_not_taken_for_them() {
     let fewer = record(&cases[1..], &package);
     assert!(!one.differences(&elsewhere(&fewer)).faults().is_empty());
     assert!(!record(&[], &package).differences(&record(&[], &package)).faults().is_empty());
+}
+
+/// Entry points write their workgroup memory before they read it, for SPIR-V does not zero it: whatever it has at first,
+/// frames are the same, in each pass that has any.
+#[test]
+fn workgroup_memory_is_written_before_it_is_read() {
+    let few = ["cut=tile precision=f32 lobes=both", "visibility=imperfect tile=64"];
+    let mut cases = list();
+    cases.retain(|case| few.contains(&case.name.as_str()));
+    assert_eq!(cases.len(), few.len());
+    for case in &mut cases {
+        (case.frames, case.settings.fill_levels) = (1, 4);
+    }
+    let package = package(&cases);
+    let (poisoned, passes) = poison::poisoned(&package);
+    let texts = crate::common::whole_space();
+    let mut all: Vec<&str> = texts
+        .variants()
+        .filter(|id| texts.text(id).unwrap().contains("var<workgroup>"))
+        .filter_map(|id| id.split('-').next())
+        .collect();
+    all.sort_unstable();
+    all.dedup();
+    assert_eq!(passes, all, "a pass with workgroup memory is not run");
+    assert_eq!(record(&cases, &package), record(&cases, &poisoned));
+    // Negative controls: what nobody writes, and what too few invocations write, shows.
+    for (pass, from, to) in [
+        ("shade", "sglow_tile_sums[64u * vote + lane] = sglow_tile", "let none = sglow_tile"),
+        ("sort_scatter", "word < 8u", "word < 7u"),
+        ("light_fill", "sglow_coarse[start + at] = dot(", "let none = dot("),
+    ] {
+        let mut broken = poisoned.clone();
+        for id in package.variants().filter(|id| id.split('-').next() == Some(pass)) {
+            let text = poisoned.text(id).unwrap();
+            if text.contains("var<workgroup>") {
+                assert!(text.contains(from), "{id} has no '{from}' to break");
+                broken = broken.with_text(id, text.replacen(from, to, 1));
+            }
+        }
+        assert_ne!(record(&cases, &package), record(&cases, &broken), "{pass}: {from}");
+    }
 }
 
 /// What another machine may make of it, with the configurations of which most depends on a last bit.

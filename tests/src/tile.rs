@@ -416,7 +416,7 @@ fn a_broken_shader_is_noticed() {
         ("vote < SGLOW_TILE_VOTES", "vote < 2u"),
         ("step * step * (3.0 - 2.0 * step)", "step"),
         ("node.corners - corners,", "node.corners,"),
-        ("unpack4x8unorm(node.corners)", "unpack4x8unorm(node.corners).yxzw"),
+        ("vec4<u32>(0u, 8u, 16u, 24u)", "vec4<u32>(8u, 0u, 16u, 24u)"),
         ("branch.left, corners, passed", "branch.right, corners, passed"),
     ];
     for (from, to) in breaks {

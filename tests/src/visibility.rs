@@ -14,6 +14,7 @@ use sglow_renderer::stages::Stages as _;
 use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
 use sglow_runtime::execute::{Inputs, Lists};
+use sglow_runtime::host;
 use sglow_runtime::indirect::{Indirect, IndirectError};
 use sglow_runtime::occluders::{Occluders, SUBSETS};
 use sglow_runtime::package::Package;
@@ -108,7 +109,7 @@ impl Stage {
                 diffuse_axis: axis.normalize().into(),
                 diffuse_sharpness: 0.5,
                 diffuse_coefficient: [1.0, 2.0, 3.0],
-                ..Default::default()
+                diffuse_mean_length: host::mean_length(0.5) as f32,
             })
             .collect();
         Self {

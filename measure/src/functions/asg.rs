@@ -36,7 +36,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         slow_reference: true,
         peak: |x| {
             let lobe = lobe(&x);
-            [asg::convolution(&lobe, lobe.axes[2], x[3]).max(PI * 1e-30); 4]
+            [asg::convolution(&lobe, lobe.axes[2], x[3]).max(PI * 1e-18); 4]
         },
     ),
 ];

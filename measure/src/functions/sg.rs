@@ -40,6 +40,10 @@ pub(super) const FUNCTIONS: &[Function] = &[
         peak: product_peak,
         never_negative: false,
     ),
+    function!(sg_product_moderate(Axis @ 0, Sharpness @ 3, OtherAxis @ 4, OtherSharpness @ 7) -> ["sharpness", "log_amplitude"], product_moderate,
+        peak: product_peak,
+        never_negative: false,
+    ),
     function!(sg_upper_cosine_integral(Sharpness @ 3) -> ["integral"], upper_cosine_integral,
         reference: Some(|x| with_reference(x[3], |sharpness| sg::cosine::quadrature(1.0, sharpness))),
         peak: upper,
@@ -113,7 +117,17 @@ pub(super) const FUNCTIONS: &[Function] = &[
         peak: upper,
         monotone: COSINE_GROWS,
     ),
+    function!(cosine_fitted_mean(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted,
+        reference: Some(cosine_reference),
+        peak: upper,
+        monotone: COSINE_GROWS,
+    ),
     function!(sg_cosine_fitted_fine(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted_fine,
+        reference: Some(cosine_reference),
+        peak: upper,
+        monotone: COSINE_GROWS,
+    ),
+    function!(cosine_fitted_fine_mean(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted_fine,
         reference: Some(cosine_reference),
         peak: upper,
         monotone: COSINE_GROWS,
@@ -159,6 +173,13 @@ fn product<R: Real>(x: Numbers<R>) -> Results<R> {
     // The contract: beyond 2e37 it counts as there, so that the sum of two is in range.
     let most = R::constant(2e37);
     let product = sg::product(vector(&x, 0), x[3].min(most), vector(&x, 4), x[7].min(most));
+    [product.sharpness, product.log_amplitude, R::zero(), R::zero()]
+}
+
+fn product_moderate<R: Real>(x: Numbers<R>) -> Results<R> {
+    // The contract: the squares are in range.
+    let [a, b] = [x[3], x[7]].map(|one| one.max(R::constant(1e-15)).min(R::constant(1e18)));
+    let product = sg::product(vector(&x, 0), a, vector(&x, 4), b);
     [product.sharpness, product.log_amplitude, R::zero(), R::zero()]
 }
 

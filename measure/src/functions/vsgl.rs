@@ -24,7 +24,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
     ),
     function!(incoming(Axis @ 0, Magnitude @ 3, OtherAxis @ 4, OtherSharpness @ 7, Variance @ 8) ->
         ["sharpness", "radiance"],
-        peak: |x| [x[7] + x[3] * x[3] / x[8], 0.5 / (PI * x[8]), 1.0, 1.0],
+        peak: |x| [x[7] + x[3] * x[3] / variance(x), 0.5 / (PI * variance(x)), 1.0, 1.0],
     ),
     function!(cosine_quadratic(Sharpness @ 3, Cosine @ 0) -> ["integral"],
         reference: Some(|x| one(if x[3] <= 1e6 { cosine::quadrature(x[0], x[3]) } else { f64::NAN })),
@@ -35,7 +35,7 @@ pub(super) const FUNCTIONS: &[Function] = &[
         ["sharpness", "radiance"],
         peak: |x| {
             let integral = sg::integral(x[7].min(2e37));
-            [x[3] * x[3] / x[8], 0.5 * integral / (PI * PI * x[8]), 1.0, 1.0]
+            [x[3] * x[3] / variance(x), 0.5 * integral / (PI * PI * variance(x)), 1.0, 1.0]
         },
     ),
     function!(disc_irradiance(
@@ -47,6 +47,11 @@ pub(super) const FUNCTIONS: &[Function] = &[
         floor: 2.0 * FILTERED_FLOOR,
     ),
 ];
+
+/// The variance that counts at the light's distance.
+fn variance(x: Numbers<f64>) -> f64 {
+    shade::incoming::variance_at(x[3] * x[3], x[8])
+}
 
 fn cosine_quadratic<R: Real>(x: Numbers<R>) -> Results<R> {
     let sharpness = x[3].min(R::constant(2e37));
@@ -84,7 +89,8 @@ fn emission<R: Real>(x: Numbers<R>) -> Results<R> {
 fn incoming<R: Real>(x: Numbers<R>) -> Results<R> {
     let lobe = Lobe {
         axis: vector(&x, 4),
-        sharpness: x[7].min(R::constant(2e37)),
+        // The contract: the squares are in range.
+        sharpness: x[7].max(R::constant(1e-15)).min(R::constant(1e18)),
         coefficient: Vector3::splat(R::one()),
     };
     let offset = vector(&x, 0) * x[3];

@@ -7,25 +7,26 @@ use crate::quadrature::SphereRule;
 use crate::{Real, Vector3, sg};
 
 /// The greatest sharpness that counts.
-pub const GREATEST_SHARPNESS: f64 = 1e30;
-/// The least sum of bandwidths: two lobes that are the same everywhere have no convolution of this form.
-pub const LEAST_BANDWIDTH: f64 = 1e-30;
+pub const GREATEST_SHARPNESS: f64 = 1e18;
+/// The least product of the sums of sharpness along both axes: two lobes that are the same everywhere have no convolution
+/// of this form.
+pub const LEAST_PRODUCT: f64 = 1e-30;
 
 /// The integral over the sphere of the product of an anisotropic spherical Gaussian and a spherical one, the latter of
 /// a unit axis and a sharpness at least 0. An approximation for sharp lobes.
 // [Xu 2013, Eq. (13)]
 pub fn convolution<R: Real>(asg: &Asg<R>, axis: Vector3<R>, sharpness: R) -> R {
-    let half = sharpness.min(R::constant(GREATEST_SHARPNESS)) * R::constant(0.5);
+    // A bandwidth is half of a sharpness.
+    let sharpness = sharpness.min(R::constant(GREATEST_SHARPNESS));
     let [x, y, z] = asg.axes;
-    let mut exponent = R::zero();
-    let mut area = R::one();
-    for (along, own) in [x, y].into_iter().zip(asg.bandwidths) {
-        let sum = (own + half).max(R::constant(LEAST_BANDWIDTH));
-        exponent = exponent + own * (half / sum) * axis.dot(along).squared();
-        area = area * sum.sqrt();
-    }
+    let [along, across] = asg.bandwidths;
+    let sums = asg.bandwidths.map(|own| own * R::constant(2.0) + sharpness);
+    let product = (sums[0] * sums[1]).max(R::constant(LEAST_PRODUCT));
+    // nu/(b_x + nu) is l s_y/(s_x s_y).
+    let exponent = sharpness / product
+        * (along * axis.dot(x).squared() * sums[1] + across * axis.dot(y).squared() * sums[0]);
     let smooth = axis.dot(z).max(R::zero());
-    R::constant(PI) * smooth * (-exponent).exp() / area
+    R::constant(2.0 * PI) * smooth * (-exponent).exp() / product.sqrt()
 }
 
 /// The same by quadrature, for bandwidths up to 1e3 and a sharpness up to 1e3 about the same axis, 400 elsewhere; milliseconds.

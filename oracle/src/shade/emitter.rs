@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use crate::shade::diffuse::clamped;
-use crate::shade::incoming::extent;
+use crate::shade::incoming::{extent, variance_at};
 use crate::shade::quadratic::cosine_quadratic;
 use crate::shade::{Diffuse, Incoming, disc, incoming};
 use crate::vsgl::Vsgl;
@@ -50,7 +50,8 @@ impl Emitter {
             diffuse.unwrap_or(Diffuse::Fitted).cosine_integral(cosine, emission.sharpness)
         };
         // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions.
-        let scale = R::constant(0.5 / (PI * PI)) * integral / light.variance;
+        let squared = (light.position - point).length_squared();
+        let scale = R::constant(0.5 / (PI * PI)) * integral / variance_at(squared, light.variance);
         Incoming { axis: towards, sharpness: spread, coefficient: emission.coefficient * scale }
     }
 
@@ -77,6 +78,7 @@ impl Emitter {
                     diffuse_mean_length,
                     normal,
                 );
+                let variance = variance_at(path.length_squared(), variance);
                 emitted.coefficient * (R::constant(2.0) * variance * irradiance)
             }
         }

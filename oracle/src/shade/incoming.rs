@@ -28,17 +28,21 @@ impl Incoming {
 /// The squared distance below which a light is at the shading point.
 pub const LEAST_SQUARED_DISTANCE: f64 = 1e-30;
 
+/// The least variance of a light over its squared distance: it counts as at least a billionth of its distance wide.
+pub const LEAST_SPREAD: f64 = 1e-18;
+
+/// The variance of a light's positions as it counts at a squared distance.
+pub fn variance_at<R: Real>(squared: R, variance: R) -> R {
+    variance.max(squared * R::constant(LEAST_SPREAD))
+}
+
 /// The distribution of a light's positions seen from a point, for `path` from the point to their mean: the direction and
 /// the sharpness of a spherical Gaussian. At the light itself there is no direction, and the vector is shorter than one.
 // [Tokuyoshi 2016, Eq. (11)]
 pub fn extent<R: Real>(path: Vector3<R>, variance: R) -> (Vector3<R>, R) {
     let squared = path.length_squared();
-    // At the light itself every direction is as good: the spread is 0. It counts up to 2e37, as sharpness does.
-    let spread = if squared.value() > LEAST_SQUARED_DISTANCE {
-        squared / variance.max(squared * R::constant(5e-38))
-    } else {
-        R::zero()
-    };
+    // At the light itself every direction is as good: the spread is 0.
+    let spread = squared / variance_at(squared, variance);
     let length = squared.max(R::constant(LEAST_SQUARED_DISTANCE)).sqrt();
     (path.map(|part| part / length), spread)
 }
@@ -55,6 +59,7 @@ pub fn incoming<R: Real>(
     let (_, spread) = extent(path, variance);
     let towards = path.normalized();
     let lobe_product = product(towards, spread, -lobe.axis, lobe.sharpness);
+    let variance = variance_at(path.length_squared(), variance);
     let scale = lobe_product.log_amplitude.exp() / (R::constant(2.0 * PI) * variance);
     Incoming {
         axis: lobe_product.axis,

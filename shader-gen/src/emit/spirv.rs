@@ -28,6 +28,7 @@ pub const TOOL: &str = concat!("naga ", env!("SGLOW_NAGA_VERSION"), ", SPIR-V 1.
 /// - Clip space stays WebGPU's (y up): a Vulkan host gives its viewport a negative height.
 /// - Indices out of range stay within bounds, as WGSL demands of every device.
 /// - Loops are not bounded by a counter: a library's loops end.
+/// - Workgroup memory is not zeroed, which naga has one invocation do for whole arrays: entry points write what they read.
 fn options() -> spv::Options<'static> {
     spv::Options {
         lang_version: VERSION,
@@ -41,7 +42,7 @@ fn options() -> spv::Options<'static> {
             image_load: BoundsCheckPolicy::Restrict,
             binding_array: BoundsCheckPolicy::Restrict,
         },
-        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::Polyfill,
+        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
         force_loop_bounding: false,
         ray_query_initialization_tracking: true,
         trace_ray_argument_validation: true,
@@ -93,6 +94,7 @@ mod tests {
 
     use rspirv::spirv::{StorageClass, Word};
 
+    use rspirv::dr::Operand;
     use rspirv::spirv::Op;
 
     use super::workgroup::{Types, pointer};
@@ -152,6 +154,38 @@ fn main(@builtin(local_invocation_index) i: u32) {
         let (module, info) = parse(&WGSL.replace("override", "const"));
         let raw = spv::write_vec(&module, &info, &options(), None).unwrap();
         assert!(!laid_out(&raw, StorageClass::Workgroup).is_empty());
+    }
+
+    #[test]
+    fn workgroup_memory_is_not_zeroed() {
+        // Stores of a constant of zeros to a variable of workgroup memory.
+        let zeroed = |words: &[u32]| {
+            let module = rspirv::dr::load_words(words).unwrap();
+            let of = |opcode: Op| {
+                let all = module.types_global_values.iter();
+                all.filter(move |one| one.class.opcode == opcode)
+            };
+            let nulls: BTreeSet<_> = of(Op::ConstantNull).filter_map(|one| one.result_id).collect();
+            let class = Operand::StorageClass(StorageClass::Workgroup);
+            let variables = of(Op::Variable).filter(|one| one.operands.contains(&class));
+            let variables: BTreeSet<_> = variables.filter_map(|one| one.result_id).collect();
+            let stores = module.all_inst_iter().filter(|one| one.class.opcode == Op::Store);
+            stores
+                .filter(|one| {
+                    variables.contains(&one.operands[0].unwrap_id_ref())
+                        && nulls.contains(&one.operands[1].unwrap_id_ref())
+                })
+                .count()
+        };
+        let (module, info) = parse(WGSL);
+        assert_eq!(zeroed(&write(&module, &info).unwrap()), 0);
+        // Negative control: the back end's default.
+        let (module, info) = parse(&WGSL.replace("override", "const"));
+        let zeroing = spv::Options {
+            zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::Polyfill,
+            ..options()
+        };
+        assert_eq!(zeroed(&spv::write_vec(&module, &info, &zeroing, None).unwrap()), 3);
     }
 
     #[test]

@@ -2395,7 +2395,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
         ),
-        sha256: "0b64dc2354be7eab5377f69ecc41c90d1981f5562ed10132a0e7410ea3058efa",
+        sha256: "e3ae484a17ea003576873c15ce5bb21c17ae62b07cbce1b729024a886d652af6",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2403,13 +2403,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
         ),
-        sha256: "bf7733ca64351777cda6c8e7073cb307dcee411ded3c61b0679b32155cc89ae6",
+        sha256: "197c6b5025a11e421643949badcc2e44e89e32ea3526c6de083ad35c9e16e80a",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
         text: include_str!("../wgsl/density-density_bidirectional-importance_lobe.wgsl"),
-        sha256: "fb1c4090c72ba83e25703050053e56100c12d81b3aadc47d38c603bbe4dcb938",
+        sha256: "7d379542cabbad7d5cbe45022dc21ba5d66ecedba33c777eced0e29c629c38a2",
     },
     Embedded {
         id: "density-bidirectional-lobe-diffuse-f0",
@@ -2417,7 +2417,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse.wgsl"
         ),
-        sha256: "11fa5bafcf15ba6ecb81c127da87966c9cc8dba3beb62ee2d3b61dc7227639bc",
+        sha256: "644a690ad75185148e6e6074fe141aafc145bc05b0d2ab1dddc17d0265ff07ac",
     },
     Embedded {
         id: "density-power-none-both-f0",
@@ -2447,13 +2447,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-directional-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_directional-ndf_beckmann.wgsl"),
-        sha256: "78ae5aa737b77199bbcde87b3cc334d9d6a57135c7bacb4a0ad71c5defea3759",
+        sha256: "cda50a7d7e6f84ded72961834855ef0f6b4f9404889bec3f132bf76645949e06",
     },
     Embedded {
         id: "direct-directional-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_directional.wgsl"),
-        sha256: "951af834e133888947bbf744e75cfdb0e4816b83d1bb94035c6f8651e51c622a",
+        sha256: "b8af6d99c622c910a186cad9a811f3ad06e3a3aff0ccfa2dc46de37ba05d336a",
     },
     Embedded {
         id: "direct-directional-none",
@@ -2465,13 +2465,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-point-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_point-ndf_beckmann.wgsl"),
-        sha256: "2918c7a7f736fa74daf279bda8d48eeecdbd7618f2ee4ed9a450ddd33ad03fce",
+        sha256: "de2b3a82e8e75dfb4c828d9cc99207a8072d246a8eea9cea73c1d3f5b2f15aaf",
     },
     Embedded {
         id: "direct-point-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_point.wgsl"),
-        sha256: "52649d5597b01e2db38b09e6d661a483a9a85a80cc2c542c5316dd5574ef77e2",
+        sha256: "2827ed1c7d84f8bf7ae9d7bfa4c619f3559be45a4851dc48a065285842ba53b7",
     },
     Embedded {
         id: "direct-point-none",
@@ -2483,13 +2483,13 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-spot-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-ndf_beckmann.wgsl"),
-        sha256: "6fe2dfb4b3472099b47b8775c3a38202ea0fd4f4aa4e4fc9f6c9724831db03f7",
+        sha256: "04b52c4f4cbb9106a5e63addb00f44fa2c9c267785b63e7ec420517dc2638c69",
     },
     Embedded {
         id: "direct-spot-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct.wgsl"),
-        sha256: "c2f7b25bf1f43ffff106af25f425e018d7bb701a135d9fe9ffe29afc14de8fa6",
+        sha256: "197b87d956e44e1bc53e732435d79e398476a3e9c6f3847de735c66a48536099",
     },
     Embedded {
         id: "direct-spot-none",
@@ -2531,55 +2531,55 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "light_fill",
         pass: light_fill::PASS,
         text: include_str!("../wgsl/light_fill.wgsl"),
-        sha256: "58f6af08979ea82c9651f91a93c695d06554b4ed2727d5560db82a709fffcb03",
+        sha256: "01d05eff5f54fd54175e7094391929ab953467e9b54a6a504755fc927f434c02",
     },
     Embedded {
         id: "light_points-both-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-precision_f16.wgsl"),
-        sha256: "b2f57b4485cdf34e896a0e354b5ce0f81bbd996916b122094af3c80a873cb791",
+        sha256: "180c9062b1882b55f2b62b3972b4e11885a0778c5abd90c80572c74acdb5fc44",
     },
     Embedded {
         id: "light_points-both-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points.wgsl"),
-        sha256: "1946850e3901fdc071ab273e685c06040b5ed3e000d3715044e4ea275e20bea6",
+        sha256: "986a85eb900a3d1f38a081269660972c41b0ebf8a7c9bac7f960b7c401d8d606",
     },
     Embedded {
         id: "light_points-diffuse-f16",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "9c1ce18a954a8e48651bd12e5af63333dd9746d3e725a06abb9ee1f308b93a72",
+        sha256: "bfff492c39404e36b566455254d09f165e3e6b55f667f3adb268cdf04c362d02",
     },
     Embedded {
         id: "light_points-diffuse-f32",
         pass: light_points::PASS,
         text: include_str!("../wgsl/light_points-lobes_diffuse.wgsl"),
-        sha256: "8b17d45c1ef12b2fc5bf0c796b5a69b6945481995a5b09f603090e188c886a64",
+        sha256: "106b48e651b4dd7ed0df29c03534b375ce67672e03706e5e8dd831af183b3b00",
     },
     Embedded {
         id: "light_shadow-both-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-precision_f16.wgsl"),
-        sha256: "c7143b7690044d65cb2084b100326b4fa8a93e8afd5322b146b6fc0f20d80343",
+        sha256: "050d33bb2445ec44d246f850c4d0bafe58101c7af43c3005af0dd0cf8e570baf",
     },
     Embedded {
         id: "light_shadow-both-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow.wgsl"),
-        sha256: "9a3f7ffc9e580f27734f08e316f66d2992b61193404d44abce18b33291d21fe1",
+        sha256: "c3347e2de2a1dc69a43bba657f84a59412f702980e16c9239c3d06fe8b107a7b",
     },
     Embedded {
         id: "light_shadow-diffuse-f16",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "b888f44de948229427282f6ba2478e35b677237e9ea0ad661feeb13b7b64ee18",
+        sha256: "cd64b2e4a197c7ce06ed7a7605167b5070b2ecba946332e36a0cb3db370b09dd",
     },
     Embedded {
         id: "light_shadow-diffuse-f32",
         pass: light_shadow::PASS,
         text: include_str!("../wgsl/light_shadow-lobes_diffuse.wgsl"),
-        sha256: "1525d2f5873a4e894e09b56e40e3a5a1cd1346ea9193028c81d9a2e997902cf8",
+        sha256: "bd6278239805e2b44c0373ccccf100c2d828bda205e46ca5274919b92272cc36",
     },
     Embedded {
         id: "mip-r32float-one",
@@ -3099,43 +3099,43 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "36d6ff7ae4f973f35ad6cc526616e47e143d7b2005a73e440feb0ba637b88600",
+        sha256: "ed1ef44403b16f0c6a9a895aa5560b259a9c7ef51fc64d06e63018ea21424904",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "8272dbec01b9d349ddbd5ec36ece67b2d6806e6a816afe857ce5620c473a07a5",
+        sha256: "67348ea8ae215c1297ae76560b35a421b0db1854e6892831ddc660e3593c9fc1",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "7241f65dfb95f780d33d27eb5f0902de364b2a3c36fbaad37f3f75a745a8b72f",
+        sha256: "818406041d68fb1c6249055802009ce27e6368353416040d501dd0876336d305",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "2462703fc206c69d231aa2bd68a55758179e9804968b2d01c251863b32f553c0",
+        sha256: "697a37bc158dd9b7f44f45719d85112ab90560971ac6f8dba82ca7631887298d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "50cdd94edec6b8d9ea1b23fbcf59d6cd8c33bf503cbdaa24cda524b3e7d1cc3a",
+        sha256: "ae969ea1257fecccc161397810a40ee8c0c206b80be46f7edf937b2eb74d4729",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "2726ad99bf81774595cc12e0d909505b2c6780f45cbfbabc597316ba2e411e94",
+        sha256: "e8c47a9234abb6ba0b5e7508dd4c9093eb722d2f08661cc55dbbd0858126ac3f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "fb4d09050c6e3c975f7833ef0af9cc744270d3ff0ad12e677eb53cec358b509b",
+        sha256: "6608a46bcb25d0e339694a33f2e9c46231d6d12e2dd4fb8071accc50d6626c28",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -3143,31 +3143,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "3dc4ac6b4bb0a35211eab49157c25d3e1674ca1e6af134681fd23e70552f1d2e",
+        sha256: "c6f840a0587c264eea041bf0f955d358d87a938a4e3d7553b0583973c955de96",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "ad76003da85292be9cb9e09851e835816a55274e791af25767aeefbccc9a8662",
+        sha256: "39f0858ab084edf905e54b401ccb5406f74bfa91d839e4e5a084dc80cf2d3c8e",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "049b35744337ecba3aaad8066fb09e98a3d12ad04a32818f7c6f0b0000a81bad",
+        sha256: "1cce279ad67a654cebbc26ea80fc184e854cf8c66e44aa874d3a12264e125bc8",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "645f83e9d727b1c083e21e9c6a8bb965f554d3b3f1801f4941442f4b81a8b338",
+        sha256: "26bf81c5a3f8c789353d4b3298db4812959b4b140821a29bf85174ea1fd89de7",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "aba8606aad4659d8a9f73b0547f8a7b59d9778f1c308bb54c5f671171fa718fe",
+        sha256: "617572bb1562bc789ab637e218a8aeaabf27b5ced4cc035c941e0695f85103a4",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3175,13 +3175,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "43ec90b72f48ce62efa497bc83bf458eb6e258167badfb6e7a2a46ae1ed46ebf",
+        sha256: "d4e6592eaf624e82eb683d788166c737b8fdb22ad44c7494e469cbca61fead69",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "b11fccb455596694629c8394c47e4f945ec07492a418e8c7e50dcb55044fdd24",
+        sha256: "644dacfe8a434b27601a9d16c3c1627a1882f4254ae1d77e53101f22f21f935b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3189,7 +3189,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "da63a38dcd383605b1638194be391a7c0d2e5f82d5538540906dbf62397e83e2",
+        sha256: "b505596a774ed12aee1778f64f8bebc9018308e621956e85b92f834161a4a385",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3197,13 +3197,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "43e0f1281ff5e6f9e2e0b75f7c4afe7d709e0826d7aa421da1b2943b8e870d8b",
+        sha256: "62ca85554e1df3412225c7a24486aceae5ed455f5b6f54d8912e4d195dd1bd08",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "990afdc405194705f9ed77d6266c4cdd2035fdcd646786afa8dd3db28ad9733f",
+        sha256: "c97e2f9a1cb77977e89fa4200b57b73425e1798d08c917059a619e07b80879b7",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3211,13 +3211,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "61db06eee33c1bd021a2958e3345005ab6b4a7295c008503853dc55bd2e48a59",
+        sha256: "e6047361839b722d5cb8889de092e823e4ec4ac625729735cb16e88794adebc3",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "634c3ace1a927b46d7276e5da2800483a208366c0be287dfeb1deb65b0a70b74",
+        sha256: "179d74a512cf6dbc7ba3befdaea17b2e91d31362b1f1693a2110ea37e8b75974",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -3225,7 +3225,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "c4d4536ab260739cf1788611c71fba6e800e29c8770850c7d7f207fe0b896cc4",
+        sha256: "54a7f718be59242954ad875ed238ab9ccc596e2b29bfb4c2acc5fd94601f7c8c",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -3233,13 +3233,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "e5c5b9edb1c3413f561d07a62c5abf352cb9a902dae1c2a11e1cd85571984bc5",
+        sha256: "85534be4c7092b2d1fa08770ea57b60b03986010ed5cab4d9b5c00430bbda347",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "9a973c5d8c97d509244e4a1e69d23885496257e37624c4b7c706e901c969bd48",
+        sha256: "6ae9e134b13a856b7f99b76837e3a3c7dba5d4307be1829ea210d5ee8ca02493",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -3247,7 +3247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "da4cd5e30b2bdbd1d1ce6e14aaa3667e7d55bb60aaad3e017467ba0235a1cc4f",
+        sha256: "2ac032feda182073e941c6964fd7aea3795aa7127e2067ad97a94a43e403e743",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -3255,7 +3255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "34b2a1c9fcdd2e1740426af50fe7bc86fc87361dc5441bb9aa4b62b0aa7b98be",
+        sha256: "abed82d3c5c8c1fdbbc4b37f4181b7d3f6ee168ef4dccc095c6af8d7b389dd9c",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3263,7 +3263,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "7e7a66c2b31a9ccbd9ed4010e6aa974bb1921525075b3ff0c23f0c7f49a7486a",
+        sha256: "92f813f85cd5125780d36a1c646b97bc5657dcd93c5a82bbf2e7a09feccc9fab",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -3271,7 +3271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "162f4d226fa3725086cdbff54e090768497a42f9b6d601e49acf2beca0fed71e",
+        sha256: "bd261a1ed48f98d4455eee5db0b64b81b4a1eb5f8ae536c69903f05724122352",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -3279,13 +3279,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "669239967950f607dc3e45c64dcd06de74e773713c94e5ac58986e8eba7cf33a",
+        sha256: "70bebe5efcb21831711e40fff77fc80e9369e7fd482fec4a807d515c308833a1",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "58ff8ed6b22646411f36e7118024d6d772858bb964f0a91c1acadeaf09e4a2d3",
+        sha256: "5e05fc8fcf16429978bcacb5fac73b82568ee2189c259968f225ed177fe44c08",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -3293,7 +3293,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "313639b256791d0b9c7807c3e86df0db10c05324ae98e6d9d3cc2c21fffc3d8a",
+        sha256: "298d578483863f00d72a2f744c249f600d437ebdac9062505f10a1a313b57727",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -3301,37 +3301,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "edff316515b7ca392756803effa1b79523a08fab6c5a09fe27ad3a43c8aef45d",
+        sha256: "2ba0efba33458c0d98bf43916ed3845a67c0c48c929a15196f822f986d31edbc",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "2fa4aaf460a25778dc32febb9fc558f63de750d746f8ac709bcc0662baf1505c",
+        sha256: "e55e182b7008eb2ef67b88707eaa10ce8dd56eceffd1027ae3827521de82e206",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "a60fb40e69f141b95dff1e41188b77c843c0ec2dbb82debbb2207e8846519ead",
+        sha256: "79c9ac1598448e8e6396293b9f2a47725a3c7be08c0c234a3eb5b4fa23c99262",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "73910158ded74f4d63b6c545e89db50e30bc231e3598c8426a2d6aee617f8321",
+        sha256: "75f6136c3ff8505a9ffec4c336b1493b2077a9d561191421f01276ea1a2c8f79",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "0de9324659272044d2fb89aec6deacc01fc1751c83fd2fabe8bbd60e25e4a676",
+        sha256: "625c11b90e7a104a853c9f63d053d15b5e4959b127eb1c6699b72dd2c45568f8",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "31d1e4ef9a51e013bb298627379ccf8624b546e01459bd0b5a14a4bc94641afb",
+        sha256: "e46868c095945f257d37b10653a9fbf31d58cfbc66655fea90e571382a4e5f0f",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3339,31 +3339,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "703d6972c67e54891b522834f2538a5c3bbb7ae6d2548dabcdcec647f65d89c3",
+        sha256: "b84a6a9c260f2177ea1211124cd3d044a671e1af028698f74748c7481f90901d",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "5d4dc0371c65dc892209f1b63fadf658b48a3ec16ce5a90fecf218a486fca60d",
+        sha256: "88a7f7e7e614197011d4e3a105c3149c01f3a6a277133952cda63410ffc659aa",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "a695c1957bc1f4525a4ff361cafcbe18e3da37960474f9147dbd008c6cbb5ceb",
+        sha256: "ea458c9556af823ffd977a82dda9a68f94015ab83358f3bed0ed82194e89c915",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "79b5136633ebac7bb9b4b15ea54d7bdc978171b23e7fdf505951e64b937bffdd",
+        sha256: "b5aa69c298a926fb9710ec2503fc856f8b171eca7683632a3ffa442f74b6b761",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "e33cb63d5ace3c263aa14fe61f3080b6282e7c5392510b13189dce48d09ac38d",
+        sha256: "8e1324e2beedf14f517b85372c323978792c0b2cbe9a067e16839bbe773d524d",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3371,7 +3371,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "502a2bce54367df667f4e5fcdc6e150bf74f43a1c5e9ec2b6763c68e07cc08a3",
+        sha256: "308964a7c63d573e9af39d2730e0611cf0d0586cf6e0494be3900dbf0f091b9e",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3379,19 +3379,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "050105878a8f972c095067c2d085a472d45f84901e3d0e3ee146240d008a6593",
+        sha256: "287ed472b74f67bc144031760daf01a354d8aeebd7d7e606a713ea73361a21c6",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "619c605fedc23fb03cb9eef474cb8cf9c1c9f26f31a6958c5dc04a0c27816aab",
+        sha256: "0fa9920345c13a56bb1ca61deb7128c70c87bb6b23a5c24756d2a68973e9a059",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic-lobes_diffuse.wgsl"),
-        sha256: "c5216c2f78347ae8189c72a1aa1859c5d45a70dc627c66efb047b02966de9419",
+        sha256: "66fc2e67fbf36b0cf458536d4702f48d48006dcddc7f565a19953bae9fbde1aa",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-both-f32-none",
@@ -3399,7 +3399,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "a7783e49b4b85310fc33bf97e05602918d37add48c40be760d7338bd9915d51c",
+        sha256: "8ea7708810ad8dc6fc4b380fc4174b841851a6942fad2476329911327b4707e3",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3407,31 +3407,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "a55676ac56bdc613a0636a3000f4146428de3f2d264a9da6cccc7e1cbab69984",
+        sha256: "c8a78cb615d9912bf86d9a0cc5d9616c3cb4e0f7f7075459d8ab93d52898fae6",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "cbdbaf627e50612d695598ead8bd34fab00c356bc0ee0f170b64f33c3b250c49",
+        sha256: "a180eaaea3775feb392963872a3f6ee82e6af9299928e7f55e445d846822a642",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "38a86abd8311310c3918c36610ddaf43a3f7f5cdec4b1770034c76a320da4f19",
+        sha256: "42ec00fb595dfcb6d94a24782c168503abe7aa82a716f3ece44abd69fcc628d4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "83d97ff432e0839bafa7540dae9e359bee3190b82fe7d42edb93846ed9d078b2",
+        sha256: "31a83d2dfcbff2e6074b1acb6d8777f40e9fd9b8d2c31a654d5e9dffbbabda0e",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "144df635ce4582fd53b3d02edb0fe9556e68cc22678514853bb743966a27ba37",
+        sha256: "c5e71de79ad0bd6cc509ca6251e99927019484a473d70903d980fe450c53b8cc",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3439,7 +3439,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "b686e0770751a053fd60d6f3aa37cf83f1d03f47bef99f244d0e72c18d86554e",
+        sha256: "00942f1a8d32d2329742bda402956e053feb0ab10e4c01c99492d32d24fa5f83",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3447,7 +3447,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "a3c7343b492da807ac9f99546179824274a775eb38ec6542796a051aea876052",
+        sha256: "37d678767236c56d7b5884893474de4f7d435174cdf37e23a73cb036f7ac2e49",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3455,7 +3455,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "fbfb7a371e5df17e4facd976768d210de330f17a50079a4e23e3ee2bc65f7f01",
+        sha256: "bdf9d2993f03afd03d81345412ef2352ad42866350e552c77f602029367598d0",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3463,19 +3463,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "23092273244a532271978f9ab0a805a84c784221c41930293cfdb424d45f4405",
+        sha256: "3a8cbac711539074eb5bcca7297c21f5815d911d3e4f51d2e4b4ef1b8771299a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "4724644b87bba5f28441fad69db98cff75e77c9f5c5b7d385b94f756b50a4db9",
+        sha256: "d3f86ad0833598897397aceb0e92ca077ac5c0f1ae1ee170f33c8ae7e066e555",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "4c84fb4fcd0da5b0b99dc4159d3e3b74da0a4b409a991908f6c91540018dde1d",
+        sha256: "4f839ec5b20e33a5068e483e9d488aff9d2797cab3ffb78eb7ade9021d7c2c01",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3483,7 +3483,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "44e403f7b71a0952d21db5d70c5e1156bd2cb2f80235e2b1213aba1ef32ce373",
+        sha256: "1547c85f655e7b19f83e8717d72841703b41cd61ae50d4410f951e7c3fe0d3fb",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3491,7 +3491,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "41a7433d0946e83fed8468c90f0627109daef14e45226fab6f6c8a919bad328f",
+        sha256: "273f1db27b52126da77b8509ea427fd7af213446058d47a149bf90e2f3d410a2",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3499,7 +3499,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "871dcdf03ee203661759a6900f3b3d04edf58624e3e416d7d2a7bcd76cde5182",
+        sha256: "51eb5bb2ec197e5e74b996e712c451e1b6a7a26361926e1f061f525370ee0d37",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3507,7 +3507,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "8ed121e566b2222d88a9699c07e74543d21b724abb1dfaf43227eea157898334",
+        sha256: "d6acabd507e8f4804bfa2ebb80d42ba75c0e0c22be1c79019fc9af1ba7105d5e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3515,7 +3515,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "03098310fcbf311e83bc6d34ec271e70eaaf7490b307fff94518be5f4edeb291",
+        sha256: "51340bde78bd9e1dd9b7c5684e6c74bf82ed77aa9072fe49034670da81b8ea06",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3523,7 +3523,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "a291c6d7089e2a87e5776ab60c7d5fc3e92324b166c7775d2eefaedb6faef066",
+        sha256: "444841361c003618593d7e20dbbf8b4fef40af3ff40ee4eaddff49a33ccea7ce",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3531,7 +3531,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "f6a5c62db782eae01844b511e88821cf554fc82216043db8230c6ccd78568820",
+        sha256: "9fb3270cbbcb392a900547214e288952aa82551feffa6715009d9751eec83f8a",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3539,7 +3539,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "5f9bb56e901a831658152bbc0f2f29fe83e8353225013b1cd07c7a638e2f9b56",
+        sha256: "f850683b68e40d8c649a8da259b55439aa9334ed30fc8a182fb0b1d7cebcd116",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3547,7 +3547,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "820f39d468cda6f6dff06782d7b735b440a634801a30bc3c827764d1c5777fd4",
+        sha256: "8c63d013e7c69a26dc906f41393327a6c4be5c153b243421533d91e0d5362a6e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3555,7 +3555,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "937791263b21aea43add528a14c02af282d93a196690960f6fe5db283603478d",
+        sha256: "0f7a669d1043aa09cbffc4fed11e1aed765c61c74b983cc2cd6a0bfc57b13380",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3563,7 +3563,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9d39c1ee3509eb06ca8158a111e2aea24ddf226a29bc3aaa48a544299e7b6e02",
+        sha256: "1cf7cb48b5f938b034713dc6070dc14fa476f61f88721d35621ac5b4388732df",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3571,7 +3571,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "1ed8ceaae63daae407a2b1f08377d28e9fcd5379378b5471b2b64294a7730fb0",
+        sha256: "f8bbc9d9c7de3c726b9f689e90e5fe24af65ae8b3f1fecfbd8a75ac60816fed8",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3579,13 +3579,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "2fd4e22896bf8ac62b8a6a33e90a07c089616421dca9f167929735a0918aa5f6",
+        sha256: "b18d1083706c4f5c44510c7144180a0ca45de0db794223c6002d181ef39582f7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "51fefa379ddaa19804183170392c59e3aa1f993effad712ec8869ce70e6c4f11",
+        sha256: "53a703a27b3bca9a70d7714883be162f52657877f2a72c5542a32ca79dfc0ad4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3593,7 +3593,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "312ce460fe1e1e420b26f3377e1650541d3aa8875e4d378851e622d99451c342",
+        sha256: "18c8c0acc450f0f8e630b3fa6fd79c6b9786b0e50e9a48e3f3d9ad4ae84ea14a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3601,7 +3601,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "c060de67a740a1ad03e801b5366817331938f8b6622157a3a0cfd0c2528b62c6",
+        sha256: "a82902b40525039b6e8da9c33386b5f0a780537eb30a9d982f7008313bcf2ca7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3609,7 +3609,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "c04980c481356ea9e9e64e8972619df80ad154a9ae4f8cdf30a3da9d30644f1d",
+        sha256: "6689d529ec1cfce46b86b30f4f6dab91e67862f0905baeecac8ddfe0f6cdabf8",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -3617,7 +3617,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "9bdf3f4f934c76fe869dee5e0db26cbd480f3cab38f1a76f615fb64f9521792b",
+        sha256: "be9abcc80a77c4eb72ce98a256aae25108aec934ad8a6dcb51c514338f7cc466",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -3625,7 +3625,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ac393d96f85191d59934a544d6c23ce34be249f57b225c8843b1e6ec1b06db9d",
+        sha256: "5fdfe7b1a8e8f65fad4b3ad172208c52e54defb085a4d319576a8b1b87b24784",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -3633,7 +3633,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "3a75a1b63207f11e0d3e997e6e4bfd21b2cc14d5b831ac9edc0b302f1a35bb7e",
+        sha256: "7bb221b9d0be93590b9ff3775dbde917303eafe33ef237b234e5c8ac85f7c45b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -3641,7 +3641,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "d3f690fa1abd820338604f56deadbf8698253443b4a19b9ec29277cc46899aeb",
+        sha256: "99595b510ade9eb0b3049b985f310e94ba0140b1b99cd50f14ad623ea191ad5e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -3649,7 +3649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "469e88b9b8204e19e9a8a40c532050c7dd8f9753ce60f1ed25619dbbe376a36d",
+        sha256: "0d69f8473827ae3c0001dfe03f0133c8eb0f5986224286aaa1fd309a271427bb",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -3657,7 +3657,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "21efe4bb5b3f3fe063aa91364a78227c83aa5775c052b607eb3c9226b5091900",
+        sha256: "9147f245a626e6b1020baf3a3ee878bb489c8f9bff30887dfeed8485890a1013",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -3665,7 +3665,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "40bce9064898d85ddce30bf02ac8d923ade31a31e7f4e66817503f294aaf9693",
+        sha256: "89a219efdea8f21600b747a4ec0ee4cb91247b354a35b5464928a42b785a6928",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3673,7 +3673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "f519f69b9f3bc803e535122cbd946d9b45a181b3ec2a92e3fba60c369713f27f",
+        sha256: "d4a165f9085a20d7545be67b2a47778cf4de553cefb7abe2dd3434c031b84709",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -3681,13 +3681,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "066c9c555dd426767ec51eb4e8597d07d86e992ecfa75232396a331f4fa4ca62",
+        sha256: "db15f2ca0e2ed824ccbd22c262862f82f0cec43204a29eb7a8598a0a015de68e",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_constant.wgsl"),
-        sha256: "3c42d582b3e12a5f639aca379be50b80eba55df439c4a97b106a4e9721dc3d5d",
+        sha256: "6ed1e7368756ad89937691df9a1ab8b72f77e367236efe271656a02e0de07f40",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-diffuse-f32-none",
@@ -3695,7 +3695,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-lobes_diffuse.wgsl"
         ),
-        sha256: "19c221d59fb75e94296fdb95acb90e7943978c4ed22eaadcca3873f015aa7d2d",
+        sha256: "1eea6e176cd72dad7edd0e79621ed8937adbec88ecd7af34a1c31fe0c06bc029",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-both-f32-none",
@@ -3703,7 +3703,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none.wgsl"
         ),
-        sha256: "2ad056dbe53bcdef12ea8d69ff43006afd739b2ef4e6555d74ca842668c7c879",
+        sha256: "57272d1ed032ba707adb07d44ee7eeeec089b19cb25d6118a695b7e1994c6b54",
     },
     Embedded {
         id: "shade-lobe-constant-none-none-diffuse-f32-none",
@@ -3711,7 +3711,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "aa88c745c103a101a2b91b4fcc209dc400803b7d79e0d55c0ccfb592e6a82852",
+        sha256: "811a6f4fa6fb92387a9a7700342c0d8742b61e2dbea48cb8af5eba50224cfdcc",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-both-f32-none",
@@ -3719,7 +3719,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg.wgsl"
         ),
-        sha256: "f9dfd6eca2b0bc92a87ea244a2b00f91502f62d10f87f1ed88db7179601ef075",
+        sha256: "4486caf0d263c0383e4d3a8bb3eab4db6d9967aa5b10189d36dc8ac4524121cb",
     },
     Embedded {
         id: "shade-lobe-constant-sg-ggx-diffuse-f32-none",
@@ -3727,25 +3727,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_constant-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "9c3635147bf64e1ba7ade551d37518ddb5a1b6fb56b6ccf0cfbc8b832c751294",
+        sha256: "5e0d17462db3484f120fef27116e2add8a37989653b7baedbc1cf46e35ecaee8",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "ee919d9a73d3c2748b450a5146cbb56e1990c92db925e5093052467d060ac866",
+        sha256: "4d0536420356c09d1ef7c4de799458d911fe623d102ec7810d70a8f46350c21a",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "2d0c82185153e37764c462753415b98e48970cd96c367f3f3642597b0bc71a5c",
+        sha256: "ecd32bda5e1a3e3e5b776dd4e68576ff6fd9de5839be087a1197dd9ceb488bd4",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "7c97702c58b7abc57d6beeaf0c209a8c631110b819d51675d5b979b9ee4a5dc7",
+        sha256: "fb76d286d0f63afe347ed4aee2067589a3ba93ff4d9da27c75f5442b1ea5d2ee",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3753,13 +3753,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "80d6f2f9d2cd8f58389363054969b610b60b82fe8e0457b15c1a23bb21d56d87",
+        sha256: "2839663983f682bf190bfa5fd597b4f57d3f9a73280b658bb484957fcb5081f9",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "bb0d5f8fe1da2fb45259aea1ae6370911c1cc6c9a9496e4edabb8a084e76f4b6",
+        sha256: "5299f6cfdb909b23b56e7c99a0f0b69bb435a05f08752fd88b2895eb492e2688",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3767,7 +3767,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "de29c7505985041c3c522ade772cc4199265f4a778f7ae0e99f85745bba6b2f3",
+        sha256: "e5f2863e657424ffad285adedb3a3675beabdb52ffcddd69e866bbc8eb7f0623",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3775,7 +3775,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "ae247cefd0443039f801a5e0a0eabcfe3505c0b45ea82a858dc32031b40ec89b",
+        sha256: "a82e4dfc6b2e3ad8a77a0a07546203c1456d11785715a04ed7098cdb4d60feac",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3783,7 +3783,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "24c29ec3101575abe11b5eeae58f07cec99857508512cf0508d7ed660773b20e",
+        sha256: "b216bbd08fd9c3f0c394e0af51b073ad4b18e6fe3f2c84a8d691fe5fa4f1685c",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3791,7 +3791,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "0b4ea8ce9ade2fa2df07d821d526ebdf7e2bca43b03ae5116a68af642b974853",
+        sha256: "e604d2ce1118aacdc4ac08bf00c1a51178e922e081f2f3b58a08ff863958b349",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3799,7 +3799,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "55bf56e9705b6e4762c5a76e79294ed53987aa9dd69b55fe9a2ba561fa93bc00",
+        sha256: "5ba832ac325d0e087016ddeb101bc4c1a7526b04502306b142f661013a6bcf19",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -3807,13 +3807,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "6a20d7e4c52594fc663b0ec32ddbf576a6c8d5bcb64bbd8625d20f41c1ec4628",
+        sha256: "91b29dc3766198e83829061b9e5484f089abb98cb7e09eff076c8245ca4b2842",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "f8ee1052bd384f87489ca4c7676a05fbc2a9838c418e735cf88f23f91eaeea8d",
+        sha256: "4e8a12ffb09bb2e586df0450b1a2909420331550b9adbc146a94cb3ee503c1da",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -3821,7 +3821,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "79ce8cf3419421e4d33688b50a5ebea78e3d9674404b2b1fe69f22d68e3472b6",
+        sha256: "64465a8ca5a10227af96530023d8ffe0e78986d71ca38c7220df99186e1f5ae4",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -3829,7 +3829,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "191589cc6c7956625eab2046fa2c89767182e155771fdaace93f579998e74dee",
+        sha256: "5eadd8dae9268784f07d277e589564e88f45d31e29471e4242357d535f234a2d",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -3837,7 +3837,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "750c7165a171c1cbda09cbce8fa44bf167a208dccef16596bb6f342b9bf16c9d",
+        sha256: "9997720f25ecef36c2dd5a01580b2f077bd8bf5cf0d3e02bac1ab81f8ebbdbc4",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -3845,25 +3845,25 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "a0e30786c97e6fee77692db15d30836915202ac7cf94b530b7af17529f0ebea1",
+        sha256: "4abe1c8b5ef90ee491eb20be472a52bbff4c9adb20cb4f581a04c992b626a1c6",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "7ae02e651d22e4265cb0887dc1cc5ab16e3ec587ad80e3197b5dfd3e34d267a9",
+        sha256: "f3b116a8e82a9c39880aaaa22b65ed6c71a1f0a03a1439312192fadb71f5d559",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "5c56970f548979b74c7618b9b71daa1118276543cb9e11f7be15f72963da29ab",
+        sha256: "e1d2254433fb476e369d82d7f555e9d84c6d8a3585c30e9faeeecbfbd69e0acc",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-diffuse_gaussian.wgsl"),
-        sha256: "12e49f6b61ef1f8cd0e15bf29ee14b110d67ea45acce22c2feaa4bae6e34ae2a",
+        sha256: "5f953ffb862132cf259c0b3493e2f2d2dd013e33b697387c6ced7187b9504033",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-diffuse-f32-none",
@@ -3871,7 +3871,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-lobes_diffuse.wgsl"
         ),
-        sha256: "0f066916325aaa5c79895c9ddaf1983e44612f04f849923408769924cce06e9b",
+        sha256: "3a3926bbf60a8a6dd0b9e25418acbbbcb67a6f150329ecdc6b78b58df2c81332",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-both-f32-none",
@@ -3879,7 +3879,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none.wgsl"
         ),
-        sha256: "646cf92badecee45effec306e054727d502f5962340f054e8569f33701607807",
+        sha256: "38fcd6564832e9f819c761e34dd10cef0fd276383b8e291b7bc6985877766cde",
     },
     Embedded {
         id: "shade-lobe-gaussian-none-none-diffuse-f32-none",
@@ -3887,7 +3887,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "5422862e2f01e3391f737d98fd014537d981095b96c81e9253137fba1e0c75ed",
+        sha256: "d92350634e9d7f4576b4aba769a318fc29124363d51fd2dc2beecd91198cb2c1",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-both-f32-none",
@@ -3895,7 +3895,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg.wgsl"
         ),
-        sha256: "9fc22776455bf4a97df843dc60b445b02cbf71e56ff38ed90d541b16463cfb17",
+        sha256: "51bb2db3a690b589414b6d24813d20067f98f6b81d2f19efb2ba46eda51d9562",
     },
     Embedded {
         id: "shade-lobe-gaussian-sg-ggx-diffuse-f32-none",
@@ -3903,7 +3903,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-diffuse_gaussian-specular_sg-lobes_diffuse.wgsl"
         ),
-        sha256: "bddad123ac326eaae56ca36da5f069a11f0d77673c48df9f22fffa81ff702769",
+        sha256: "a3139226fc2dc2122cb6da4087c2c101f417b944596962fb74b49cce114bc0c3",
     },
     Embedded {
         id: "shadow-constant-opaque",
@@ -3939,7 +3939,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "sort_count",
         pass: sort_count::PASS,
         text: include_str!("../wgsl/sort_count.wgsl"),
-        sha256: "ee7304bc5016b85281989d6c28ededf6a8b4011570033ff0d07585c57e8f0161",
+        sha256: "2399ca46d55f9807cb8a11b408e7a0d5795b9baaa70f801a53fb8d01f4b01681",
     },
     Embedded {
         id: "sort_scan",
@@ -5044,6 +5044,8 @@ pub enum Function {
     SgIntegralLiteral,
     /// The product of two spherical Gaussians.
     SgProduct,
+    /// The same of lobes no sharper than 1e18.
+    SgProductModerate,
     /// The same, as printed.
     SgProductLiteral,
     /// The integral over a hemisphere.
@@ -5068,8 +5070,12 @@ pub enum Function {
     SgCosineErf,
     /// By a fit.
     SgCosineFitted,
+    /// By a fit, with the mean length of directions.
+    CosineFittedMean,
     /// By a fit with more constants.
     SgCosineFittedFine,
+    /// By a fit with more constants, with the mean length of directions.
+    CosineFittedFineMean,
     /// Sharpness from mean length, Toksvig.
     VmfSharpnessToksvig,
     /// Banerjee.
@@ -5127,7 +5133,7 @@ impl Function {
     /// The name of the axis.
     pub const AXIS: &str = "function";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 51] = [
+    pub const ALL: [Self; 54] = [
         Self::None,
         Self::Erf,
         Self::Erfc,
@@ -5140,6 +5146,7 @@ impl Function {
         Self::SgIntegral,
         Self::SgIntegralLiteral,
         Self::SgProduct,
+        Self::SgProductModerate,
         Self::SgProductLiteral,
         Self::SgHemisphereIntegral,
         Self::SgUpperCosineIntegral,
@@ -5152,7 +5159,9 @@ impl Function {
         Self::SgCosineLogisticLiteral,
         Self::SgCosineErf,
         Self::SgCosineFitted,
+        Self::CosineFittedMean,
         Self::SgCosineFittedFine,
+        Self::CosineFittedFineMean,
         Self::VmfSharpnessToksvig,
         Self::VmfSharpnessBanerjee,
         Self::VmfSharpnessKroeger,
@@ -5195,6 +5204,7 @@ impl Function {
             Self::SgIntegral => "sg_integral",
             Self::SgIntegralLiteral => "sg_integral_literal",
             Self::SgProduct => "sg_product",
+            Self::SgProductModerate => "sg_product_moderate",
             Self::SgProductLiteral => "sg_product_literal",
             Self::SgHemisphereIntegral => "sg_hemisphere_integral",
             Self::SgUpperCosineIntegral => "sg_upper_cosine_integral",
@@ -5207,7 +5217,9 @@ impl Function {
             Self::SgCosineLogisticLiteral => "sg_cosine_logistic_literal",
             Self::SgCosineErf => "sg_cosine_erf",
             Self::SgCosineFitted => "sg_cosine_fitted",
+            Self::CosineFittedMean => "cosine_fitted_mean",
             Self::SgCosineFittedFine => "sg_cosine_fitted_fine",
+            Self::CosineFittedFineMean => "cosine_fitted_fine_mean",
             Self::VmfSharpnessToksvig => "vmf_sharpness_toksvig",
             Self::VmfSharpnessBanerjee => "vmf_sharpness_banerjee",
             Self::VmfSharpnessKroeger => "vmf_sharpness_kroeger",
@@ -13907,7 +13919,7 @@ const _: () = {
 pub struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two. (`u32` at byte 0)
     pub tile: u32,
-    /// Tiles in a row of the atlas. (`u32` at byte 4)
+    /// Tiles in a row of the atlas: a power of two. (`u32` at byte 4)
     pub columns: u32,
     /// Number of lights. (`u32` at byte 8)
     pub count: u32,

@@ -147,10 +147,10 @@ fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) 
 fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
     let extent = sglow_extent(offset, vsgl.variance);
     let cosine = -dot(extent.towards, vsgl.diffuse_axis);
-    let integral = sglow_cosine_integral(cosine, vsgl.diffuse_sharpness);
+    let integral = sglow_cosine_integral_mean(cosine, vsgl.diffuse_sharpness, vsgl.diffuse_mean_length);
     // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
-    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
-    return SglowIncoming(extent.towards, extent.sharpness, radiance);
+    let scale = SGLOW_INV_TWO_PI_SQUARED * integral * extent.density;
+    return SglowIncoming(extent.towards, extent.sharpness, vsgl.diffuse_coefficient, scale);
 }
 
 /// Diffuse reflection of a light's diffuse emission per unit reflectance: the cosine at the shading point is the
@@ -169,11 +169,16 @@ fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
     return sglow_sg_cosine_constant(cosine, sharpness);
 }
 
+/// The same of a lobe whose mean length of directions is known to the forms that it saves something.
+fn sglow_cosine_integral_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    return sglow_cosine_integral(cosine, sharpness);
+}
+
 /// Diffuse reflection of incoming light per unit reflectance: the cosine is pulled out of the integral.
 /// [Tokuyoshi 2016, Appendix C.2]
 fn sglow_diffuse_clamped(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let cosine = max(dot(incoming.axis, normal), 0.0);
-    return incoming.radiance * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine);
+    return incoming.coefficient * (incoming.scale * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine));
 }
 
 // Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
@@ -194,8 +199,12 @@ fn sglow_sg_cosine_constant(cosine: f32, sharpness: f32) -> f32 {
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
+    /// 0 to 2e18.
     sharpness: f32,
-    radiance: vec3<f32>,
+    /// That of the emitted lobe, W/sr.
+    coefficient: vec3<f32>,
+    /// The radiance along the axis over the coefficient.
+    scale: f32,
 }
 
 /// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
@@ -204,19 +213,27 @@ struct SglowIncoming {
 struct SglowExtent {
     /// Unit; zero for a light at the shading point itself, which has no direction.
     towards: vec3<f32>,
-    /// The squared distance over the variance.
+    /// The squared distance over the variance, 0 to 1e18.
     sharpness: f32,
+    /// One over the variance.
+    density: f32,
+}
+
+/// The variance of a light's positions as it counts at a squared distance: a light is at least a billionth of its
+/// distance wide, so that products of lobes stay in the range of f32.
+fn sglow_variance_at(squared_distance: f32, variance: f32) -> f32 {
+    return max(variance, squared_distance * 1e-18);
 }
 
 /// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
 /// to 1e30.
 fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
     let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
     let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
+    let density = 1.0 / sglow_variance_at(squared_distance, variance);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
 }
 
 /// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.

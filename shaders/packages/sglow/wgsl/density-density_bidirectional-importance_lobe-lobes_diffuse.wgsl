@@ -18,9 +18,9 @@
 //   sglow 0.1.0.
 // Do not edit; regenerate with `cargo xtask gen-shaders`.
 
-const SGLOW_TWO_PI: f32 = 6.28318531;
 const SGLOW_FOUR_PI: f32 = 12.5663706;
 const SGLOW_INV_PI: f32 = 0.318309886;
+const SGLOW_INV_TWO_PI: f32 = 0.159154943;
 
 struct SglowDensityParameters {
     /// The light's position with w = 1, or the direction towards it with w = 0.
@@ -153,7 +153,7 @@ fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowV
 /// [Tokuyoshi 2016, Appendix C.2]
 fn sglow_diffuse_clamped(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let cosine = max(dot(incoming.axis, normal), 0.0);
-    return incoming.radiance * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine);
+    return incoming.coefficient * (incoming.scale * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine));
 }
 
 /// Diffuse reflection of incoming light per unit reflectance: the cosine is pulled out of the integral.
@@ -165,8 +165,12 @@ fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
+    /// 0 to 2e18.
     sharpness: f32,
-    radiance: vec3<f32>,
+    /// That of the emitted lobe, W/sr.
+    coefficient: vec3<f32>,
+    /// The radiance along the axis over the coefficient.
+    scale: f32,
 }
 
 /// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
@@ -175,25 +179,34 @@ struct SglowIncoming {
 struct SglowExtent {
     /// Unit; zero for a light at the shading point itself, which has no direction.
     towards: vec3<f32>,
-    /// The squared distance over the variance.
+    /// The squared distance over the variance, 0 to 1e18.
     sharpness: f32,
+    /// One over the variance.
+    density: f32,
+}
+
+/// The variance of a light's positions as it counts at a squared distance: a light is at least a billionth of its
+/// distance wide, so that products of lobes stay in the range of f32.
+fn sglow_variance_at(squared_distance: f32, variance: f32) -> f32 {
+    return max(variance, squared_distance * 1e-18);
 }
 
 /// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
 /// to 1e30.
 fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
     let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
     let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
+    let density = 1.0 / sglow_variance_at(squared_distance, variance);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
 }
 
 /// The light's positions seen from the shading point, times its radiant intensity towards that point.
 /// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
 ///
-/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe.
+/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe; its sharpness is 0 to
+/// 1e18, below 1e-15 as good as 0.
 fn sglow_incoming(
     offset: vec3<f32>,
     variance: f32,
@@ -203,9 +216,9 @@ fn sglow_incoming(
 ) -> SglowIncoming {
     let extent = sglow_extent(offset, variance);
     // A light at the shading point itself has no direction; its lobe of sharpness 0 needs none.
-    let product = sglow_sg_product(-axis, sharpness, extent.towards, extent.sharpness);
-    let radiance = coefficient * (exp(product.log_amplitude) / (SGLOW_TWO_PI * variance));
-    return SglowIncoming(product.axis, product.sharpness, radiance);
+    let product = sglow_sg_product_moderate(-axis, sharpness, extent.towards, extent.sharpness);
+    let scale = exp(product.log_amplitude) * (SGLOW_INV_TWO_PI * extent.density);
+    return SglowIncoming(product.axis, product.sharpness, coefficient, scale);
 }
 
 /// A spherical Gaussian with its amplitude as a logarithm, so that far lobes underflow instead of overflowing.
@@ -215,31 +228,27 @@ struct SglowLobe {
     log_amplitude: f32,
 }
 
-/// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
+/// The same product of lobes that are no sharper than 1e18, whose squares f32 holds without a unit.
 /// [Tokuyoshi 2016, Eq. (12)]
 ///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
-/// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
-/// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; NaN input: unspecified result.
-fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of
-    // broad ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
-    let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
-    let unit = bitcast<f32>(bits);
-    let per_unit = bitcast<f32>(0x7f000000u - bits);
-    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
-    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
-    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
-    let mean = share_a * axis_a + share_b * axis_b;
-    let norm = length(mean);
-    // Lobes that cancel to the last digit have no direction left.
-    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
-    // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18. Below 1e-15 they are as good as 0.
+/// log_amplitude: at most 0. Of lobes that cancel, and of two below 1e-15, the axis may be shorter than a unit vector.
+/// Contract: a sharpness out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_product_moderate(
+    axis_a: vec3<f32>,
+    sharpness_a: f32,
+    axis_b: vec3<f32>,
+    sharpness_b: f32,
+) -> SglowLobe {
+    let mean = sharpness_a * axis_a + sharpness_b * axis_b;
+    // One inverse square root gives length and axis. Below the limit there is no direction to lose.
+    let squared = dot(mean, mean);
+    let inverse = inverseSqrt(max(squared, 1e-37));
+    let sharpness = squared * inverse;
+    // l3 - l1 - l2 without the subtraction, as above. The minimum keeps a driver from multiplying small factors first.
+    let share = min(sharpness_a / max(sharpness + sharpness_a + sharpness_b, 1e-30), 1.0);
     let chord = axis_a - axis_b;
-    // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
-    let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
-    return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
+    return SglowLobe(mean * inverse, sharpness, -share * sharpness_b * dot(chord, chord));
 }
 
 /// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.

@@ -154,10 +154,33 @@ fn sglow_D_GGX(n: vec3<f32>, h: vec3<f32>, alpha: f32) -> f32 {
 /// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
 /// Contract: anything else gives anything, finite or not; no loop.
 fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
+    return sglow_V_SmithGGX(NoL, sglow_smith_ggx(NoV, alpha));
+}
+
+/// What height-correlated masking and shadowing of GGX have of the view and the roughness alone.
+struct SglowSmithGGX {
+    /// Masking over NoL.
+    masking: f32,
+    /// The square of shadowing is this, plus the slope times NoL^2.
+    constant: f32,
+    slope: f32,
+}
+
+/// NoV: 1e-3 to 1; alpha: roughness alpha, 1e-4 to 1.
+fn sglow_smith_ggx(NoV: f32, alpha: f32) -> SglowSmithGGX {
     let a2 = alpha * alpha;
-    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
-    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
-    return 0.5 / (masking + shadowing);
+    let masking = 2.0 * sqrt(a2 + (1.0 - a2) * NoV * NoV);
+    let view = 4.0 * NoV * NoV;
+    return SglowSmithGGX(masking, view * a2, view * (1.0 - a2));
+}
+
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
+/// [Heitz 2014, Eq. (99)]
+///
+/// NoL: 0 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_V_SmithGGX(NoL: f32, view: SglowSmithGGX) -> f32 {
+    return 1.0 / (NoL * view.masking + sqrt(view.constant + view.slope * NoL * NoL));
 }
 
 /// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
@@ -175,10 +198,17 @@ fn sglow_f90(f0: vec3<f32>) -> f32 {
 /// f0 is 0.
 /// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
 fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
-    let f90 = sglow_f90(f0);
+    return f0 + (vec3<f32>(sglow_f90(f0)) - f0) * sglow_schlick_weight(VoH);
+}
+
+/// The weight of the reflectance at grazing angles, (1 - VoH)^5.
+/// [Schlick 1994, Eq. (15)]
+///
+/// VoH: clamped to 0 to 1. Result: 0 to 1.
+fn sglow_schlick_weight(VoH: f32) -> f32 {
     let complement = clamp(1.0 - VoH, 0.0, 1.0);
     let squared = complement * complement;
-    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+    return squared * squared * complement;
 }
 
 /// The share of the light that reaches a position: two by two comparisons, weighted bilinearly.

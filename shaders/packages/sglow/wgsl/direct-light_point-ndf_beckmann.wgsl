@@ -192,10 +192,17 @@ fn sglow_f90(f0: vec3<f32>) -> f32 {
 /// f0 is 0.
 /// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
 fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
-    let f90 = sglow_f90(f0);
+    return f0 + (vec3<f32>(sglow_f90(f0)) - f0) * sglow_schlick_weight(VoH);
+}
+
+/// The weight of the reflectance at grazing angles, (1 - VoH)^5.
+/// [Schlick 1994, Eq. (15)]
+///
+/// VoH: clamped to 0 to 1. Result: 0 to 1.
+fn sglow_schlick_weight(VoH: f32) -> f32 {
     let complement = clamp(1.0 - VoH, 0.0, 1.0);
     let squared = complement * complement;
-    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+    return squared * squared * complement;
 }
 
 /// The share of the light that reaches a position: two by two comparisons, weighted bilinearly.

@@ -14,7 +14,7 @@
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
-    /// Tiles in a row of the atlas.
+    /// Tiles in a row of the atlas: a power of two.
     columns: u32,
     /// Number of lights.
     count: u32,
@@ -145,6 +145,10 @@ fn sglow_from_coarse(level: u32, x: u32, y: u32) -> f32 {
 }
 
 /// The first texel of a light's tile in the atlas.
+///
+/// columns, tile: powers of two.
 fn sglow_map_corner(light: u32, columns: u32, tile: u32) -> vec2<u32> {
-    return tile * vec2<u32>(light % columns, light / columns);
+    // No quotient and no product of integers, which GPUs make of many operations.
+    let place = vec2<u32>(light & (columns - 1u), light >> firstTrailingBit(columns));
+    return place << vec2<u32>(firstTrailingBit(tile));
 }

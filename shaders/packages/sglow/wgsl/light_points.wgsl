@@ -20,7 +20,7 @@
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
-    /// Tiles in a row of the atlas.
+    /// Tiles in a row of the atlas: a power of two.
     columns: u32,
     /// Number of lights.
     count: u32,
@@ -149,7 +149,8 @@ struct SglowLightView {
 /// axis; its map is about the axis of its specular lobe.
 fn sglow_light_view(vsgl: SglowVsgl, near_scale: f32, least_near: f32) -> SglowLightView {
     let near = max(near_scale * sqrt(vsgl.variance), least_near);
-    let metal = all(vsgl.diffuse_coefficient <= vec3<f32>(0.0));
+    let coefficient = vsgl.diffuse_coefficient;
+    let metal = max(max(coefficient.r, coefficient.g), coefficient.b) <= 0.0;
     let axis = select(vsgl.diffuse_axis, vsgl.specular_axis, metal);
     return SglowLightView(vsgl.position, near, sglow_basis(axis));
 }

@@ -21,7 +21,7 @@
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
-    /// Tiles in a row of the atlas.
+    /// Tiles in a row of the atlas: a power of two.
     columns: u32,
     /// Number of lights.
     count: u32,

@@ -14,6 +14,7 @@ const SGLOW_TWO_PI: f32 = 6.28318531;
 const SGLOW_FOUR_PI: f32 = 12.5663706;
 const SGLOW_HALF_PI: f32 = 1.57079633;
 const SGLOW_INV_PI: f32 = 0.318309886;
+const SGLOW_INV_TWO_PI: f32 = 0.159154943;
 /// 1/(2 pi^2)
 const SGLOW_INV_TWO_PI_SQUARED: f32 = 0.0506605918;
 /// 1/sqrt(pi), to one unit in its last place.
@@ -35,20 +36,17 @@ fn sglow_erfc_scaled(x: f32) -> f32 {
     return top / bottom;
 }
 
-/// The integral of erfc from x to infinity without its decay, over a divisor that shares the division:
-/// (1/sqrt(pi) - x exp(x^2) erfc(x))/divisor.
+/// The integral of erfc from x to infinity without its decay, 1/sqrt(pi) - x exp(x^2) erfc(x).
 ///
-/// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
-/// error 9e-8 before rounding.
-/// Contract: an x out of range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
-fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
-    let t = clamp(x, 0.0, 1e5);
+/// x: t, 0 to 1e5. Result: 0 to 0.5642, relative error 9e-8 before rounding.
+/// Contract: an x out of range or NaN gives anything, finite or not; no loop.
+fn sglow_erfc_integral_scaled_near(t: f32) -> f32 {
     // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
     // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
     let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
     let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
         + t * 0.050800994)))));
-    return top / (bottom * divisor);
+    return top / bottom;
 }
 
 /// The integral of erfc from x to infinity without its decay, 1/sqrt(pi) - x exp(x^2) erfc(x): falls from 0.5642 to
@@ -58,7 +56,7 @@ fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
 /// Contract: arguments outside of the range, infinite ones included, are moved to its ends; NaN gives any number or
 /// NaN.
 fn sglow_erfc_integral_scaled(x: f32) -> f32 {
-    return sglow_erfc_integral_scaled_over(x, 1.0);
+    return sglow_erfc_integral_scaled_near(clamp(x, 0.0, 1e5));
 }
 
 /// The complementary error function, 1 - erf(x).
@@ -178,6 +176,29 @@ fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, shar
     return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
 }
 
+/// The same product of lobes that are no sharper than 1e18, whose squares f32 holds without a unit.
+/// [Tokuyoshi 2016, Eq. (12)]
+///
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18. Below 1e-15 they are as good as 0.
+/// log_amplitude: at most 0. Of lobes that cancel, and of two below 1e-15, the axis may be shorter than a unit vector.
+/// Contract: a sharpness out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_product_moderate(
+    axis_a: vec3<f32>,
+    sharpness_a: f32,
+    axis_b: vec3<f32>,
+    sharpness_b: f32,
+) -> SglowLobe {
+    let mean = sharpness_a * axis_a + sharpness_b * axis_b;
+    // One inverse square root gives length and axis. Below the limit there is no direction to lose.
+    let squared = dot(mean, mean);
+    let inverse = inverseSqrt(max(squared, 1e-37));
+    let sharpness = squared * inverse;
+    // l3 - l1 - l2 without the subtraction, as above. The minimum keeps a driver from multiplying small factors first.
+    let share = min(sharpness_a / max(sharpness + sharpness_a + sharpness_b, 1e-30), 1.0);
+    let chord = axis_a - axis_b;
+    return SglowLobe(mean * inverse, sharpness, -share * sharpness_b * dot(chord, chord));
+}
+
 /// The integral of a spherical Gaussian times the clamped cosine about its own axis, the largest there is:
 /// A_u(l) = 2 pi (exp(-l) - 1 + l)/l^2.
 /// [Meder 2018, Eq. (9)]
@@ -231,6 +252,14 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
     // [(l - 1) + (l + 1) exp(-2 l)] (l + 1)/l^2 in numbers between 0 and 1.
     let u = 1.0 - y;
     return ((u - y) + decay) / (u * u);
+}
+
+/// The same number from the mean length r of the lobe's directions: 2 (1 + l) r/(1 + l (1 + r)), since 2 pi (1 - exp(-2
+/// l))/l is 4 pi/(1 + l (1 + r)) with r = coth l - 1/l. Nothing cancels.
+///
+/// sharpness: 0 to 4e37; mean_length: that of the sharpness.
+fn sglow_sg_cosine_odd_part_mean(sharpness: f32, mean_length: f32) -> f32 {
+    return 2.0 * mean_length * ((1.0 + sharpness) / (1.0 + sharpness * (1.0 + mean_length)));
 }
 
 /// The share of a spherical Gaussian's integral that lies in the upper hemisphere of a normal: the exact shares of a
@@ -352,32 +381,51 @@ fn sglow_sg_cosine_erf(cosine: f32, sharpness: f32) -> f32 {
 /// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
 /// falls with |z|.
 ///
-/// z, l: in range; y: 1/(1 + l); horizon_squared: the square of J(0) (1 + l)/pi; flattening: p; weight: w.
+/// z: in range; u, y: l/(1 + l), 1/(1 + l); odd: (A_u - A_b) (1 + l)/(2 pi); top, bottom: of the square of J(0) (1 +
+/// l)/pi, y top/bottom; flat: of p, u^2/flat; weight: w.
 fn sglow_sg_cosine_dark_side(
     z: f32,
-    l: f32,
+    u: f32,
     y: f32,
-    horizon_squared: f32,
-    flattening: f32,
+    odd: f32,
+    top: f32,
+    bottom: f32,
+    flat: f32,
     weight: f32,
 ) -> f32 {
-    let odd = sglow_sg_cosine_odd_part(l, y);
-    let horizon = sqrt(horizon_squared);
-    let bent = flattening * z * z;
-    let root = 1.0 + sqrt(max(1.0 - bent, 0.0));
-    // (1 - r)/(1 + r) = p z^2/(1 + r)^2, without the difference.
-    let stretch = sqrt(1.0 + weight * bent / (root * root));
+    // All quotients over common denominators, so that one inverse square root gives stretch over horizon, g, and its
+    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2, which subtracts
+    // nothing.
+    let bent = (u * z) * (u * z);
+    let root = flat + sqrt(flat * max(flat - bent, 0.0));
+    let squared = root * root;
+    let numerator = (squared + weight * flat * bent) * bottom;
+    let denominator = squared * (y * top);
+    let inverse = inverseSqrt(numerator * denominator);
     // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
-    let x = min(SGLOW_INV_SQRT_PI * (odd / horizon) * stretch * abs(z), 12.0);
-    let dark = SGLOW_HALF_SQRT_PI * horizon * (exp(-x * x) * sglow_erfc_integral_scaled_over(x, stretch));
+    let x = min(SGLOW_INV_SQRT_PI * odd * (numerator * inverse) * abs(z), 12.0);
+    let dark = SGLOW_HALF_SQRT_PI * (denominator * inverse) * (exp(-x * x) * sglow_erfc_integral_scaled_near(x));
     return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
 }
 
 /// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
 fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
-    let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
     let y = 1.0 / (1.0 + l);
+    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, y, sglow_sg_cosine_odd_part(l, y));
+}
+
+/// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
+///
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_cosine_fitted_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
+}
+
+/// The same from the odd part. z, l: in range; y: 1/(1 + l).
+fn sglow_sg_cosine_fitted_of_odd(z: f32, l: f32, y: f32, odd: f32) -> f32 {
     // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
     let u = min(l * y, 1.0);
     // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
@@ -385,18 +433,29 @@ fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
     // are kept.
     let top = 1.0 + y * (-1.6641017 + y * 4.4256024);
     let bottom = SGLOW_HALF_PI + y * (-6.071711 + y * (15.022563 + y * (-16.302683 + y * (11.848223 - y * 2.3056865))));
-    let flattening = 1.0 + y * (-2.4294474 + y * 8.802209);
-    let inverse = 1.0 / (bottom * flattening);
-    return sglow_sg_cosine_dark_side(
-        z, l, y, y * top * flattening * inverse, u * u * bottom * inverse, 0.9423444);
+    let flat = 1.0 + y * (-2.4294474 + y * 8.802209);
+    return sglow_sg_cosine_dark_side(z, u, y, odd, top, bottom, flat, 0.9423444);
 }
 
 /// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains, with more constants. Error
 /// 1.6e-5.
 fn sglow_sg_cosine_fitted_fine(cosine: f32, sharpness: f32) -> f32 {
-    let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
     let y = 1.0 / (1.0 + l);
+    return sglow_sg_cosine_fitted_fine_of_odd(clamp(cosine, -1.0, 1.0), l, y, sglow_sg_cosine_odd_part(l, y));
+}
+
+/// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
+///
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_cosine_fitted_fine_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_fine_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
+}
+
+/// The same from the odd part. z, l: in range; y: 1/(1 + l).
+fn sglow_sg_cosine_fitted_fine_of_odd(z: f32, l: f32, y: f32, odd: f32) -> f32 {
     // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
     let u = min(l * y, 1.0);
     // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
@@ -404,11 +463,9 @@ fn sglow_sg_cosine_fitted_fine(cosine: f32, sharpness: f32) -> f32 {
     let top = 1.0 + y * (-2.4937313 + y * (7.7147636 + y * 4.0608683));
     let bottom = SGLOW_HALF_PI + y * (-7.488554 + y * (25.234873 + y * (-37.759953 + y * (43.36449
         + y * (-20.095003 + y * 5.455252)))));
-    let flattening = 1.0 + y * (-2.243377 + y * (5.71942 + y * 8.090606));
+    let flat = 1.0 + y * (-2.243377 + y * (5.71942 + y * 8.090606));
     let weight = 1.0 + y * (-1.1005945 + y * (3.5765753 - y * 1.9029227));
-    let inverse = 1.0 / (bottom * flattening);
-    return sglow_sg_cosine_dark_side(
-        z, l, y, y * top * flattening * inverse, u * u * bottom * inverse, weight);
+    return sglow_sg_cosine_dark_side(z, u, y, odd, top, bottom, flat, weight);
 }
 
 // The formulas of the papers as they are printed there, for reports that show what a stable form buys: these overflow,
@@ -799,25 +856,55 @@ fn sglow_asg_evaluate(direction: vec3<f32>, asg: SglowAsg) -> f32 {
     return max(dot(direction, asg.axis_z), 0.0) * exp(-asg.bandwidth_x * x * x - asg.bandwidth_y * y * y);
 }
 
-/// The integral over the sphere of an anisotropic times a spherical Gaussian, both of amplitude one; an approximation
-/// for sharp lobes (2 % for bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
+/// An anisotropic spherical Gaussian that is convolved with many spherical ones: what depends on it alone.
+struct SglowAsgConvolver {
+    /// The axes of the bandwidths, times the roots of what a squared coordinate has in the exponent of 2.
+    axis_x: vec3<f32>,
+    axis_y: vec3<f32>,
+    /// The axis of the lobe, times 2 pi and an amplitude.
+    axis_z: vec3<f32>,
+    /// Twice the bandwidths: the sharpness of spherical Gaussians of the same widths.
+    sharpness: vec2<f32>,
+}
+
+/// Prepares the convolution of an anisotropic spherical Gaussian of an amplitude.
+fn sglow_asg_convolver(asg: SglowAsg, amplitude: f32) -> SglowAsgConvolver {
+    // log2(e): exponents are of 2.
+    return SglowAsgConvolver(
+        asg.axis_x * sqrt(1.442695 * asg.bandwidth_x),
+        asg.axis_y * sqrt(1.442695 * asg.bandwidth_y),
+        asg.axis_z * (SGLOW_TWO_PI * amplitude),
+        2.0 * vec2<f32>(asg.bandwidth_x, asg.bandwidth_y),
+    );
+}
+
+/// The integral over the sphere of an anisotropic times a spherical Gaussian; an approximation for sharp lobes (2 % for
+/// bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
 /// [Xu 2013, Eq. (13)]
 ///
-/// axis: a unit vector; sharpness: 0 to the greatest f32, all above 1e30 counts as that.
-/// Result: steradians, never increasing with the sharpness at the lobe's axis, at most 4e30.
-/// Contract: an infinite bandwidth or NaN gives anything, finite or not; no loop.
-fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 {
-    // The spherical Gaussian, seen as anisotropic, has the bandwidth of half its sharpness.
-    let nu = 0.5 * min(sharpness, 1e30);
-    let sum_x = max(asg.bandwidth_x + nu, 1e-30);
-    let sum_y = max(asg.bandwidth_y + nu, 1e-30);
+/// axis: a unit vector; sharpness: 0 to 1e18. Result: steradians times the amplitude, at least 0.
+/// Contract: an infinite bandwidth, a sharpness out of range or NaN gives anything, finite or not; no loop.
+fn sglow_asg_convolved(asg: SglowAsgConvolver, axis: vec3<f32>, sharpness: f32) -> f32 {
+    // The spherical Gaussian, seen as anisotropic, has the bandwidth nu of half its sharpness; here all are doubled.
+    let sums = asg.sharpness + sharpness;
+    // One inverse square root for the roots of both sums and their reciprocals: r = 1/sqrt(sx sy).
+    let inverse = inverseSqrt(max(sums.x * sums.y, 1e-30));
     let x = dot(axis, asg.axis_x);
     let y = dot(axis, asg.axis_y);
-    // The quotients are at most 1; the minimum keeps a driver from multiplying what they divide first.
-    let shape = max(dot(axis, asg.axis_z), 0.0)
-        * exp(-(asg.bandwidth_x * min(nu / sum_x, 1.0)) * x * x - (asg.bandwidth_y * min(nu / sum_y, 1.0)) * y * y);
-    // Two square roots, for the product of the sums may overflow where each does not.
-    return SGLOW_PI * shape / (sqrt(sum_x) * sqrt(sum_y));
+    // nu/sx = (nu r^2) sy. The minimum keeps a driver from multiplying the sharpness with the sums first.
+    let rate = min(sharpness * inverse * inverse, 1e37);
+    let exponent = rate * (x * x * sums.y + y * y * sums.x);
+    return max(dot(axis, asg.axis_z), 0.0) * (inverse * exp2(-exponent));
+}
+
+/// The same for one spherical Gaussian, both of amplitude one.
+/// [Xu 2013, Eq. (13)]
+///
+/// axis: a unit vector; sharpness: 0 to the greatest f32, all above 1e18 counts as that.
+/// Result: steradians, never increasing with the sharpness at the lobe's axis, at most 7e15.
+/// Contract: an infinite bandwidth or NaN gives anything, finite or not; no loop.
+fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 {
+    return sglow_asg_convolved(sglow_asg_convolver(asg, 1.0), axis, min(sharpness, 1e18));
 }
 
 /// The unit vector out of the plane of incidence; where direction and normal are parallel, any across the direction.
@@ -885,10 +972,17 @@ fn sglow_f90(f0: vec3<f32>) -> f32 {
 /// f0 is 0.
 /// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
 fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
-    let f90 = sglow_f90(f0);
+    return f0 + (vec3<f32>(sglow_f90(f0)) - f0) * sglow_schlick_weight(VoH);
+}
+
+/// The weight of the reflectance at grazing angles, (1 - VoH)^5.
+/// [Schlick 1994, Eq. (15)]
+///
+/// VoH: clamped to 0 to 1. Result: 0 to 1.
+fn sglow_schlick_weight(VoH: f32) -> f32 {
     let complement = clamp(1.0 - VoH, 0.0, 1.0);
     let squared = complement * complement;
-    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+    return squared * squared * complement;
 }
 
 /// The directional albedo of GGX with Schlick's Fresnel term: the share of light from one direction that is reflected
@@ -995,10 +1089,33 @@ fn sglow_D_GGX(n: vec3<f32>, h: vec3<f32>, alpha: f32) -> f32 {
 /// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
 /// Contract: anything else gives anything, finite or not; no loop.
 fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
+    return sglow_V_SmithGGX(NoL, sglow_smith_ggx(NoV, alpha));
+}
+
+/// What height-correlated masking and shadowing of GGX have of the view and the roughness alone.
+struct SglowSmithGGX {
+    /// Masking over NoL.
+    masking: f32,
+    /// The square of shadowing is this, plus the slope times NoL^2.
+    constant: f32,
+    slope: f32,
+}
+
+/// NoV: 1e-3 to 1; alpha: roughness alpha, 1e-4 to 1.
+fn sglow_smith_ggx(NoV: f32, alpha: f32) -> SglowSmithGGX {
     let a2 = alpha * alpha;
-    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
-    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
-    return 0.5 / (masking + shadowing);
+    let masking = 2.0 * sqrt(a2 + (1.0 - a2) * NoV * NoV);
+    let view = 4.0 * NoV * NoV;
+    return SglowSmithGGX(masking, view * a2, view * (1.0 - a2));
+}
+
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
+/// [Heitz 2014, Eq. (99)]
+///
+/// NoL: 0 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_V_SmithGGX(NoL: f32, view: SglowSmithGGX) -> f32 {
+    return 1.0 / (NoL * view.masking + sqrt(view.constant + view.slope * NoL * NoL));
 }
 
 /// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
@@ -1168,7 +1285,7 @@ fn sglow_ndf_filtered_reflection(
         * (sqrt(NoV2 + sine_squared * filter_x.extra) + sqrt(NoV2 + sine_squared * roughness_x));
 
     // How much of where the light and the reflection lobe meet is above the horizon.
-    let product = sglow_sg_product(axis, l, own.axis, own.sharpness);
+    let product = sglow_sg_product_moderate(axis, l, own.axis, own.sharpness);
     let cosine_product = dot(product.axis, normal);
     // Masking and shadowing over masking, G2 / G1, which the density of visible facets leaves out; without it the
     // error is three times as large. [Heitz 2014, Eq. (99), Eq. (43)]
@@ -1233,7 +1350,7 @@ fn sglow_ndf_filtered_2024_reflection(
     // The projected area of facets all around, and the share above the horizon of where light and reflection lobe meet.
     let area = 4.0 * sqrt(NoV2 + (1.0 - NoV2) * roughness_x);
     let own = sglow_sg_reflection_dominant(view, normal, alpha);
-    let product = sglow_sg_product(axis, l, own.axis, 0.5 * (smoothness / squared));
+    let product = sglow_sg_product_moderate(axis, l, own.axis, 0.5 * (smoothness / squared));
     let share = sglow_sg_hemisphere_share(dot(product.axis, normal), product.sharpness);
     // The maximum keeps a driver from multiplying the small factors of both first, which leaves the normal numbers.
     return max(density / area * share, 0.0) * sglow_sg_integral(sharpness);

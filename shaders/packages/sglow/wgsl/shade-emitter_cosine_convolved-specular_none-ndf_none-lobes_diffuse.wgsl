@@ -72,8 +72,7 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if surface.present {
         let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgl(i);
-            sglow_reflect(&reflected, vsgl, point);
+            sglow_reflect_light(&reflected, i, sglow_vsgl(i), point);
         }
         reflected.diffuse *= surface.diffuse;
     }
@@ -89,6 +88,11 @@ fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
     );
 }
 
+/// Adds what a surface reflects of a light that reaches it.
+fn sglow_reflect_light(reflected: ptr<function, SglowReflected>, light: u32, vsgl: SglowVsgl, point: SglowPoint) {
+    sglow_reflect(reflected, vsgl, point, 1.0);
+}
+
 /// Writes what a pixel reflects.
 fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
     textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
@@ -100,11 +104,12 @@ struct SglowReflected {
     diffuse: vec3<f32>,
 }
 
-/// Adds what a surface reflects of both lobes of a virtual light.
+/// Adds what a surface reflects of both lobes of a virtual light, times a weight.
 /// [Tokuyoshi 2016, Appendix C]
-fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint, weight: f32) {
     let offset = vsgl.position - point.position;
-    let from_diffuse = sglow_emitted(offset, vsgl);
+    var from_diffuse = sglow_emitted(offset, vsgl);
+    from_diffuse.scale *= weight;
     (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
 }
 
@@ -120,10 +125,10 @@ fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, poin
 fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
     let extent = sglow_extent(offset, vsgl.variance);
     let cosine = -dot(extent.towards, vsgl.diffuse_axis);
-    let integral = sglow_cosine_integral(cosine, vsgl.diffuse_sharpness);
+    let integral = sglow_cosine_integral_mean(cosine, vsgl.diffuse_sharpness, vsgl.diffuse_mean_length);
     // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
-    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
-    return SglowIncoming(extent.towards, extent.sharpness, radiance);
+    let scale = SGLOW_INV_TWO_PI_SQUARED * integral * extent.density;
+    return SglowIncoming(extent.towards, extent.sharpness, vsgl.diffuse_coefficient, scale);
 }
 
 /// Diffuse reflection of a light's diffuse emission per unit reflectance: the cosine at the shading point is convolved
@@ -138,11 +143,16 @@ fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
     return sglow_sg_cosine_fitted(cosine, sharpness);
 }
 
+/// The same of a lobe whose mean length of directions is known to the forms that it saves something.
+fn sglow_cosine_integral_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    return sglow_sg_cosine_fitted_mean(cosine, sharpness, mean_length);
+}
+
 /// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine.
 /// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
 fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
-    return incoming.radiance * (SGLOW_INV_PI * integral);
+    return incoming.coefficient * (incoming.scale * (SGLOW_INV_PI * integral));
 }
 
 // Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
@@ -163,32 +173,51 @@ fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
 /// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
 /// falls with |z|.
 ///
-/// z, l: in range; y: 1/(1 + l); horizon_squared: the square of J(0) (1 + l)/pi; flattening: p; weight: w.
+/// z: in range; u, y: l/(1 + l), 1/(1 + l); odd: (A_u - A_b) (1 + l)/(2 pi); top, bottom: of the square of J(0) (1 +
+/// l)/pi, y top/bottom; flat: of p, u^2/flat; weight: w.
 fn sglow_sg_cosine_dark_side(
     z: f32,
-    l: f32,
+    u: f32,
     y: f32,
-    horizon_squared: f32,
-    flattening: f32,
+    odd: f32,
+    top: f32,
+    bottom: f32,
+    flat: f32,
     weight: f32,
 ) -> f32 {
-    let odd = sglow_sg_cosine_odd_part(l, y);
-    let horizon = sqrt(horizon_squared);
-    let bent = flattening * z * z;
-    let root = 1.0 + sqrt(max(1.0 - bent, 0.0));
-    // (1 - r)/(1 + r) = p z^2/(1 + r)^2, without the difference.
-    let stretch = sqrt(1.0 + weight * bent / (root * root));
+    // All quotients over common denominators, so that one inverse square root gives stretch over horizon, g, and its
+    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2, which subtracts
+    // nothing.
+    let bent = (u * z) * (u * z);
+    let root = flat + sqrt(flat * max(flat - bent, 0.0));
+    let squared = root * root;
+    let numerator = (squared + weight * flat * bent) * bottom;
+    let denominator = squared * (y * top);
+    let inverse = inverseSqrt(numerator * denominator);
     // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
-    let x = min(SGLOW_INV_SQRT_PI * (odd / horizon) * stretch * abs(z), 12.0);
-    let dark = SGLOW_HALF_SQRT_PI * horizon * (exp(-x * x) * sglow_erfc_integral_scaled_over(x, stretch));
+    let x = min(SGLOW_INV_SQRT_PI * odd * (numerator * inverse) * abs(z), 12.0);
+    let dark = SGLOW_HALF_SQRT_PI * (denominator * inverse) * (exp(-x * x) * sglow_erfc_integral_scaled_near(x));
     return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
 }
 
 /// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
 fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
-    let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
     let y = 1.0 / (1.0 + l);
+    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, y, sglow_sg_cosine_odd_part(l, y));
+}
+
+/// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
+///
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_cosine_fitted_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
+}
+
+/// The same from the odd part. z, l: in range; y: 1/(1 + l).
+fn sglow_sg_cosine_fitted_of_odd(z: f32, l: f32, y: f32, odd: f32) -> f32 {
     // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
     let u = min(l * y, 1.0);
     // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
@@ -196,10 +225,21 @@ fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
     // are kept.
     let top = 1.0 + y * (-1.6641017 + y * 4.4256024);
     let bottom = SGLOW_HALF_PI + y * (-6.071711 + y * (15.022563 + y * (-16.302683 + y * (11.848223 - y * 2.3056865))));
-    let flattening = 1.0 + y * (-2.4294474 + y * 8.802209);
-    let inverse = 1.0 / (bottom * flattening);
-    return sglow_sg_cosine_dark_side(
-        z, l, y, y * top * flattening * inverse, u * u * bottom * inverse, 0.9423444);
+    let flat = 1.0 + y * (-2.4294474 + y * 8.802209);
+    return sglow_sg_cosine_dark_side(z, u, y, odd, top, bottom, flat, 0.9423444);
+}
+
+/// The integral of erfc from x to infinity without its decay, 1/sqrt(pi) - x exp(x^2) erfc(x).
+///
+/// x: t, 0 to 1e5. Result: 0 to 0.5642, relative error 9e-8 before rounding.
+/// Contract: an x out of range or NaN gives anything, finite or not; no loop.
+fn sglow_erfc_integral_scaled_near(t: f32) -> f32 {
+    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
+    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
+    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
+    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
+        + t * 0.050800994)))));
+    return top / bottom;
 }
 
 /// The odd part of the integral of a spherical Gaussian times a clamped cosine z, which is exactly (A_u - A_b) z/2:
@@ -221,27 +261,23 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
     return ((u - y) + decay) / (u * u);
 }
 
-/// The integral of erfc from x to infinity without its decay, over a divisor that shares the division:
-/// (1/sqrt(pi) - x exp(x^2) erfc(x))/divisor.
+/// The same number from the mean length r of the lobe's directions: 2 (1 + l) r/(1 + l (1 + r)), since 2 pi (1 - exp(-2
+/// l))/l is 4 pi/(1 + l (1 + r)) with r = coth l - 1/l. Nothing cancels.
 ///
-/// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
-/// error 9e-8 before rounding.
-/// Contract: an x out of range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
-fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
-    let t = clamp(x, 0.0, 1e5);
-    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
-    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
-    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
-    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
-        + t * 0.050800994)))));
-    return top / (bottom * divisor);
+/// sharpness: 0 to 4e37; mean_length: that of the sharpness.
+fn sglow_sg_cosine_odd_part_mean(sharpness: f32, mean_length: f32) -> f32 {
+    return 2.0 * mean_length * ((1.0 + sharpness) / (1.0 + sharpness * (1.0 + mean_length)));
 }
 
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
+    /// 0 to 2e18.
     sharpness: f32,
-    radiance: vec3<f32>,
+    /// That of the emitted lobe, W/sr.
+    coefficient: vec3<f32>,
+    /// The radiance along the axis over the coefficient.
+    scale: f32,
 }
 
 /// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
@@ -250,19 +286,27 @@ struct SglowIncoming {
 struct SglowExtent {
     /// Unit; zero for a light at the shading point itself, which has no direction.
     towards: vec3<f32>,
-    /// The squared distance over the variance.
+    /// The squared distance over the variance, 0 to 1e18.
     sharpness: f32,
+    /// One over the variance.
+    density: f32,
+}
+
+/// The variance of a light's positions as it counts at a squared distance: a light is at least a billionth of its
+/// distance wide, so that products of lobes stay in the range of f32.
+fn sglow_variance_at(squared_distance: f32, variance: f32) -> f32 {
+    return max(variance, squared_distance * 1e-18);
 }
 
 /// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
 /// to 1e30.
 fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
     let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
     let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
+    let density = 1.0 / sglow_variance_at(squared_distance, variance);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
 }
 
 /// A point that lights are reflected at.

@@ -68,8 +68,7 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if surface.present {
         let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgl(i);
-            sglow_reflect(&reflected, vsgl, point);
+            sglow_reflect_light(&reflected, i, sglow_vsgl(i), point);
         }
         reflected.diffuse *= surface.diffuse;
     }
@@ -85,6 +84,11 @@ fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
     );
 }
 
+/// Adds what a surface reflects of a light that reaches it.
+fn sglow_reflect_light(reflected: ptr<function, SglowReflected>, light: u32, vsgl: SglowVsgl, point: SglowPoint) {
+    sglow_reflect(reflected, vsgl, point, 1.0);
+}
+
 /// Writes what a pixel reflects.
 fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
     textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
@@ -96,11 +100,12 @@ struct SglowReflected {
     diffuse: vec3<f32>,
 }
 
-/// Adds what a surface reflects of both lobes of a virtual light.
+/// Adds what a surface reflects of both lobes of a virtual light, times a weight.
 /// [Tokuyoshi 2016, Appendix C]
-fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint, weight: f32) {
     let offset = vsgl.position - point.position;
-    let from_diffuse = sglow_emitted(offset, vsgl);
+    var from_diffuse = sglow_emitted(offset, vsgl);
+    from_diffuse.scale *= weight;
     (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
 }
 
@@ -118,8 +123,8 @@ fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
     let cosine = -dot(extent.towards, vsgl.diffuse_axis);
     let integral = sglow_cosine_quadratic(cosine, vsgl.diffuse_sharpness, vsgl.diffuse_mean_length);
     // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
-    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
-    return SglowIncoming(extent.towards, extent.sharpness, radiance);
+    let scale = SGLOW_INV_TWO_PI_SQUARED * integral * extent.density;
+    return SglowIncoming(extent.towards, extent.sharpness, vsgl.diffuse_coefficient, scale);
 }
 
 /// Diffuse reflection of a light's diffuse emission per unit reflectance: the cosine at the shading point is the
@@ -147,8 +152,13 @@ fn sglow_positive_part(value: f32, extent: f32) -> f32 {
 ///
 /// mean_length: r, 0 to 1. Result: 2^-9.5 to 1.
 fn sglow_extent_across(mean_length: f32) -> f32 {
+    return sqrt(sglow_squared_extent_across(mean_length));
+}
+
+/// Its square, 1 - r^2.
+fn sglow_squared_extent_across(mean_length: f32) -> f32 {
     // From its factors, which keeps the digits that r has; at least that of the greatest mean length of lights, 2^-19.
-    return sqrt(max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6));
+    return max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6);
 }
 
 /// The integral of a lobe times a clamped cosine without a transcendental function, our own form: the mean cosine is
@@ -169,14 +179,18 @@ fn sglow_cosine_quadratic(cosine: f32, sharpness: f32, mean_length: f32) -> f32 
 /// [Tokuyoshi 2016, Appendix C.2]
 fn sglow_diffuse_clamped(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let cosine = max(dot(incoming.axis, normal), 0.0);
-    return incoming.radiance * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine);
+    return incoming.coefficient * (incoming.scale * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine));
 }
 
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
+    /// 0 to 2e18.
     sharpness: f32,
-    radiance: vec3<f32>,
+    /// That of the emitted lobe, W/sr.
+    coefficient: vec3<f32>,
+    /// The radiance along the axis over the coefficient.
+    scale: f32,
 }
 
 /// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
@@ -185,19 +199,27 @@ struct SglowIncoming {
 struct SglowExtent {
     /// Unit; zero for a light at the shading point itself, which has no direction.
     towards: vec3<f32>,
-    /// The squared distance over the variance.
+    /// The squared distance over the variance, 0 to 1e18.
     sharpness: f32,
+    /// One over the variance.
+    density: f32,
+}
+
+/// The variance of a light's positions as it counts at a squared distance: a light is at least a billionth of its
+/// distance wide, so that products of lobes stay in the range of f32.
+fn sglow_variance_at(squared_distance: f32, variance: f32) -> f32 {
+    return max(variance, squared_distance * 1e-18);
 }
 
 /// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
 /// to 1e30.
 fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
     let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
     let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
+    let density = 1.0 / sglow_variance_at(squared_distance, variance);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
 }
 
 /// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.

@@ -27,7 +27,6 @@
 //   src/shade/shade.wesl of sglow 0.1.0.
 // Do not edit; regenerate with `cargo xtask gen-shaders`.
 
-const SGLOW_PI: f32 = 3.14159265;
 const SGLOW_TWO_PI: f32 = 6.28318531;
 const SGLOW_FOUR_PI: f32 = 12.5663706;
 const SGLOW_HALF_PI: f32 = 1.57079633;
@@ -70,7 +69,7 @@ struct SglowVsgl {
 struct SglowLightMaps {
     /// Width and height of a tile in texels: a power of two.
     tile: u32,
-    /// Tiles in a row of the atlas.
+    /// Tiles in a row of the atlas: a power of two.
     columns: u32,
     /// Number of lights.
     count: u32,
@@ -227,10 +226,7 @@ fn sglow_shade(
             if !sglow_reaches(root, sglow_vsgl(root), point.position, point.normal) {
                 continue;
             }
-            var of_node: SglowReflected;
-            sglow_reflect(&of_node, sglow_cut_vsgl(node.node), point);
-            reflected.diffuse += weight * of_node.diffuse;
-            reflected.specular += weight * of_node.specular;
+            sglow_reflect(&reflected, sglow_cut_vsgl(node.node), point, weight);
         }
         reflected.diffuse *= surface.diffuse;
     }
@@ -298,7 +294,7 @@ fn sglow_tile_vote(vote: u32, surface: SglowSurface) {
     own.position = surface.position;
     own.normal = surface.normal;
     own.diffuse = sglow_luminance(surface.diffuse) * SGLOW_INV_PI;
-    let receiver = sglow_point(surface).receiver;
+    let receiver = sglow_receiver(surface);
     let lobe = sglow_sg_reflection_mirror(receiver.view, receiver.normal, receiver.alpha);
     own.axis = lobe.axis;
     own.sharpness = lobe.sharpness;
@@ -307,16 +303,34 @@ fn sglow_tile_vote(vote: u32, surface: SglowSurface) {
     sglow_tile_receivers[vote] = own;
 }
 
-/// The luminance of what a vote reflects of a light.
-fn sglow_tile_radiance(vote: u32, vsgl: SglowVsgl) -> f32 {
+/// Sets the nodes of the lights of the global cut, and to which votes each light reaches; returns the luminance of what
+/// a vote reflects of those of one invocation, lights that do not reach it left out.
+fn sglow_tile_roots(lane: u32, vote: u32) -> f32 {
     let surface = sglow_tile_surfaces[vote];
-    var reflected: SglowReflected;
-    sglow_reflect(&reflected, vsgl, sglow_point(surface));
-    // The luminance of the sum, which rounds as that of diffuse light alone where no light is reflected specularly.
-    var radiance = vec3<f32>(0.0);
-    radiance += surface.diffuse * reflected.diffuse;
-    radiance += reflected.specular;
-    return sglow_luminance(radiance);
+    let point = sglow_point(surface);
+    let count = sglow_shade_parameters.count;
+    var sum = 0.0;
+    for (var root = lane; root < count; root += 64u) {
+        let node = sglow_cut_roots[root];
+        if vote == 0u {
+            sglow_tile_nodes[root] = SglowTileNode(node, 0xffffffffu, 0xf800ffffu | (root << 16u));
+        }
+        if node == SGLOW_CUT_NONE || !surface.present {
+            continue;
+        }
+        if !sglow_reaches(root, sglow_vsgl(root), surface.position, surface.normal) {
+            sglow_tile_nodes[root].rest &= ~(1u << (27u + vote));
+            continue;
+        }
+        var reflected: SglowReflected;
+        sglow_reflect(&reflected, sglow_cut_vsgl(node), point, 1.0);
+        // The luminance of the sum, which rounds as that of diffuse light alone where no light is reflected specularly.
+        var radiance = vec3<f32>(0.0);
+        radiance += surface.diffuse * reflected.diffuse;
+        radiance += reflected.specular;
+        sum += sglow_luminance(radiance);
+    }
+    return sum;
 }
 
 /// How far a vote refines a node, 0 to 255. A tolerance of 0 refines to the leaves, also where the estimate is 0.
@@ -358,29 +372,8 @@ fn sglow_tile_first(words: vec2<u32>, count: u32) -> vec2<u32> {
 /// mean or the maximum of the votes takes each texel once.
 fn sglow_tile_list(lane: u32) -> u32 {
     let count = sglow_shade_parameters.count;
-    var sums: array<f32, SGLOW_TILE_VOTES>;
-    for (var root = lane; root < count; root += 64u) {
-        let node = sglow_cut_roots[root];
-        var seen = 0x1fu;
-        if node != SGLOW_CUT_NONE {
-            let vsgl = sglow_cut_vsgl(node);
-            let map = sglow_vsgl(root);
-            for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
-                if !sglow_tile_surfaces[vote].present {
-                    continue;
-                }
-                let surface = sglow_tile_surfaces[vote];
-                if !sglow_reaches(root, map, surface.position, surface.normal) {
-                    seen &= ~(1u << vote);
-                    continue;
-                }
-                sums[vote] += sglow_tile_radiance(vote, vsgl);
-            }
-        }
-        sglow_tile_nodes[root] = SglowTileNode(node, 0xffffffffu, 0xffffu | (root << 16u) | (seen << 27u));
-    }
     for (var vote = 0u; vote < SGLOW_TILE_VOTES; vote += 1u) {
-        sglow_tile_sums[64u * vote + lane] = sums[vote];
+        sglow_tile_sums[64u * vote + lane] = sglow_tile_roots(lane, vote);
     }
     if lane == 0u {
         sglow_tile_state = vec4<u32>(count, 0u, 0u, 0u);
@@ -522,7 +515,7 @@ fn sglow_tile_list(lane: u32) -> u32 {
     return workgroupUniformLoad(&sglow_tile_state).y;
 }
 
-/// The weights of the votes and of their maximum at a pixel; their sum is 1.
+/// The weights of the votes and of their maximum at a pixel; their sum is 1/255, for votes are 0 to 255.
 struct SglowTileShares {
     corners: vec4<f32>,
     middle: f32,
@@ -560,13 +553,17 @@ fn sglow_tile_shares(lane: u32, position: vec3<f32>, normal: vec3<f32>) -> Sglow
     shares.corners = corner_shares * similarity;
     shares.middle = middle_share * sglow_tile_similarity(4u, position, normal);
     shares.most = max(1.0 - dot(shares.corners, vec4<f32>(1.0)) - shares.middle, 0.0);
+    shares.corners /= 255.0;
+    shares.middle /= 255.0;
+    shares.most /= 255.0;
     return shares;
 }
 
 /// The share of a node's light that a pixel takes.
 fn sglow_tile_weight(node: SglowTileNode, shares: SglowTileShares) -> f32 {
-    let others = vec2<f32>(f32(node.rest & 0xffu), f32((node.rest >> 8u) & 0xffu)) / 255.0;
-    return dot(unpack4x8unorm(node.corners), shares.corners) + dot(others, vec2<f32>(shares.middle, shares.most));
+    let corners = vec4<f32>((vec4<u32>(node.corners) >> vec4<u32>(0u, 8u, 16u, 24u)) & vec4<u32>(0xffu));
+    let others = vec2<f32>((vec2<u32>(node.rest) >> vec2<u32>(0u, 8u)) & vec2<u32>(0xffu));
+    return dot(corners, shares.corners) + dot(others, vec2<f32>(shares.middle, shares.most));
 }
 
 /// The light of the global cut that a node of the list is below.
@@ -670,13 +667,14 @@ struct SglowReflected {
     specular: vec3<f32>,
 }
 
-/// Adds what a surface reflects of both lobes of a virtual light.
+/// Adds what a surface reflects of both lobes of a virtual light, times a weight.
 /// [Tokuyoshi 2016, Appendix C]
-fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint, weight: f32) {
     let offset = vsgl.position - point.position;
-    let from_diffuse = sglow_emitted(offset, vsgl);
+    var from_diffuse = sglow_emitted(offset, vsgl);
+    from_diffuse.scale *= weight;
     (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
-    (*reflected).specular += sglow_specular(from_diffuse, point.receiver);
+    (*reflected).specular += sglow_specular_gloss(from_diffuse, point.gloss);
 }
 
 /// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
@@ -691,10 +689,10 @@ fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, poin
 fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
     let extent = sglow_extent(offset, vsgl.variance);
     let cosine = -dot(extent.towards, vsgl.diffuse_axis);
-    let integral = sglow_cosine_integral(cosine, vsgl.diffuse_sharpness);
+    let integral = sglow_cosine_integral_mean(cosine, vsgl.diffuse_sharpness, vsgl.diffuse_mean_length);
     // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
-    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
-    return SglowIncoming(extent.towards, extent.sharpness, radiance);
+    let scale = SGLOW_INV_TWO_PI_SQUARED * integral * extent.density;
+    return SglowIncoming(extent.towards, extent.sharpness, vsgl.diffuse_coefficient, scale);
 }
 
 /// Diffuse reflection of a light's diffuse emission per unit reflectance: the light is a disc.
@@ -702,13 +700,13 @@ fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowV
     let irradiance = sglow_disc_irradiance(
         offset, vsgl.variance, vsgl.diffuse_axis, vsgl.diffuse_mean_length, normal);
     // The radiance of the light's positions is the intensity over 2 pi variance; irradiance is per intensity.
-    return emitted.radiance * (2.0 * vsgl.variance * irradiance);
+    let variance = sglow_variance_at(dot(offset, offset), vsgl.variance);
+    return emitted.coefficient * (emitted.scale * (2.0 * variance * irradiance));
 }
 
-/// The integral of a lobe times a clamped cosine, in the form that the axis diffuse names; cosine: that of the lobe's
-/// axis with the cosine's. How large its error is stands at the function that it calls.
-fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
-    return sglow_sg_cosine_fitted(cosine, sharpness);
+/// The same of a lobe whose mean length of directions is known to the forms that it saves something.
+fn sglow_cosine_integral_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    return sglow_sg_cosine_fitted_mean(cosine, sharpness, mean_length);
 }
 
 // Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
@@ -729,32 +727,44 @@ fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
 /// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
 /// falls with |z|.
 ///
-/// z, l: in range; y: 1/(1 + l); horizon_squared: the square of J(0) (1 + l)/pi; flattening: p; weight: w.
+/// z: in range; u, y: l/(1 + l), 1/(1 + l); odd: (A_u - A_b) (1 + l)/(2 pi); top, bottom: of the square of J(0) (1 +
+/// l)/pi, y top/bottom; flat: of p, u^2/flat; weight: w.
 fn sglow_sg_cosine_dark_side(
     z: f32,
-    l: f32,
+    u: f32,
     y: f32,
-    horizon_squared: f32,
-    flattening: f32,
+    odd: f32,
+    top: f32,
+    bottom: f32,
+    flat: f32,
     weight: f32,
 ) -> f32 {
-    let odd = sglow_sg_cosine_odd_part(l, y);
-    let horizon = sqrt(horizon_squared);
-    let bent = flattening * z * z;
-    let root = 1.0 + sqrt(max(1.0 - bent, 0.0));
-    // (1 - r)/(1 + r) = p z^2/(1 + r)^2, without the difference.
-    let stretch = sqrt(1.0 + weight * bent / (root * root));
+    // All quotients over common denominators, so that one inverse square root gives stretch over horizon, g, and its
+    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2, which subtracts
+    // nothing.
+    let bent = (u * z) * (u * z);
+    let root = flat + sqrt(flat * max(flat - bent, 0.0));
+    let squared = root * root;
+    let numerator = (squared + weight * flat * bent) * bottom;
+    let denominator = squared * (y * top);
+    let inverse = inverseSqrt(numerator * denominator);
     // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
-    let x = min(SGLOW_INV_SQRT_PI * (odd / horizon) * stretch * abs(z), 12.0);
-    let dark = SGLOW_HALF_SQRT_PI * horizon * (exp(-x * x) * sglow_erfc_integral_scaled_over(x, stretch));
+    let x = min(SGLOW_INV_SQRT_PI * odd * (numerator * inverse) * abs(z), 12.0);
+    let dark = SGLOW_HALF_SQRT_PI * (denominator * inverse) * (exp(-x * x) * sglow_erfc_integral_scaled_near(x));
     return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
 }
 
-/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
-fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
-    let z = clamp(cosine, -1.0, 1.0);
-    let l = clamp(sharpness, 0.0, 4e37);
-    let y = 1.0 / (1.0 + l);
+/// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
+///
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_cosine_fitted_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
+}
+
+/// The same from the odd part. z, l: in range; y: 1/(1 + l).
+fn sglow_sg_cosine_fitted_of_odd(z: f32, l: f32, y: f32, odd: f32) -> f32 {
     // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
     let u = min(l * y, 1.0);
     // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
@@ -762,45 +772,29 @@ fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
     // are kept.
     let top = 1.0 + y * (-1.6641017 + y * 4.4256024);
     let bottom = SGLOW_HALF_PI + y * (-6.071711 + y * (15.022563 + y * (-16.302683 + y * (11.848223 - y * 2.3056865))));
-    let flattening = 1.0 + y * (-2.4294474 + y * 8.802209);
-    let inverse = 1.0 / (bottom * flattening);
-    return sglow_sg_cosine_dark_side(
-        z, l, y, y * top * flattening * inverse, u * u * bottom * inverse, 0.9423444);
+    let flat = 1.0 + y * (-2.4294474 + y * 8.802209);
+    return sglow_sg_cosine_dark_side(z, u, y, odd, top, bottom, flat, 0.9423444);
 }
 
-/// The odd part of the integral of a spherical Gaussian times a clamped cosine z, which is exactly (A_u - A_b) z/2:
-/// here (A_u - A_b) (1 + l)/(2 pi), a number without range.
+/// The integral of erfc from x to infinity without its decay, 1/sqrt(pi) - x exp(x^2) erfc(x).
 ///
-/// sharpness: 0 to 4e37; y: 1/(1 + sharpness). Result: 0 at sharpness 0, rises to 1 when sharp.
-fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
-    let near = sharpness < 1.0;
-    let decay = exp(select(-2.0, -1.0, near) * sharpness);
-    if near {
-        // 2 exp(-l) (cosh l - sinh(l)/l)/l, whose Taylor series has positive terms only, 2 k l^(2 k - 1)/(2 k + 1)!;
-        // the closed form cancels here. Relative error below 1e-8.
-        let square = sharpness * sharpness;
-        return 2.0 * decay * sharpness * (1.0 + sharpness) * (0.33333334 + square * (0.033333335
-            + square * (0.0011904762 + square * (0.000022045855 + square * 2.5052108e-7))));
-    }
-    // [(l - 1) + (l + 1) exp(-2 l)] (l + 1)/l^2 in numbers between 0 and 1.
-    let u = 1.0 - y;
-    return ((u - y) + decay) / (u * u);
-}
-
-/// The integral of erfc from x to infinity without its decay, over a divisor that shares the division:
-/// (1/sqrt(pi) - x exp(x^2) erfc(x))/divisor.
-///
-/// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
-/// error 9e-8 before rounding.
-/// Contract: an x out of range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
-fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
-    let t = clamp(x, 0.0, 1e5);
+/// x: t, 0 to 1e5. Result: 0 to 0.5642, relative error 9e-8 before rounding.
+/// Contract: an x out of range or NaN gives anything, finite or not; no loop.
+fn sglow_erfc_integral_scaled_near(t: f32) -> f32 {
     // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
     // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
     let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
     let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
         + t * 0.050800994)))));
-    return top / (bottom * divisor);
+    return top / bottom;
+}
+
+/// The same number from the mean length r of the lobe's directions: 2 (1 + l) r/(1 + l (1 + r)), since 2 pi (1 - exp(-2
+/// l))/l is 4 pi/(1 + l (1 + r)) with r = coth l - 1/l. Nothing cancels.
+///
+/// sharpness: 0 to 4e37; mean_length: that of the sharpness.
+fn sglow_sg_cosine_odd_part_mean(sharpness: f32, mean_length: f32) -> f32 {
+    return 2.0 * mean_length * ((1.0 + sharpness) / (1.0 + sharpness * (1.0 + mean_length)));
 }
 
 /// Irradiance of a light that is a uniform disc of radius sqrt(2 variance) about its mean position, per radiant
@@ -833,26 +827,35 @@ fn sglow_disc_irradiance(
     let a = min(radius * unit * unit, 1.0);
     let height = -dot(scaled, axis);
     let place = scaled + height * axis;
-    let spread = sglow_extent_across(mean_length);
     // Above 0 even in the disc's plane, where the closed form is 0/0: 1 - r^2 is at least 2^-19.
-    let h = height * height + 0.25 * a * (spread * spread);
+    let h = height * height + 0.25 * a * sglow_squared_extent_across(mean_length);
     let t = dot(place, place);
     let x = t + h + a;
     let y = t + h - a;
-    let q = sqrt(y * y + 4.0 * a * h);
-    // (Q - Y)/(4 a^2 h^2) in the form that does not cancel. Where Y is negative, a is above one half.
-    var along = 1.0 / (q + abs(y));
-    if y < 0.0 {
-        along = (q - y) / (4.0 * a * h);
-    }
-    // A receiver behind the disc's plane is lit by its rim alone: with a signed height a sphere would light itself.
-    let vector = place / (x + q) - axis * (max(height, 0.0) * along);
-    let distance = sqrt(dot(scaled, scaled));
-    let flow = vector * (2.0 * distance / q);
-    let tilt = mean_length * dot(axis, normal);
-    let wide = a * max((1.0 - tilt) * (1.0 + tilt), 0.0);
-    let extent = length(flow) * sqrt(wide / max(distance * distance + wide, 1e-30));
-    return unit * unit * sglow_positive_part(dot(flow, normal), extent);
+    let product = 4.0 * a * h;
+    let square = y * y + product;
+    let inverse = inverseSqrt(square);
+    let q = square * inverse;
+    // (Q - Y)/(4 a^2 h^2) in the form that does not cancel: (Q + |Y|)/(4 a h) where Y is negative, which is where a is
+    // above one half, else 1/(Q + |Y|).
+    let sum = q + abs(y);
+    let along = select(1.0, sum, y < 0.0) / select(sum, product, y < 0.0);
+    // The flow is place inward - axis outward; the two are at right angles. A receiver behind the disc's plane is lit
+    // by its rim alone: with a signed height a sphere would light itself.
+    let inward = 1.0 / (x + q);
+    let outward = max(height, 0.0) * along;
+    let tilt = dot(axis, normal);
+    let facing = dot(place, normal) * inward - tilt * outward;
+    let squared_flow = t * inward * inward + outward * outward;
+    // The extent along the receiver's normal: that of the positions, at most as wide as their distance.
+    let squared = dot(scaled, scaled);
+    let slope = mean_length * tilt;
+    let wide = a * max((1.0 - slope) * (1.0 + slope), 0.0);
+    let wide_flow = squared_flow * wide;
+    // wide_flow/(squared + wide) and its root by one inverse square root.
+    let extent = wide_flow * inverseSqrt(max(wide_flow * (squared + wide), 1e-36));
+    // Flow and extent have the factor 2 d/Q, which the positive part passes on.
+    return 2.0 * sqrt(squared) * inverse * (unit * unit) * sglow_positive_part(facing, extent);
 }
 
 /// The positive part of a number that is known but for an extent: 0 up to -extent, the number itself from extent on,
@@ -866,12 +869,10 @@ fn sglow_positive_part(value: f32, extent: f32) -> f32 {
     return select(0.25 * sum * (sum / max(extent, 1e-30)), value, value >= extent);
 }
 
-/// The extent of directions of a mean length across their mean, sqrt(1 - r^2).
-///
-/// mean_length: r, 0 to 1. Result: 2^-9.5 to 1.
-fn sglow_extent_across(mean_length: f32) -> f32 {
+/// Its square, 1 - r^2.
+fn sglow_squared_extent_across(mean_length: f32) -> f32 {
     // From its factors, which keeps the digits that r has; at least that of the greatest mean length of lights, 2^-19.
-    return sqrt(max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6));
+    return max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6);
 }
 
 /// A point that lights are reflected at.
@@ -879,7 +880,7 @@ struct SglowPoint {
     position: vec3<f32>,
     /// Unit.
     normal: vec3<f32>,
-    receiver: SglowReceiver,
+    gloss: SglowGloss,
 }
 
 /// That of a surface.
@@ -887,13 +888,14 @@ fn sglow_point(surface: SglowSurface) -> SglowPoint {
     var point: SglowPoint;
     point.position = surface.position;
     point.normal = surface.normal;
-    point.receiver = SglowReceiver(
-        surface.normal,
-        normalize(sglow_shade_parameters.eye - surface.position),
-        surface.f0,
-        surface.alpha,
-    );
+    point.gloss = sglow_gloss(sglow_receiver(surface));
     return point;
+}
+
+/// What reflects specularly at a surface.
+fn sglow_receiver(surface: SglowSurface) -> SglowReceiver {
+    let view = normalize(sglow_shade_parameters.eye - surface.position);
+    return SglowReceiver(surface.normal, view, surface.f0, surface.alpha);
 }
 
 /// Unpacks the three surface textures.
@@ -923,43 +925,61 @@ struct SglowReceiver {
     alpha: f32,
 }
 
-/// The factors of the BRDF and the cosine that are not the distribution's shape, C of rho_s <omega . n> = C D.
-/// [Tokuyoshi 2016, Appendix A.1]
-fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<f32> {
-    let NoL = dot(direction, receiver.normal);
-    if NoL <= 0.0 {
-        return vec3<f32>(0.0);
-    }
+/// The specular lobe of a shading point as every light takes it: what depends on the point alone.
+struct SglowGloss {
+    normal: vec3<f32>,
+    /// Unit direction towards the eye.
+    view: vec3<f32>,
+    /// Reflectance at normal incidence.
+    f0: vec3<f32>,
+    /// What it rises by at grazing angles.
+    rise: vec3<f32>,
+    /// The reflection lobe, of the distribution's peak.
+    lobe: SglowAsgConvolver,
+    smith: SglowSmithGGX,
+}
+
+/// Prepares the specular lobe of a shading point.
+fn sglow_gloss(receiver: SglowReceiver) -> SglowGloss {
+    var gloss: SglowGloss;
+    gloss.normal = receiver.normal;
+    gloss.view = receiver.view;
+    gloss.f0 = receiver.f0;
+    gloss.rise = vec3<f32>(sglow_f90(receiver.f0)) - receiver.f0;
     let NoV = max(dot(receiver.view, receiver.normal), 1e-3);
-    let sum = direction + receiver.view;
-    // From the length of the sum: |direction + view| = 2 VoH.
-    let VoH = 0.5 * length(sum);
-    let visibility = sglow_V_SmithGGXCorrelated(NoL, NoV, receiver.alpha);
+    gloss.smith = sglow_smith_ggx(NoV, receiver.alpha);
     // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
     let peak = SGLOW_INV_PI / (receiver.alpha * receiver.alpha);
-    return sglow_F_Schlick(VoH, receiver.f0) * (peak * visibility * NoL);
+    let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
+    gloss.lobe = sglow_asg_convolver(lobe, peak);
+    return gloss;
+}
+
+/// Fresnel's term of a shading point.
+/// [Schlick 1994, Eq. (15)]
+fn sglow_gloss_fresnel(gloss: SglowGloss, VoH: f32) -> vec3<f32> {
+    return gloss.f0 + gloss.rise * sglow_schlick_weight(VoH);
+}
+
+/// The factors of the BRDF and the cosine that are not the distribution, C of rho_s <omega . n> = C D: Fresnel's term,
+/// masking and shadowing. 0 from below the horizon.
+/// [Tokuyoshi 2016, Appendix A.1]
+fn sglow_specular_factor(gloss: SglowGloss, direction: vec3<f32>) -> vec3<f32> {
+    let NoL = max(dot(direction, gloss.normal), 0.0);
+    let sum = direction + gloss.view;
+    // From the length of the sum: |direction + view| = 2 VoH.
+    let VoH = 0.5 * length(sum);
+    let visibility = sglow_V_SmithGGX(NoL, gloss.smith);
+    return sglow_gloss_fresnel(gloss, VoH) * (visibility * NoL);
 }
 
 /// Specular reflection of incoming light: the distribution as an anisotropic spherical Gaussian, which keeps the
 /// stretch of highlights at grazing angles.
 /// [Tokuyoshi 2016, Appendix C.2; Xu 2013, Section 5]
-fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
-    let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
-    let integral = sglow_asg_convolution(lobe, incoming.axis, incoming.sharpness);
+fn sglow_specular_gloss(incoming: SglowIncoming, gloss: SglowGloss) -> vec3<f32> {
+    let scale = incoming.scale * sglow_asg_convolved(gloss.lobe, incoming.axis, incoming.sharpness);
     let direction = incoming.axis;
-    return incoming.radiance * sglow_specular_factor(receiver, direction) * integral;
-}
-
-/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
-/// [Heitz 2014, Eq. (99)]
-///
-/// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
-/// Contract: anything else gives anything, finite or not; no loop.
-fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
-    let a2 = alpha * alpha;
-    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
-    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
-    return 0.5 / (masking + shadowing);
+    return incoming.coefficient * scale * sglow_specular_factor(gloss, direction);
 }
 
 /// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
@@ -977,38 +997,43 @@ fn sglow_f90(f0: vec3<f32>) -> f32 {
 /// f0 is 0.
 /// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
 fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
-    let f90 = sglow_f90(f0);
+    return f0 + (vec3<f32>(sglow_f90(f0)) - f0) * sglow_schlick_weight(VoH);
+}
+
+/// The weight of the reflectance at grazing angles, (1 - VoH)^5.
+/// [Schlick 1994, Eq. (15)]
+///
+/// VoH: clamped to 0 to 1. Result: 0 to 1.
+fn sglow_schlick_weight(VoH: f32) -> f32 {
     let complement = clamp(1.0 - VoH, 0.0, 1.0);
     let squared = complement * complement;
-    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+    return squared * squared * complement;
 }
 
-/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
-struct SglowIncoming {
-    axis: vec3<f32>,
-    sharpness: f32,
-    radiance: vec3<f32>,
+/// What height-correlated masking and shadowing of GGX have of the view and the roughness alone.
+struct SglowSmithGGX {
+    /// Masking over NoL.
+    masking: f32,
+    /// The square of shadowing is this, plus the slope times NoL^2.
+    constant: f32,
+    slope: f32,
 }
 
-/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
-/// its mean position.
-/// [Tokuyoshi 2016, Eq. (11)]
-struct SglowExtent {
-    /// Unit; zero for a light at the shading point itself, which has no direction.
-    towards: vec3<f32>,
-    /// The squared distance over the variance.
-    sharpness: f32,
+/// NoV: 1e-3 to 1; alpha: roughness alpha, 1e-4 to 1.
+fn sglow_smith_ggx(NoV: f32, alpha: f32) -> SglowSmithGGX {
+    let a2 = alpha * alpha;
+    let masking = 2.0 * sqrt(a2 + (1.0 - a2) * NoV * NoV);
+    let view = 4.0 * NoV * NoV;
+    return SglowSmithGGX(masking, view * a2, view * (1.0 - a2));
 }
 
-/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
-/// to 1e30.
-fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
-    let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
-    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
+/// [Heitz 2014, Eq. (99)]
+///
+/// NoL: 0 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_V_SmithGGX(NoL: f32, view: SglowSmithGGX) -> f32 {
+    return 1.0 / (NoL * view.masking + sqrt(view.constant + view.slope * NoL * NoL));
 }
 
 /// The reflection lobe of a rough surface about the mirror direction, stretched as highlights are at grazing angles:
@@ -1047,25 +1072,45 @@ fn sglow_incidence_across(direction: vec3<f32>, normal: vec3<f32>) -> vec3<f32> 
     return across * inverseSqrt(squared_norm);
 }
 
-/// The integral over the sphere of an anisotropic times a spherical Gaussian, both of amplitude one; an approximation
-/// for sharp lobes (2 % for bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
+/// An anisotropic spherical Gaussian that is convolved with many spherical ones: what depends on it alone.
+struct SglowAsgConvolver {
+    /// The axes of the bandwidths, times the roots of what a squared coordinate has in the exponent of 2.
+    axis_x: vec3<f32>,
+    axis_y: vec3<f32>,
+    /// The axis of the lobe, times 2 pi and an amplitude.
+    axis_z: vec3<f32>,
+    /// Twice the bandwidths: the sharpness of spherical Gaussians of the same widths.
+    sharpness: vec2<f32>,
+}
+
+/// Prepares the convolution of an anisotropic spherical Gaussian of an amplitude.
+fn sglow_asg_convolver(asg: SglowAsg, amplitude: f32) -> SglowAsgConvolver {
+    // log2(e): exponents are of 2.
+    return SglowAsgConvolver(
+        asg.axis_x * sqrt(1.442695 * asg.bandwidth_x),
+        asg.axis_y * sqrt(1.442695 * asg.bandwidth_y),
+        asg.axis_z * (SGLOW_TWO_PI * amplitude),
+        2.0 * vec2<f32>(asg.bandwidth_x, asg.bandwidth_y),
+    );
+}
+
+/// The integral over the sphere of an anisotropic times a spherical Gaussian; an approximation for sharp lobes (2 % for
+/// bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
 /// [Xu 2013, Eq. (13)]
 ///
-/// axis: a unit vector; sharpness: 0 to the greatest f32, all above 1e30 counts as that.
-/// Result: steradians, never increasing with the sharpness at the lobe's axis, at most 4e30.
-/// Contract: an infinite bandwidth or NaN gives anything, finite or not; no loop.
-fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 {
-    // The spherical Gaussian, seen as anisotropic, has the bandwidth of half its sharpness.
-    let nu = 0.5 * min(sharpness, 1e30);
-    let sum_x = max(asg.bandwidth_x + nu, 1e-30);
-    let sum_y = max(asg.bandwidth_y + nu, 1e-30);
+/// axis: a unit vector; sharpness: 0 to 1e18. Result: steradians times the amplitude, at least 0.
+/// Contract: an infinite bandwidth, a sharpness out of range or NaN gives anything, finite or not; no loop.
+fn sglow_asg_convolved(asg: SglowAsgConvolver, axis: vec3<f32>, sharpness: f32) -> f32 {
+    // The spherical Gaussian, seen as anisotropic, has the bandwidth nu of half its sharpness; here all are doubled.
+    let sums = asg.sharpness + sharpness;
+    // One inverse square root for the roots of both sums and their reciprocals: r = 1/sqrt(sx sy).
+    let inverse = inverseSqrt(max(sums.x * sums.y, 1e-30));
     let x = dot(axis, asg.axis_x);
     let y = dot(axis, asg.axis_y);
-    // The quotients are at most 1; the minimum keeps a driver from multiplying what they divide first.
-    let shape = max(dot(axis, asg.axis_z), 0.0)
-        * exp(-(asg.bandwidth_x * min(nu / sum_x, 1.0)) * x * x - (asg.bandwidth_y * min(nu / sum_y, 1.0)) * y * y);
-    // Two square roots, for the product of the sums may overflow where each does not.
-    return SGLOW_PI * shape / (sqrt(sum_x) * sqrt(sum_y));
+    // nu/sx = (nu r^2) sy. The minimum keeps a driver from multiplying the sharpness with the sums first.
+    let rate = min(sharpness * inverse * inverse, 1e37);
+    let exponent = rate * (x * x * sums.y + y * y * sums.x);
+    return max(dot(axis, asg.axis_z), 0.0) * (inverse * exp2(-exponent));
 }
 
 /// An anisotropic spherical Gaussian of amplitude one.
@@ -1078,6 +1123,46 @@ struct SglowAsg {
     /// At least 0; twice the bandwidth is the sharpness of a spherical Gaussian of the same width.
     bandwidth_x: f32,
     bandwidth_y: f32,
+}
+
+/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
+struct SglowIncoming {
+    axis: vec3<f32>,
+    /// 0 to 2e18.
+    sharpness: f32,
+    /// That of the emitted lobe, W/sr.
+    coefficient: vec3<f32>,
+    /// The radiance along the axis over the coefficient.
+    scale: f32,
+}
+
+/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
+/// its mean position.
+/// [Tokuyoshi 2016, Eq. (11)]
+struct SglowExtent {
+    /// Unit; zero for a light at the shading point itself, which has no direction.
+    towards: vec3<f32>,
+    /// The squared distance over the variance, 0 to 1e18.
+    sharpness: f32,
+    /// One over the variance.
+    density: f32,
+}
+
+/// The variance of a light's positions as it counts at a squared distance: a light is at least a billionth of its
+/// distance wide, so that products of lobes stay in the range of f32.
+fn sglow_variance_at(squared_distance: f32, variance: f32) -> f32 {
+    return max(variance, squared_distance * 1e-18);
+}
+
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
+/// to 1e30.
+fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
+    let squared_distance = dot(offset, offset);
+    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
+    let density = 1.0 / sglow_variance_at(squared_distance, variance);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
 }
 
 /// A virtual light.
@@ -1108,7 +1193,8 @@ fn sglow_visible(
     normal: vec3<f32>,
 ) -> bool {
     let view = sglow_light_view(vsgl, maps.near_scale, maps.least_near);
-    let offset = sglow_in_basis(view.basis, position - view.position);
+    // Turned around, so that the difference is the one that shading takes.
+    let offset = -sglow_in_basis(view.basis, view.position - position);
     let lift = maps.bias * sglow_map_distance(offset);
     let lifted = offset + lift * sglow_in_basis(view.basis, normal);
     if !(lifted.z > 0.0) {
@@ -1156,8 +1242,12 @@ fn sglow_map_place(offset: vec3<f32>, distance: f32, tile: u32) -> vec2<f32> {
 }
 
 /// The first texel of a light's tile in the atlas.
+///
+/// columns, tile: powers of two.
 fn sglow_map_corner(light: u32, columns: u32, tile: u32) -> vec2<u32> {
-    return tile * vec2<u32>(light % columns, light / columns);
+    // No quotient and no product of integers, which GPUs make of many operations.
+    let place = vec2<u32>(light & (columns - 1u), light >> firstTrailingBit(columns));
+    return place << vec2<u32>(firstTrailingBit(tile));
 }
 
 /// Three unit vectors at right angles, right-handed.

@@ -20,6 +20,7 @@
 const SGLOW_TWO_PI: f32 = 6.28318531;
 const SGLOW_HALF_PI: f32 = 1.57079633;
 const SGLOW_INV_PI: f32 = 0.318309886;
+const SGLOW_INV_TWO_PI: f32 = 0.159154943;
 /// 1/(2 pi^2)
 const SGLOW_INV_TWO_PI_SQUARED: f32 = 0.0506605918;
 /// 1/sqrt(pi), to one unit in its last place.
@@ -74,8 +75,7 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if surface.present {
         let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgl(i);
-            sglow_reflect(&reflected, vsgl, point);
+            sglow_reflect_light(&reflected, i, sglow_vsgl(i), point);
         }
         reflected.diffuse *= surface.diffuse;
     }
@@ -91,6 +91,11 @@ fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
     );
 }
 
+/// Adds what a surface reflects of a light that reaches it.
+fn sglow_reflect_light(reflected: ptr<function, SglowReflected>, light: u32, vsgl: SglowVsgl, point: SglowPoint) {
+    sglow_reflect(reflected, vsgl, point, 1.0);
+}
+
 /// Writes what a pixel reflects.
 fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
     textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
@@ -102,14 +107,16 @@ struct SglowReflected {
     diffuse: vec3<f32>,
 }
 
-/// Adds what a surface reflects of both lobes of a virtual light.
+/// Adds what a surface reflects of both lobes of a virtual light, times a weight.
 /// [Tokuyoshi 2016, Appendix C]
-fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint, weight: f32) {
     let offset = vsgl.position - point.position;
-    let from_diffuse = sglow_emitted(offset, vsgl);
+    var from_diffuse = sglow_emitted(offset, vsgl);
+    from_diffuse.scale *= weight;
     (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
-    let from_specular = sglow_incoming(
+    var from_specular = sglow_incoming(
         offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
+    from_specular.scale *= weight;
     (*reflected).diffuse += sglow_diffuse(from_specular, point.normal);
 }
 
@@ -125,10 +132,10 @@ fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, poin
 fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
     let extent = sglow_extent(offset, vsgl.variance);
     let cosine = -dot(extent.towards, vsgl.diffuse_axis);
-    let integral = sglow_cosine_integral(cosine, vsgl.diffuse_sharpness);
+    let integral = sglow_cosine_integral_mean(cosine, vsgl.diffuse_sharpness, vsgl.diffuse_mean_length);
     // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
-    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
-    return SglowIncoming(extent.towards, extent.sharpness, radiance);
+    let scale = SGLOW_INV_TWO_PI_SQUARED * integral * extent.density;
+    return SglowIncoming(extent.towards, extent.sharpness, vsgl.diffuse_coefficient, scale);
 }
 
 /// Diffuse reflection of a light's diffuse emission per unit reflectance: the light is a disc.
@@ -136,7 +143,8 @@ fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowV
     let irradiance = sglow_disc_irradiance(
         offset, vsgl.variance, vsgl.diffuse_axis, vsgl.diffuse_mean_length, normal);
     // The radiance of the light's positions is the intensity over 2 pi variance; irradiance is per intensity.
-    return emitted.radiance * (2.0 * vsgl.variance * irradiance);
+    let variance = sglow_variance_at(dot(offset, offset), vsgl.variance);
+    return emitted.coefficient * (emitted.scale * (2.0 * variance * irradiance));
 }
 
 /// Irradiance of a light that is a uniform disc of radius sqrt(2 variance) about its mean position, per radiant
@@ -169,26 +177,35 @@ fn sglow_disc_irradiance(
     let a = min(radius * unit * unit, 1.0);
     let height = -dot(scaled, axis);
     let place = scaled + height * axis;
-    let spread = sglow_extent_across(mean_length);
     // Above 0 even in the disc's plane, where the closed form is 0/0: 1 - r^2 is at least 2^-19.
-    let h = height * height + 0.25 * a * (spread * spread);
+    let h = height * height + 0.25 * a * sglow_squared_extent_across(mean_length);
     let t = dot(place, place);
     let x = t + h + a;
     let y = t + h - a;
-    let q = sqrt(y * y + 4.0 * a * h);
-    // (Q - Y)/(4 a^2 h^2) in the form that does not cancel. Where Y is negative, a is above one half.
-    var along = 1.0 / (q + abs(y));
-    if y < 0.0 {
-        along = (q - y) / (4.0 * a * h);
-    }
-    // A receiver behind the disc's plane is lit by its rim alone: with a signed height a sphere would light itself.
-    let vector = place / (x + q) - axis * (max(height, 0.0) * along);
-    let distance = sqrt(dot(scaled, scaled));
-    let flow = vector * (2.0 * distance / q);
-    let tilt = mean_length * dot(axis, normal);
-    let wide = a * max((1.0 - tilt) * (1.0 + tilt), 0.0);
-    let extent = length(flow) * sqrt(wide / max(distance * distance + wide, 1e-30));
-    return unit * unit * sglow_positive_part(dot(flow, normal), extent);
+    let product = 4.0 * a * h;
+    let square = y * y + product;
+    let inverse = inverseSqrt(square);
+    let q = square * inverse;
+    // (Q - Y)/(4 a^2 h^2) in the form that does not cancel: (Q + |Y|)/(4 a h) where Y is negative, which is where a is
+    // above one half, else 1/(Q + |Y|).
+    let sum = q + abs(y);
+    let along = select(1.0, sum, y < 0.0) / select(sum, product, y < 0.0);
+    // The flow is place inward - axis outward; the two are at right angles. A receiver behind the disc's plane is lit
+    // by its rim alone: with a signed height a sphere would light itself.
+    let inward = 1.0 / (x + q);
+    let outward = max(height, 0.0) * along;
+    let tilt = dot(axis, normal);
+    let facing = dot(place, normal) * inward - tilt * outward;
+    let squared_flow = t * inward * inward + outward * outward;
+    // The extent along the receiver's normal: that of the positions, at most as wide as their distance.
+    let squared = dot(scaled, scaled);
+    let slope = mean_length * tilt;
+    let wide = a * max((1.0 - slope) * (1.0 + slope), 0.0);
+    let wide_flow = squared_flow * wide;
+    // wide_flow/(squared + wide) and its root by one inverse square root.
+    let extent = wide_flow * inverseSqrt(max(wide_flow * (squared + wide), 1e-36));
+    // Flow and extent have the factor 2 d/Q, which the positive part passes on.
+    return 2.0 * sqrt(squared) * inverse * (unit * unit) * sglow_positive_part(facing, extent);
 }
 
 /// The positive part of a number that is known but for an extent: 0 up to -extent, the number itself from extent on,
@@ -202,12 +219,10 @@ fn sglow_positive_part(value: f32, extent: f32) -> f32 {
     return select(0.25 * sum * (sum / max(extent, 1e-30)), value, value >= extent);
 }
 
-/// The extent of directions of a mean length across their mean, sqrt(1 - r^2).
-///
-/// mean_length: r, 0 to 1. Result: 2^-9.5 to 1.
-fn sglow_extent_across(mean_length: f32) -> f32 {
+/// Its square, 1 - r^2.
+fn sglow_squared_extent_across(mean_length: f32) -> f32 {
     // From its factors, which keeps the digits that r has; at least that of the greatest mean length of lights, 2^-19.
-    return sqrt(max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6));
+    return max((1.0 - mean_length) * (1.0 + mean_length), 1.9073486e-6);
 }
 
 /// The integral of a lobe times a clamped cosine, in the form that the axis diffuse names; cosine: that of the lobe's
@@ -216,11 +231,16 @@ fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
     return sglow_sg_cosine_fitted(cosine, sharpness);
 }
 
+/// The same of a lobe whose mean length of directions is known to the forms that it saves something.
+fn sglow_cosine_integral_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    return sglow_sg_cosine_fitted_mean(cosine, sharpness, mean_length);
+}
+
 /// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine.
 /// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
 fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
-    return incoming.radiance * (SGLOW_INV_PI * integral);
+    return incoming.coefficient * (incoming.scale * (SGLOW_INV_PI * integral));
 }
 
 // Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
@@ -241,32 +261,51 @@ fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
 /// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
 /// falls with |z|.
 ///
-/// z, l: in range; y: 1/(1 + l); horizon_squared: the square of J(0) (1 + l)/pi; flattening: p; weight: w.
+/// z: in range; u, y: l/(1 + l), 1/(1 + l); odd: (A_u - A_b) (1 + l)/(2 pi); top, bottom: of the square of J(0) (1 +
+/// l)/pi, y top/bottom; flat: of p, u^2/flat; weight: w.
 fn sglow_sg_cosine_dark_side(
     z: f32,
-    l: f32,
+    u: f32,
     y: f32,
-    horizon_squared: f32,
-    flattening: f32,
+    odd: f32,
+    top: f32,
+    bottom: f32,
+    flat: f32,
     weight: f32,
 ) -> f32 {
-    let odd = sglow_sg_cosine_odd_part(l, y);
-    let horizon = sqrt(horizon_squared);
-    let bent = flattening * z * z;
-    let root = 1.0 + sqrt(max(1.0 - bent, 0.0));
-    // (1 - r)/(1 + r) = p z^2/(1 + r)^2, without the difference.
-    let stretch = sqrt(1.0 + weight * bent / (root * root));
+    // All quotients over common denominators, so that one inverse square root gives stretch over horizon, g, and its
+    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2, which subtracts
+    // nothing.
+    let bent = (u * z) * (u * z);
+    let root = flat + sqrt(flat * max(flat - bent, 0.0));
+    let squared = root * root;
+    let numerator = (squared + weight * flat * bent) * bottom;
+    let denominator = squared * (y * top);
+    let inverse = inverseSqrt(numerator * denominator);
     // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
-    let x = min(SGLOW_INV_SQRT_PI * (odd / horizon) * stretch * abs(z), 12.0);
-    let dark = SGLOW_HALF_SQRT_PI * horizon * (exp(-x * x) * sglow_erfc_integral_scaled_over(x, stretch));
+    let x = min(SGLOW_INV_SQRT_PI * odd * (numerator * inverse) * abs(z), 12.0);
+    let dark = SGLOW_HALF_SQRT_PI * (denominator * inverse) * (exp(-x * x) * sglow_erfc_integral_scaled_near(x));
     return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
 }
 
 /// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
 fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
-    let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
     let y = 1.0 / (1.0 + l);
+    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, y, sglow_sg_cosine_odd_part(l, y));
+}
+
+/// The same of a lobe whose mean length of directions is known, without an exponential for the odd part.
+///
+/// cosine: -1 to 1; sharpness: 0 to 4e37; mean_length: that of the sharpness, 0 to 1.
+/// Contract: anything out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_cosine_fitted_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
+    let odd = sglow_sg_cosine_odd_part_mean(sharpness, mean_length);
+    return sglow_sg_cosine_fitted_of_odd(cosine, sharpness, 1.0 / (1.0 + sharpness), odd);
+}
+
+/// The same from the odd part. z, l: in range; y: 1/(1 + l).
+fn sglow_sg_cosine_fitted_of_odd(z: f32, l: f32, y: f32, odd: f32) -> f32 {
     // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
     let u = min(l * y, 1.0);
     // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
@@ -274,10 +313,21 @@ fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
     // are kept.
     let top = 1.0 + y * (-1.6641017 + y * 4.4256024);
     let bottom = SGLOW_HALF_PI + y * (-6.071711 + y * (15.022563 + y * (-16.302683 + y * (11.848223 - y * 2.3056865))));
-    let flattening = 1.0 + y * (-2.4294474 + y * 8.802209);
-    let inverse = 1.0 / (bottom * flattening);
-    return sglow_sg_cosine_dark_side(
-        z, l, y, y * top * flattening * inverse, u * u * bottom * inverse, 0.9423444);
+    let flat = 1.0 + y * (-2.4294474 + y * 8.802209);
+    return sglow_sg_cosine_dark_side(z, u, y, odd, top, bottom, flat, 0.9423444);
+}
+
+/// The integral of erfc from x to infinity without its decay, 1/sqrt(pi) - x exp(x^2) erfc(x).
+///
+/// x: t, 0 to 1e5. Result: 0 to 0.5642, relative error 9e-8 before rounding.
+/// Contract: an x out of range or NaN gives anything, finite or not; no loop.
+fn sglow_erfc_integral_scaled_near(t: f32) -> f32 {
+    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
+    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
+    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
+    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
+        + t * 0.050800994)))));
+    return top / bottom;
 }
 
 /// The odd part of the integral of a spherical Gaussian times a clamped cosine z, which is exactly (A_u - A_b) z/2:
@@ -299,27 +349,23 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
     return ((u - y) + decay) / (u * u);
 }
 
-/// The integral of erfc from x to infinity without its decay, over a divisor that shares the division:
-/// (1/sqrt(pi) - x exp(x^2) erfc(x))/divisor.
+/// The same number from the mean length r of the lobe's directions: 2 (1 + l) r/(1 + l (1 + r)), since 2 pi (1 - exp(-2
+/// l))/l is 4 pi/(1 + l (1 + r)) with r = coth l - 1/l. Nothing cancels.
 ///
-/// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
-/// error 9e-8 before rounding.
-/// Contract: an x out of range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
-fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
-    let t = clamp(x, 0.0, 1e5);
-    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
-    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
-    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
-    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
-        + t * 0.050800994)))));
-    return top / (bottom * divisor);
+/// sharpness: 0 to 4e37; mean_length: that of the sharpness.
+fn sglow_sg_cosine_odd_part_mean(sharpness: f32, mean_length: f32) -> f32 {
+    return 2.0 * mean_length * ((1.0 + sharpness) / (1.0 + sharpness * (1.0 + mean_length)));
 }
 
 /// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
 struct SglowIncoming {
     axis: vec3<f32>,
+    /// 0 to 2e18.
     sharpness: f32,
-    radiance: vec3<f32>,
+    /// That of the emitted lobe, W/sr.
+    coefficient: vec3<f32>,
+    /// The radiance along the axis over the coefficient.
+    scale: f32,
 }
 
 /// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
@@ -328,25 +374,34 @@ struct SglowIncoming {
 struct SglowExtent {
     /// Unit; zero for a light at the shading point itself, which has no direction.
     towards: vec3<f32>,
-    /// The squared distance over the variance.
+    /// The squared distance over the variance, 0 to 1e18.
     sharpness: f32,
+    /// One over the variance.
+    density: f32,
+}
+
+/// The variance of a light's positions as it counts at a squared distance: a light is at least a billionth of its
+/// distance wide, so that products of lobes stay in the range of f32.
+fn sglow_variance_at(squared_distance: f32, variance: f32) -> f32 {
+    return max(variance, squared_distance * 1e-18);
 }
 
 /// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
 /// to 1e30.
 fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
     let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
     let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
+    let density = 1.0 / sglow_variance_at(squared_distance, variance);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
 }
 
 /// The light's positions seen from the shading point, times its radiant intensity towards that point.
 /// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
 ///
-/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe.
+/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe; its sharpness is 0 to
+/// 1e18, below 1e-15 as good as 0.
 fn sglow_incoming(
     offset: vec3<f32>,
     variance: f32,
@@ -356,9 +411,9 @@ fn sglow_incoming(
 ) -> SglowIncoming {
     let extent = sglow_extent(offset, variance);
     // A light at the shading point itself has no direction; its lobe of sharpness 0 needs none.
-    let product = sglow_sg_product(-axis, sharpness, extent.towards, extent.sharpness);
-    let radiance = coefficient * (exp(product.log_amplitude) / (SGLOW_TWO_PI * variance));
-    return SglowIncoming(product.axis, product.sharpness, radiance);
+    let product = sglow_sg_product_moderate(-axis, sharpness, extent.towards, extent.sharpness);
+    let scale = exp(product.log_amplitude) * (SGLOW_INV_TWO_PI * extent.density);
+    return SglowIncoming(product.axis, product.sharpness, coefficient, scale);
 }
 
 /// A spherical Gaussian with its amplitude as a logarithm, so that far lobes underflow instead of overflowing.
@@ -368,31 +423,27 @@ struct SglowLobe {
     log_amplitude: f32,
 }
 
-/// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
+/// The same product of lobes that are no sharper than 1e18, whose squares f32 holds without a unit.
 /// [Tokuyoshi 2016, Eq. (12)]
 ///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
-/// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
-/// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; NaN input: unspecified result.
-fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of
-    // broad ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
-    let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
-    let unit = bitcast<f32>(bits);
-    let per_unit = bitcast<f32>(0x7f000000u - bits);
-    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
-    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
-    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
-    let mean = share_a * axis_a + share_b * axis_b;
-    let norm = length(mean);
-    // Lobes that cancel to the last digit have no direction left.
-    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
-    // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18. Below 1e-15 they are as good as 0.
+/// log_amplitude: at most 0. Of lobes that cancel, and of two below 1e-15, the axis may be shorter than a unit vector.
+/// Contract: a sharpness out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_product_moderate(
+    axis_a: vec3<f32>,
+    sharpness_a: f32,
+    axis_b: vec3<f32>,
+    sharpness_b: f32,
+) -> SglowLobe {
+    let mean = sharpness_a * axis_a + sharpness_b * axis_b;
+    // One inverse square root gives length and axis. Below the limit there is no direction to lose.
+    let squared = dot(mean, mean);
+    let inverse = inverseSqrt(max(squared, 1e-37));
+    let sharpness = squared * inverse;
+    // l3 - l1 - l2 without the subtraction, as above. The minimum keeps a driver from multiplying small factors first.
+    let share = min(sharpness_a / max(sharpness + sharpness_a + sharpness_b, 1e-30), 1.0);
     let chord = axis_a - axis_b;
-    // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
-    let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
-    return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
+    return SglowLobe(mean * inverse, sharpness, -share * sharpness_b * dot(chord, chord));
 }
 
 /// A point that lights are reflected at.

@@ -21,6 +21,7 @@ const SGLOW_TWO_PI: f32 = 6.28318531;
 const SGLOW_FOUR_PI: f32 = 12.5663706;
 const SGLOW_HALF_PI: f32 = 1.57079633;
 const SGLOW_INV_PI: f32 = 0.318309886;
+const SGLOW_INV_TWO_PI: f32 = 0.159154943;
 /// 1/sqrt(pi), to one unit in its last place.
 const SGLOW_INV_SQRT_PI: f32 = 0.56418958;
 const SGLOW_HALF_SQRT_PI: f32 = 0.886226925;
@@ -75,8 +76,7 @@ fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if surface.present {
         let point = sglow_point(surface);
         for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgl(i);
-            sglow_reflect(&reflected, vsgl, point);
+            sglow_reflect_light(&reflected, i, sglow_vsgl(i), point);
         }
         reflected.diffuse *= surface.diffuse;
     }
@@ -92,6 +92,11 @@ fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
     );
 }
 
+/// Adds what a surface reflects of a light that reaches it.
+fn sglow_reflect_light(reflected: ptr<function, SglowReflected>, light: u32, vsgl: SglowVsgl, point: SglowPoint) {
+    sglow_reflect(reflected, vsgl, point, 1.0);
+}
+
 /// Writes what a pixel reflects.
 fn sglow_write(pixel: vec2<u32>, reflected: SglowReflected) {
     textureStore(sglow_diffuse_output, pixel, vec4<f32>(reflected.diffuse, 1.0));
@@ -105,17 +110,19 @@ struct SglowReflected {
     specular: vec3<f32>,
 }
 
-/// Adds what a surface reflects of both lobes of a virtual light.
+/// Adds what a surface reflects of both lobes of a virtual light, times a weight.
 /// [Tokuyoshi 2016, Appendix C]
-fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint, weight: f32) {
     let offset = vsgl.position - point.position;
-    let from_diffuse = sglow_emitted(offset, vsgl);
+    var from_diffuse = sglow_emitted(offset, vsgl);
+    from_diffuse.scale *= weight;
     (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
-    (*reflected).specular += sglow_specular(from_diffuse, point.receiver);
-    let from_specular = sglow_incoming(
+    (*reflected).specular += sglow_specular_gloss(from_diffuse, point.gloss);
+    var from_specular = sglow_incoming(
         offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
+    from_specular.scale *= weight;
     (*reflected).diffuse += sglow_diffuse(from_specular, point.normal);
-    (*reflected).specular += sglow_specular(from_specular, point.receiver);
+    (*reflected).specular += sglow_specular_gloss(from_specular, point.gloss);
 }
 
 /// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
@@ -144,7 +151,7 @@ fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
 /// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
 fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
-    return incoming.radiance * (SGLOW_INV_PI * integral);
+    return incoming.coefficient * (incoming.scale * (SGLOW_INV_PI * integral));
 }
 
 // Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
@@ -165,32 +172,42 @@ fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
 /// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
 /// falls with |z|.
 ///
-/// z, l: in range; y: 1/(1 + l); horizon_squared: the square of J(0) (1 + l)/pi; flattening: p; weight: w.
+/// z: in range; u, y: l/(1 + l), 1/(1 + l); odd: (A_u - A_b) (1 + l)/(2 pi); top, bottom: of the square of J(0) (1 +
+/// l)/pi, y top/bottom; flat: of p, u^2/flat; weight: w.
 fn sglow_sg_cosine_dark_side(
     z: f32,
-    l: f32,
+    u: f32,
     y: f32,
-    horizon_squared: f32,
-    flattening: f32,
+    odd: f32,
+    top: f32,
+    bottom: f32,
+    flat: f32,
     weight: f32,
 ) -> f32 {
-    let odd = sglow_sg_cosine_odd_part(l, y);
-    let horizon = sqrt(horizon_squared);
-    let bent = flattening * z * z;
-    let root = 1.0 + sqrt(max(1.0 - bent, 0.0));
-    // (1 - r)/(1 + r) = p z^2/(1 + r)^2, without the difference.
-    let stretch = sqrt(1.0 + weight * bent / (root * root));
+    // All quotients over common denominators, so that one inverse square root gives stretch over horizon, g, and its
+    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2, which subtracts
+    // nothing.
+    let bent = (u * z) * (u * z);
+    let root = flat + sqrt(flat * max(flat - bent, 0.0));
+    let squared = root * root;
+    let numerator = (squared + weight * flat * bent) * bottom;
+    let denominator = squared * (y * top);
+    let inverse = inverseSqrt(numerator * denominator);
     // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
-    let x = min(SGLOW_INV_SQRT_PI * (odd / horizon) * stretch * abs(z), 12.0);
-    let dark = SGLOW_HALF_SQRT_PI * horizon * (exp(-x * x) * sglow_erfc_integral_scaled_over(x, stretch));
+    let x = min(SGLOW_INV_SQRT_PI * odd * (numerator * inverse) * abs(z), 12.0);
+    let dark = SGLOW_HALF_SQRT_PI * (denominator * inverse) * (exp(-x * x) * sglow_erfc_integral_scaled_near(x));
     return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
 }
 
 /// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
 fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
-    let z = clamp(cosine, -1.0, 1.0);
     let l = clamp(sharpness, 0.0, 4e37);
     let y = 1.0 / (1.0 + l);
+    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, y, sglow_sg_cosine_odd_part(l, y));
+}
+
+/// The same from the odd part. z, l: in range; y: 1/(1 + l).
+fn sglow_sg_cosine_fitted_of_odd(z: f32, l: f32, y: f32, odd: f32) -> f32 {
     // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
     let u = min(l * y, 1.0);
     // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
@@ -198,10 +215,21 @@ fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
     // are kept.
     let top = 1.0 + y * (-1.6641017 + y * 4.4256024);
     let bottom = SGLOW_HALF_PI + y * (-6.071711 + y * (15.022563 + y * (-16.302683 + y * (11.848223 - y * 2.3056865))));
-    let flattening = 1.0 + y * (-2.4294474 + y * 8.802209);
-    let inverse = 1.0 / (bottom * flattening);
-    return sglow_sg_cosine_dark_side(
-        z, l, y, y * top * flattening * inverse, u * u * bottom * inverse, 0.9423444);
+    let flat = 1.0 + y * (-2.4294474 + y * 8.802209);
+    return sglow_sg_cosine_dark_side(z, u, y, odd, top, bottom, flat, 0.9423444);
+}
+
+/// The integral of erfc from x to infinity without its decay, 1/sqrt(pi) - x exp(x^2) erfc(x).
+///
+/// x: t, 0 to 1e5. Result: 0 to 0.5642, relative error 9e-8 before rounding.
+/// Contract: an x out of range or NaN gives anything, finite or not; no loop.
+fn sglow_erfc_integral_scaled_near(t: f32) -> f32 {
+    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
+    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
+    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
+    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
+        + t * 0.050800994)))));
+    return top / bottom;
 }
 
 /// The odd part of the integral of a spherical Gaussian times a clamped cosine z, which is exactly (A_u - A_b) z/2:
@@ -223,28 +251,12 @@ fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
     return ((u - y) + decay) / (u * u);
 }
 
-/// The integral of erfc from x to infinity without its decay, over a divisor that shares the division:
-/// (1/sqrt(pi) - x exp(x^2) erfc(x))/divisor.
-///
-/// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
-/// error 9e-8 before rounding.
-/// Contract: an x out of range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
-fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
-    let t = clamp(x, 0.0, 1e5);
-    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
-    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
-    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
-    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
-        + t * 0.050800994)))));
-    return top / (bottom * divisor);
-}
-
 /// A point that lights are reflected at.
 struct SglowPoint {
     position: vec3<f32>,
     /// Unit.
     normal: vec3<f32>,
-    receiver: SglowReceiver,
+    gloss: SglowGloss,
 }
 
 /// That of a surface.
@@ -252,13 +264,14 @@ fn sglow_point(surface: SglowSurface) -> SglowPoint {
     var point: SglowPoint;
     point.position = surface.position;
     point.normal = surface.normal;
-    point.receiver = SglowReceiver(
-        surface.normal,
-        normalize(sglow_shade_parameters.eye - surface.position),
-        surface.f0,
-        surface.alpha,
-    );
+    point.gloss = sglow_gloss(sglow_receiver(surface));
     return point;
+}
+
+/// What reflects specularly at a surface.
+fn sglow_receiver(surface: SglowSurface) -> SglowReceiver {
+    let view = normalize(sglow_shade_parameters.eye - surface.position);
+    return SglowReceiver(surface.normal, view, surface.f0, surface.alpha);
 }
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
@@ -301,42 +314,64 @@ struct SglowReceiver {
     alpha: f32,
 }
 
-/// The factors of the BRDF and the cosine that are not the distribution's shape, C of rho_s <omega . n> = C D.
-/// [Tokuyoshi 2016, Appendix A.1]
-fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<f32> {
-    let NoL = dot(direction, receiver.normal);
-    if NoL <= 0.0 {
-        return vec3<f32>(0.0);
-    }
+/// The specular lobe of a shading point as every light takes it: what depends on the point alone.
+struct SglowGloss {
+    normal: vec3<f32>,
+    /// Unit direction towards the eye.
+    view: vec3<f32>,
+    /// Reflectance at normal incidence.
+    f0: vec3<f32>,
+    /// What it rises by at grazing angles.
+    rise: vec3<f32>,
+    /// The reflection lobe about the mirror direction.
+    mirror: SglowReflectionLobe,
+    /// The distribution's peak.
+    peak: f32,
+    smith: SglowSmithGGX,
+}
+
+/// Prepares the specular lobe of a shading point.
+fn sglow_gloss(receiver: SglowReceiver) -> SglowGloss {
+    var gloss: SglowGloss;
+    gloss.normal = receiver.normal;
+    gloss.view = receiver.view;
+    gloss.f0 = receiver.f0;
+    gloss.rise = vec3<f32>(sglow_f90(receiver.f0)) - receiver.f0;
     let NoV = max(dot(receiver.view, receiver.normal), 1e-3);
-    let sum = direction + receiver.view;
-    // From the length of the sum: |direction + view| = 2 VoH.
-    let VoH = 0.5 * length(sum);
-    let visibility = sglow_V_SmithGGXCorrelated(NoL, NoV, receiver.alpha);
+    gloss.smith = sglow_smith_ggx(NoV, receiver.alpha);
     // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
     let peak = SGLOW_INV_PI / (receiver.alpha * receiver.alpha);
-    return sglow_F_Schlick(VoH, receiver.f0) * (peak * visibility * NoL);
+    gloss.peak = peak;
+    gloss.mirror = sglow_sg_reflection_mirror(receiver.view, receiver.normal, receiver.alpha);
+    return gloss;
+}
+
+/// Fresnel's term of a shading point.
+/// [Schlick 1994, Eq. (15)]
+fn sglow_gloss_fresnel(gloss: SglowGloss, VoH: f32) -> vec3<f32> {
+    return gloss.f0 + gloss.rise * sglow_schlick_weight(VoH);
+}
+
+/// The factors of the BRDF and the cosine that are not the distribution, C of rho_s <omega . n> = C D: Fresnel's term,
+/// masking and shadowing. 0 from below the horizon.
+/// [Tokuyoshi 2016, Appendix A.1]
+fn sglow_specular_factor(gloss: SglowGloss, direction: vec3<f32>) -> vec3<f32> {
+    let NoL = max(dot(direction, gloss.normal), 0.0);
+    let sum = direction + gloss.view;
+    // From the length of the sum: |direction + view| = 2 VoH.
+    let VoH = 0.5 * length(sum);
+    let visibility = sglow_V_SmithGGX(NoL, gloss.smith);
+    return sglow_gloss_fresnel(gloss, VoH) * (visibility * NoL);
 }
 
 /// Specular reflection of incoming light: the distribution as a spherical Gaussian around the mirror direction.
 /// [Tokuyoshi 2016, Appendix A.1; Wang 2009, Section 4]
-fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
-    let lobe = sglow_sg_reflection_mirror(receiver.view, receiver.normal, receiver.alpha);
-    let product = sglow_sg_product(incoming.axis, incoming.sharpness, lobe.axis, lobe.sharpness);
+fn sglow_specular_gloss(incoming: SglowIncoming, gloss: SglowGloss) -> vec3<f32> {
+    let lobe = gloss.mirror;
+    let product = sglow_sg_product_moderate(incoming.axis, incoming.sharpness, lobe.axis, lobe.sharpness);
     let integral = exp(product.log_amplitude) * sglow_sg_integral(product.sharpness);
-    return incoming.radiance * sglow_specular_factor(receiver, incoming.axis) * integral;
-}
-
-/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
-/// [Heitz 2014, Eq. (99)]
-///
-/// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
-/// Contract: anything else gives anything, finite or not; no loop.
-fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
-    let a2 = alpha * alpha;
-    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
-    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
-    return 0.5 / (masking + shadowing);
+    let scale = incoming.scale * (gloss.peak * integral);
+    return incoming.coefficient * scale * sglow_specular_factor(gloss, incoming.axis);
 }
 
 /// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
@@ -347,63 +382,40 @@ fn sglow_f90(f0: vec3<f32>) -> f32 {
     return min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0);
 }
 
-/// Schlick's approximation of Fresnel reflectance.
+/// The weight of the reflectance at grazing angles, (1 - VoH)^5.
 /// [Schlick 1994, Eq. (15)]
 ///
-/// VoH: half vector . view, 0 to 1; f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1; 0 at any angle where
-/// f0 is 0.
-/// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
-fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
-    let f90 = sglow_f90(f0);
+/// VoH: clamped to 0 to 1. Result: 0 to 1.
+fn sglow_schlick_weight(VoH: f32) -> f32 {
     let complement = clamp(1.0 - VoH, 0.0, 1.0);
     let squared = complement * complement;
-    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+    return squared * squared * complement;
 }
 
-/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
-struct SglowIncoming {
-    axis: vec3<f32>,
-    sharpness: f32,
-    radiance: vec3<f32>,
+/// What height-correlated masking and shadowing of GGX have of the view and the roughness alone.
+struct SglowSmithGGX {
+    /// Masking over NoL.
+    masking: f32,
+    /// The square of shadowing is this, plus the slope times NoL^2.
+    constant: f32,
+    slope: f32,
 }
 
-/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
-/// its mean position.
-/// [Tokuyoshi 2016, Eq. (11)]
-struct SglowExtent {
-    /// Unit; zero for a light at the shading point itself, which has no direction.
-    towards: vec3<f32>,
-    /// The squared distance over the variance.
-    sharpness: f32,
+/// NoV: 1e-3 to 1; alpha: roughness alpha, 1e-4 to 1.
+fn sglow_smith_ggx(NoV: f32, alpha: f32) -> SglowSmithGGX {
+    let a2 = alpha * alpha;
+    let masking = 2.0 * sqrt(a2 + (1.0 - a2) * NoV * NoV);
+    let view = 4.0 * NoV * NoV;
+    return SglowSmithGGX(masking, view * a2, view * (1.0 - a2));
 }
 
-/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
-/// to 1e30.
-fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
-    let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
-    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
-}
-
-/// The light's positions seen from the shading point, times its radiant intensity towards that point.
-/// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
+/// [Heitz 2014, Eq. (99)]
 ///
-/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe.
-fn sglow_incoming(
-    offset: vec3<f32>,
-    variance: f32,
-    axis: vec3<f32>,
-    sharpness: f32,
-    coefficient: vec3<f32>,
-) -> SglowIncoming {
-    let extent = sglow_extent(offset, variance);
-    // A light at the shading point itself has no direction; its lobe of sharpness 0 needs none.
-    let product = sglow_sg_product(-axis, sharpness, extent.towards, extent.sharpness);
-    let radiance = coefficient * (exp(product.log_amplitude) / (SGLOW_TWO_PI * variance));
-    return SglowIncoming(product.axis, product.sharpness, radiance);
+/// NoL: 0 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_V_SmithGGX(NoL: f32, view: SglowSmithGGX) -> f32 {
+    return 1.0 / (NoL * view.masking + sqrt(view.constant + view.slope * NoL * NoL));
 }
 
 /// The reflection lobe of a rough surface as a spherical Gaussian of amplitude one.
@@ -427,6 +439,65 @@ fn sglow_sg_reflection_mirror(view: vec3<f32>, normal: vec3<f32>, alpha: f32) ->
     return SglowReflectionLobe(2.0 * cosine * normal - view, sharpness);
 }
 
+/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
+struct SglowIncoming {
+    axis: vec3<f32>,
+    /// 0 to 2e18.
+    sharpness: f32,
+    /// That of the emitted lobe, W/sr.
+    coefficient: vec3<f32>,
+    /// The radiance along the axis over the coefficient.
+    scale: f32,
+}
+
+/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
+/// its mean position.
+/// [Tokuyoshi 2016, Eq. (11)]
+struct SglowExtent {
+    /// Unit; zero for a light at the shading point itself, which has no direction.
+    towards: vec3<f32>,
+    /// The squared distance over the variance, 0 to 1e18.
+    sharpness: f32,
+    /// One over the variance.
+    density: f32,
+}
+
+/// The variance of a light's positions as it counts at a squared distance: a light is at least a billionth of its
+/// distance wide, so that products of lobes stay in the range of f32.
+fn sglow_variance_at(squared_distance: f32, variance: f32) -> f32 {
+    return max(variance, squared_distance * 1e-18);
+}
+
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
+/// to 1e30.
+fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
+    let squared_distance = dot(offset, offset);
+    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
+    let density = 1.0 / sglow_variance_at(squared_distance, variance);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
+}
+
+/// The light's positions seen from the shading point, times its radiant intensity towards that point.
+/// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
+///
+/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe; its sharpness is 0 to
+/// 1e18, below 1e-15 as good as 0.
+fn sglow_incoming(
+    offset: vec3<f32>,
+    variance: f32,
+    axis: vec3<f32>,
+    sharpness: f32,
+    coefficient: vec3<f32>,
+) -> SglowIncoming {
+    let extent = sglow_extent(offset, variance);
+    // A light at the shading point itself has no direction; its lobe of sharpness 0 needs none.
+    let product = sglow_sg_product_moderate(-axis, sharpness, extent.towards, extent.sharpness);
+    let scale = exp(product.log_amplitude) * (SGLOW_INV_TWO_PI * extent.density);
+    return SglowIncoming(product.axis, product.sharpness, coefficient, scale);
+}
+
 /// A spherical Gaussian with its amplitude as a logarithm, so that far lobes underflow instead of overflowing.
 struct SglowLobe {
     axis: vec3<f32>,
@@ -434,31 +505,27 @@ struct SglowLobe {
     log_amplitude: f32,
 }
 
-/// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
+/// The same product of lobes that are no sharper than 1e18, whose squares f32 holds without a unit.
 /// [Tokuyoshi 2016, Eq. (12)]
 ///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
-/// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
-/// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; NaN input: unspecified result.
-fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of
-    // broad ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
-    let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
-    let unit = bitcast<f32>(bits);
-    let per_unit = bitcast<f32>(0x7f000000u - bits);
-    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
-    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
-    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
-    let mean = share_a * axis_a + share_b * axis_b;
-    let norm = length(mean);
-    // Lobes that cancel to the last digit have no direction left.
-    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
-    // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18. Below 1e-15 they are as good as 0.
+/// log_amplitude: at most 0. Of lobes that cancel, and of two below 1e-15, the axis may be shorter than a unit vector.
+/// Contract: a sharpness out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_product_moderate(
+    axis_a: vec3<f32>,
+    sharpness_a: f32,
+    axis_b: vec3<f32>,
+    sharpness_b: f32,
+) -> SglowLobe {
+    let mean = sharpness_a * axis_a + sharpness_b * axis_b;
+    // One inverse square root gives length and axis. Below the limit there is no direction to lose.
+    let squared = dot(mean, mean);
+    let inverse = inverseSqrt(max(squared, 1e-37));
+    let sharpness = squared * inverse;
+    // l3 - l1 - l2 without the subtraction, as above. The minimum keeps a driver from multiplying small factors first.
+    let share = min(sharpness_a / max(sharpness + sharpness_a + sharpness_b, 1e-30), 1.0);
     let chord = axis_a - axis_b;
-    // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
-    let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
-    return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
+    return SglowLobe(mean * inverse, sharpness, -share * sharpness_b * dot(chord, chord));
 }
 
 /// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.

@@ -17,11 +17,11 @@
 //   sglow 0.1.0.
 // Do not edit; regenerate with `cargo xtask gen-shaders`.
 
-const SGLOW_PI: f32 = 3.14159265;
 const SGLOW_TWO_PI: f32 = 6.28318531;
 const SGLOW_FOUR_PI: f32 = 12.5663706;
 const SGLOW_HALF_PI: f32 = 1.57079633;
 const SGLOW_INV_PI: f32 = 0.318309886;
+const SGLOW_INV_TWO_PI: f32 = 0.159154943;
 /// 1/(2 pi^2)
 const SGLOW_INV_TWO_PI_SQUARED: f32 = 0.0506605918;
 /// 1/sqrt(pi), to one unit in its last place.
@@ -69,23 +69,59 @@ struct SglowPackedVsgl {
 /// Radiance that is reflected specularly.
 @group(0) @binding(6) var sglow_specular_output: texture_storage_2d<rgba32float, write>;
 
-/// Indirect light at every pixel: the sum over all virtual lights and both of their lobes.
+/// A virtual spherical Gaussian light: a cluster of virtual point lights.
+/// [Tokuyoshi 2016, Appendix B]
+struct SglowVsgl {
+    /// Mean position, in world space.
+    position: vec3<f32>,
+    /// Positional variance, in square units; above 0.
+    variance: f32,
+    /// The mean direction of the diffuse emission: of lobes, or of normals; see the axis emitter.
+    diffuse_axis: vec3<f32>,
+    /// The von Mises-Fisher sharpness of these directions.
+    diffuse_sharpness: f32,
+    /// The power over the integral of a lobe of that sharpness, W/sr: with emitter lobe the radiant intensity along the
+    /// axis.
+    diffuse_coefficient: vec3<f32>,
+    /// The mean length of directions of that sharpness, 0 to 1.
+    diffuse_mean_length: f32,
+    specular_axis: vec3<f32>,
+    specular_sharpness: f32,
+    specular_coefficient: vec3<f32>,
+}
+
+/// Lights that an invocation each has unpacked for all pixels of its workgroup.
+var<workgroup> sglow_unpacked: array<SglowVsgl, 64>;
+
+/// Indirect light at every pixel: the sum over all virtual lights and both of their lobes, 64 of which are unpacked at
+/// once.
 /// [Tokuyoshi 2016, Appendix C]
 @compute @workgroup_size(8, 8)
-fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= textureDimensions(sglow_position_texture)) {
+fn sglow_shade(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let size = textureDimensions(sglow_position_texture);
+    let inside = all(id.xy < size);
+    let surface = sglow_seen(min(id.xy, size - 1u));
+    let point = sglow_point(surface);
+    var reflected: SglowReflected;
+    let count = sglow_shade_parameters.count;
+    for (var first = 0u; first < count; first += 64u) {
+        if first + lane < count {
+            sglow_unpacked[lane] = sglow_vsgl(first + lane);
+        }
+        workgroupBarrier();
+        if inside && surface.present {
+            let last = min(first + 64u, count);
+            for (var i = first; i < last; i += 1u) {
+                sglow_reflect_light(&reflected, i, sglow_unpacked[i - first], point);
+            }
+        }
+        // Before the next ones are unpacked there.
+        workgroupBarrier();
+    }
+    if !inside {
         return;
     }
-    let surface = sglow_seen(id.xy);
-    var reflected: SglowReflected;
-    if surface.present {
-        let point = sglow_point(surface);
-        for (var i = 0u; i < sglow_shade_parameters.count; i += 1u) {
-            let vsgl = sglow_vsgl(i);
-            sglow_reflect(&reflected, vsgl, point);
-        }
-        reflected.diffuse *= surface.diffuse;
-    }
+    reflected.diffuse *= surface.diffuse;
     sglow_write(id.xy, reflected);
 }
 
@@ -96,6 +132,11 @@ fn sglow_seen(pixel: vec2<u32>) -> SglowSurface {
         textureLoad(sglow_normal_texture, pixel, 0),
         textureLoad(sglow_base_color_texture, pixel, 0),
     );
+}
+
+/// Adds what a surface reflects of a light that reaches it.
+fn sglow_reflect_light(reflected: ptr<function, SglowReflected>, light: u32, vsgl: SglowVsgl, point: SglowPoint) {
+    sglow_reflect(reflected, vsgl, point, 1.0);
 }
 
 /// Writes what a pixel reflects.
@@ -111,186 +152,19 @@ struct SglowReflected {
     specular: vec3<f32>,
 }
 
-/// Adds what a surface reflects of both lobes of a virtual light.
+/// Adds what a surface reflects of both lobes of a virtual light, times a weight.
 /// [Tokuyoshi 2016, Appendix C]
-fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint) {
+fn sglow_reflect(reflected: ptr<function, SglowReflected>, vsgl: SglowVsgl, point: SglowPoint, weight: f32) {
     let offset = vsgl.position - point.position;
-    let from_diffuse = sglow_emitted(offset, vsgl);
+    var from_diffuse = sglow_emitted(offset, vsgl);
+    from_diffuse.scale *= weight;
     (*reflected).diffuse += sglow_diffuse_emitted(from_diffuse, offset, vsgl, point.normal);
-    (*reflected).specular += sglow_specular(from_diffuse, point.receiver);
-    let from_specular = sglow_incoming(
+    (*reflected).specular += sglow_specular_gloss(from_diffuse, point.gloss);
+    var from_specular = sglow_incoming(
         offset, vsgl.variance, vsgl.specular_axis, vsgl.specular_sharpness, vsgl.specular_coefficient);
+    from_specular.scale *= weight;
     (*reflected).diffuse += sglow_diffuse(from_specular, point.normal);
-    (*reflected).specular += sglow_specular(from_specular, point.receiver);
-}
-
-/// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
-/// radiant intensity towards that point, which is the mean of the clamped cosine over the normals of its texels.
-///
-/// The normals have a von Mises-Fisher distribution about their mean. The mean cosine over it is an integral of a lobe
-/// times a clamped cosine, over the integral of the lobe, which the coefficient contains. Texels of one normal give the
-/// clamped cosine itself, so that a plane does not light itself; a lobe of sharpness 2 leaves 11.9 % of the power
-/// behind its surface.
-///
-/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0.
-fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
-    let extent = sglow_extent(offset, vsgl.variance);
-    let cosine = -dot(extent.towards, vsgl.diffuse_axis);
-    let integral = sglow_cosine_integral(cosine, vsgl.diffuse_sharpness);
-    // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
-    let radiance = vsgl.diffuse_coefficient * (SGLOW_INV_TWO_PI_SQUARED * integral / vsgl.variance);
-    return SglowIncoming(extent.towards, extent.sharpness, radiance);
-}
-
-/// Diffuse reflection of a light's diffuse emission per unit reflectance: the cosine at the shading point is the
-/// clamped one of the light's mean position, (P/pi^2) C (1 - exp(-2 d^2/v))/d^2 max(0, w . n) with C the mean cosine at
-/// the light.
-///
-/// Convolved with the light's extent it would let a light reach behind its own plane: of a body that is convex each
-/// light lies behind the planes of all surfaces, and only with the clamped cosine the body does not light itself.
-fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowVsgl, normal: vec3<f32>) -> vec3<f32> {
-    return sglow_diffuse_clamped(emitted, normal);
-}
-
-/// The integral of a lobe times a clamped cosine, in the form that the axis diffuse names; cosine: that of the lobe's
-/// axis with the cosine's. How large its error is stands at the function that it calls.
-fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
-    return sglow_sg_cosine_fitted(cosine, sharpness);
-}
-
-/// Diffuse reflection of incoming light per unit reflectance: the cosine is pulled out of the integral.
-/// [Tokuyoshi 2016, Appendix C.2]
-fn sglow_diffuse_clamped(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
-    let cosine = max(dot(incoming.axis, normal), 0.0);
-    return incoming.radiance * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine);
-}
-
-/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine.
-/// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
-fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
-    let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
-    return incoming.radiance * (SGLOW_INV_PI * integral);
-}
-
-// Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
-// I(l, z) = int exp(l (w . axis - 1)) max(w . normal, 0) dw with z = axis . normal, the cheapest first. Errors are over
-// the integral's largest value, A_u(l) = I(l, 1), at their largest over sharpness 1e-3 to 1e6 and all angles
-// (oracle/examples/fit_cosine.rs prints them). In all of them:
-//
-// cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
-// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
-
-/// The integral of a lobe times a clamped cosine from its exact odd part and a fit to what a lobe gives on a surface
-/// that faces away from it.
-///
-/// The odd part of I is exactly (A_u - A_b) z/2, so that I(z) = (A_u - A_b) max(z, 0) + J with J = I(-|z|). Over the
-/// line instead of the sphere J would be exp(-x^2) h(x)/t with x = t |z| and h(x) = 1/sqrt(pi) - x exp(x^2) erfc(x). On
-/// the sphere t grows with |z|, for the exponent goes with the chord: t^2 = t_0^2 (1 + w (1 - r)/(1 + r)), r = sqrt(1 -
-/// p z^2), where p and w go to 1 for a sharp lobe. J at the horizon, 2 pi exp(-l) I_1(l)/l with the modified Bessel
-/// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
-/// falls with |z|.
-///
-/// z, l: in range; y: 1/(1 + l); horizon_squared: the square of J(0) (1 + l)/pi; flattening: p; weight: w.
-fn sglow_sg_cosine_dark_side(
-    z: f32,
-    l: f32,
-    y: f32,
-    horizon_squared: f32,
-    flattening: f32,
-    weight: f32,
-) -> f32 {
-    let odd = sglow_sg_cosine_odd_part(l, y);
-    let horizon = sqrt(horizon_squared);
-    let bent = flattening * z * z;
-    let root = 1.0 + sqrt(max(1.0 - bent, 0.0));
-    // (1 - r)/(1 + r) = p z^2/(1 + r)^2, without the difference.
-    let stretch = sqrt(1.0 + weight * bent / (root * root));
-    // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
-    let x = min(SGLOW_INV_SQRT_PI * (odd / horizon) * stretch * abs(z), 12.0);
-    let dark = SGLOW_HALF_SQRT_PI * horizon * (exp(-x * x) * sglow_erfc_integral_scaled_over(x, stretch));
-    return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
-}
-
-/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
-fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
-    let z = clamp(cosine, -1.0, 1.0);
-    let l = clamp(sharpness, 0.0, 4e37);
-    let y = 1.0 / (1.0 + l);
-    // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
-    let u = min(l * y, 1.0);
-    // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
-    // oracle/examples/fit_cosine.rs: 5.8e-5. Nine numbers are free: the limits of horizon for small and large sharpness
-    // are kept.
-    let top = 1.0 + y * (-1.6641017 + y * 4.4256024);
-    let bottom = SGLOW_HALF_PI + y * (-6.071711 + y * (15.022563 + y * (-16.302683 + y * (11.848223 - y * 2.3056865))));
-    let flattening = 1.0 + y * (-2.4294474 + y * 8.802209);
-    let inverse = 1.0 / (bottom * flattening);
-    return sglow_sg_cosine_dark_side(
-        z, l, y, y * top * flattening * inverse, u * u * bottom * inverse, 0.9423444);
-}
-
-/// The odd part of the integral of a spherical Gaussian times a clamped cosine z, which is exactly (A_u - A_b) z/2:
-/// here (A_u - A_b) (1 + l)/(2 pi), a number without range.
-///
-/// sharpness: 0 to 4e37; y: 1/(1 + sharpness). Result: 0 at sharpness 0, rises to 1 when sharp.
-fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
-    let near = sharpness < 1.0;
-    let decay = exp(select(-2.0, -1.0, near) * sharpness);
-    if near {
-        // 2 exp(-l) (cosh l - sinh(l)/l)/l, whose Taylor series has positive terms only, 2 k l^(2 k - 1)/(2 k + 1)!;
-        // the closed form cancels here. Relative error below 1e-8.
-        let square = sharpness * sharpness;
-        return 2.0 * decay * sharpness * (1.0 + sharpness) * (0.33333334 + square * (0.033333335
-            + square * (0.0011904762 + square * (0.000022045855 + square * 2.5052108e-7))));
-    }
-    // [(l - 1) + (l + 1) exp(-2 l)] (l + 1)/l^2 in numbers between 0 and 1.
-    let u = 1.0 - y;
-    return ((u - y) + decay) / (u * u);
-}
-
-/// The integral of erfc from x to infinity without its decay, over a divisor that shares the division:
-/// (1/sqrt(pi) - x exp(x^2) erfc(x))/divisor.
-///
-/// x: 0 to 1e5; divisor: positive, within 1e7 of 1. Result: 0 to 0.5642 over the divisor, relative
-/// error 9e-8 before rounding.
-/// Contract: an x out of range, an infinite one included, is clamped to its ends; NaN input: unspecified result.
-fn sglow_erfc_integral_scaled_over(x: f32, divisor: f32) -> f32 {
-    let t = clamp(x, 0.0, 1e5);
-    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
-    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
-    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
-    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
-        + t * 0.050800994)))));
-    return top / (bottom * divisor);
-}
-
-/// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.
-/// [Tokuyoshi 2016, Appendix A]
-///
-/// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
-/// Contract: sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
-fn sglow_sg_integral(sharpness: f32) -> f32 {
-    // Twice a larger sharpness would be infinite.
-    return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
-}
-
-/// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
-fn sglow_expm1_over_x_near_zero(x: f32) -> f32 {
-    // Least relative error over |x| < 1, by oracle/examples/fit_erf.rs: 5.4e-8.
-    return 1.0 + x * (0.50000006 + x * (0.16666733 + x * (0.041666258 + x * (0.008329955 + x * (0.0013895074
-        + x * (0.00020391113 + x * 0.000024800787))))));
-}
-
-/// (exp(x) - 1)/x, continued to 1 at x = 0.
-///
-/// x: -f32::MAX to 88. Result: above 0, or 0 where a GPU flushes it.
-/// Contract: -infinity is taken as -8.5e37; NaN and what overflows gives any number, infinity or NaN.
-fn sglow_expm1_over_x(x: f32) -> f32 {
-    if abs(x) < 1.0 {
-        return sglow_expm1_over_x_near_zero(x);
-    }
-    // No language promises a quotient whose divisor is beyond 2^126.
-    return (exp(x) - 1.0) / max(x, -8.5e37);
+    (*reflected).specular += sglow_specular_gloss(from_specular, point.gloss);
 }
 
 /// A point that lights are reflected at.
@@ -298,7 +172,7 @@ struct SglowPoint {
     position: vec3<f32>,
     /// Unit.
     normal: vec3<f32>,
-    receiver: SglowReceiver,
+    gloss: SglowGloss,
 }
 
 /// That of a surface.
@@ -306,13 +180,14 @@ fn sglow_point(surface: SglowSurface) -> SglowPoint {
     var point: SglowPoint;
     point.position = surface.position;
     point.normal = surface.normal;
-    point.receiver = SglowReceiver(
-        surface.normal,
-        normalize(sglow_shade_parameters.eye - surface.position),
-        surface.f0,
-        surface.alpha,
-    );
+    point.gloss = sglow_gloss(sglow_receiver(surface));
     return point;
+}
+
+/// What reflects specularly at a surface.
+fn sglow_receiver(surface: SglowSurface) -> SglowReceiver {
+    let view = normalize(sglow_shade_parameters.eye - surface.position);
+    return SglowReceiver(surface.normal, view, surface.f0, surface.alpha);
 }
 
 /// What the surface textures say of one texel, of a reflective shadow map or of the camera's G-buffer.
@@ -344,6 +219,35 @@ fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) 
     return surface;
 }
 
+/// What arrives at a shading point of the diffuse emission of a virtual light: its positions seen from there, times its
+/// radiant intensity towards that point, which is the mean of the clamped cosine over the normals of its texels.
+///
+/// The normals have a von Mises-Fisher distribution about their mean. The mean cosine over it is an integral of a lobe
+/// times a clamped cosine, over the integral of the lobe, which the coefficient contains. Texels of one normal give the
+/// clamped cosine itself, so that a plane does not light itself; a lobe of sharpness 2 leaves 11.9 % of the power
+/// behind its surface.
+///
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0.
+fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
+    let extent = sglow_extent(offset, vsgl.variance);
+    let cosine = -dot(extent.towards, vsgl.diffuse_axis);
+    // Lights of 16 bits have no mean length but where the emitter cannot do without.
+    let integral = sglow_cosine_integral(cosine, vsgl.diffuse_sharpness);
+    // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
+    let scale = SGLOW_INV_TWO_PI_SQUARED * integral * extent.density;
+    return SglowIncoming(extent.towards, extent.sharpness, vsgl.diffuse_coefficient, scale);
+}
+
+/// Diffuse reflection of a light's diffuse emission per unit reflectance: the cosine at the shading point is the
+/// clamped one of the light's mean position, (P/pi^2) C (1 - exp(-2 d^2/v))/d^2 max(0, w . n) with C the mean cosine at
+/// the light.
+///
+/// Convolved with the light's extent it would let a light reach behind its own plane: of a body that is convex each
+/// light lies behind the planes of all surfaces, and only with the clamped cosine the body does not light itself.
+fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowVsgl, normal: vec3<f32>) -> vec3<f32> {
+    return sglow_diffuse_clamped(emitted, normal);
+}
+
 /// What the specular lobe of a shading point needs besides the incoming light.
 struct SglowReceiver {
     normal: vec3<f32>,
@@ -355,43 +259,61 @@ struct SglowReceiver {
     alpha: f32,
 }
 
-/// The factors of the BRDF and the cosine that are not the distribution's shape, C of rho_s <omega . n> = C D.
-/// [Tokuyoshi 2016, Appendix A.1]
-fn sglow_specular_factor(receiver: SglowReceiver, direction: vec3<f32>) -> vec3<f32> {
-    let NoL = dot(direction, receiver.normal);
-    if NoL <= 0.0 {
-        return vec3<f32>(0.0);
-    }
+/// The specular lobe of a shading point as every light takes it: what depends on the point alone.
+struct SglowGloss {
+    normal: vec3<f32>,
+    /// Unit direction towards the eye.
+    view: vec3<f32>,
+    /// Reflectance at normal incidence.
+    f0: vec3<f32>,
+    /// What it rises by at grazing angles.
+    rise: vec3<f32>,
+    /// The reflection lobe, of the distribution's peak.
+    lobe: SglowAsgConvolver,
+    smith: SglowSmithGGX,
+}
+
+/// Prepares the specular lobe of a shading point.
+fn sglow_gloss(receiver: SglowReceiver) -> SglowGloss {
+    var gloss: SglowGloss;
+    gloss.normal = receiver.normal;
+    gloss.view = receiver.view;
+    gloss.f0 = receiver.f0;
+    gloss.rise = vec3<f32>(sglow_f90(receiver.f0)) - receiver.f0;
     let NoV = max(dot(receiver.view, receiver.normal), 1e-3);
-    let sum = direction + receiver.view;
-    // From the length of the sum: |direction + view| = 2 VoH.
-    let VoH = 0.5 * length(sum);
-    let visibility = sglow_V_SmithGGXCorrelated(NoL, NoV, receiver.alpha);
+    gloss.smith = sglow_smith_ggx(NoV, receiver.alpha);
     // The distribution's peak is 1 / (pi alpha^2) for GGX and Beckmann alike.
     let peak = SGLOW_INV_PI / (receiver.alpha * receiver.alpha);
-    return sglow_F_Schlick(VoH, receiver.f0) * (peak * visibility * NoL);
+    let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
+    gloss.lobe = sglow_asg_convolver(lobe, peak);
+    return gloss;
+}
+
+/// Fresnel's term of a shading point.
+/// [Schlick 1994, Eq. (15)]
+fn sglow_gloss_fresnel(gloss: SglowGloss, VoH: f32) -> vec3<f32> {
+    return gloss.f0 + gloss.rise * sglow_schlick_weight(VoH);
+}
+
+/// The factors of the BRDF and the cosine that are not the distribution, C of rho_s <omega . n> = C D: Fresnel's term,
+/// masking and shadowing. 0 from below the horizon.
+/// [Tokuyoshi 2016, Appendix A.1]
+fn sglow_specular_factor(gloss: SglowGloss, direction: vec3<f32>) -> vec3<f32> {
+    let NoL = max(dot(direction, gloss.normal), 0.0);
+    let sum = direction + gloss.view;
+    // From the length of the sum: |direction + view| = 2 VoH.
+    let VoH = 0.5 * length(sum);
+    let visibility = sglow_V_SmithGGX(NoL, gloss.smith);
+    return sglow_gloss_fresnel(gloss, VoH) * (visibility * NoL);
 }
 
 /// Specular reflection of incoming light: the distribution as an anisotropic spherical Gaussian, which keeps the
 /// stretch of highlights at grazing angles.
 /// [Tokuyoshi 2016, Appendix C.2; Xu 2013, Section 5]
-fn sglow_specular(incoming: SglowIncoming, receiver: SglowReceiver) -> vec3<f32> {
-    let lobe = sglow_asg_reflection(receiver.view, receiver.normal, receiver.alpha);
-    let integral = sglow_asg_convolution(lobe, incoming.axis, incoming.sharpness);
+fn sglow_specular_gloss(incoming: SglowIncoming, gloss: SglowGloss) -> vec3<f32> {
+    let scale = incoming.scale * sglow_asg_convolved(gloss.lobe, incoming.axis, incoming.sharpness);
     let direction = incoming.axis;
-    return incoming.radiance * sglow_specular_factor(receiver, direction) * integral;
-}
-
-/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
-/// [Heitz 2014, Eq. (99)]
-///
-/// NoL: 0 to 1; NoV: 1e-3 to 1; alpha: 1e-4 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
-/// Contract: anything else gives anything, finite or not; no loop.
-fn sglow_V_SmithGGXCorrelated(NoL: f32, NoV: f32, alpha: f32) -> f32 {
-    let a2 = alpha * alpha;
-    let masking = NoL * sqrt(a2 + (1.0 - a2) * NoV * NoV);
-    let shadowing = NoV * sqrt(a2 + (1.0 - a2) * NoL * NoL);
-    return 0.5 / (masking + shadowing);
+    return incoming.coefficient * scale * sglow_specular_factor(gloss, direction);
 }
 
 /// The reflectance at grazing angles: 1, but in proportion to the reflectance at normal incidence where that is below 2
@@ -402,97 +324,40 @@ fn sglow_f90(f0: vec3<f32>) -> f32 {
     return min(50.0 * max(f0.x, max(f0.y, f0.z)), 1.0);
 }
 
-/// Schlick's approximation of Fresnel reflectance.
+/// The weight of the reflectance at grazing angles, (1 - VoH)^5.
 /// [Schlick 1994, Eq. (15)]
 ///
-/// VoH: half vector . view, 0 to 1; f0: reflectance at normal incidence, 0 to 1. Result: 0 to 1; 0 at any angle where
-/// f0 is 0.
-/// Contract: a VoH out of range is clamped; NaN gives anything, finite or not; no loop.
-fn sglow_F_Schlick(VoH: f32, f0: vec3<f32>) -> vec3<f32> {
-    let f90 = sglow_f90(f0);
+/// VoH: clamped to 0 to 1. Result: 0 to 1.
+fn sglow_schlick_weight(VoH: f32) -> f32 {
     let complement = clamp(1.0 - VoH, 0.0, 1.0);
     let squared = complement * complement;
-    return f0 + (vec3<f32>(f90) - f0) * (squared * squared * complement);
+    return squared * squared * complement;
 }
 
-/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
-struct SglowIncoming {
-    axis: vec3<f32>,
-    sharpness: f32,
-    radiance: vec3<f32>,
+/// What height-correlated masking and shadowing of GGX have of the view and the roughness alone.
+struct SglowSmithGGX {
+    /// Masking over NoL.
+    masking: f32,
+    /// The square of shadowing is this, plus the slope times NoL^2.
+    constant: f32,
+    slope: f32,
 }
 
-/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
-/// its mean position.
-/// [Tokuyoshi 2016, Eq. (11)]
-struct SglowExtent {
-    /// Unit; zero for a light at the shading point itself, which has no direction.
-    towards: vec3<f32>,
-    /// The squared distance over the variance.
-    sharpness: f32,
+/// NoV: 1e-3 to 1; alpha: roughness alpha, 1e-4 to 1.
+fn sglow_smith_ggx(NoV: f32, alpha: f32) -> SglowSmithGGX {
+    let a2 = alpha * alpha;
+    let masking = 2.0 * sqrt(a2 + (1.0 - a2) * NoV * NoV);
+    let view = 4.0 * NoV * NoV;
+    return SglowSmithGGX(masking, view * a2, view * (1.0 - a2));
 }
 
-/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
-/// to 1e30.
-fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
-    let squared_distance = dot(offset, offset);
-    let present = squared_distance > 1e-30;
-    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
-    // At most 2e37, which is as sharp as lobes count; the plain quotient may overflow.
-    let sharpness = select(0.0, squared_distance / max(variance, squared_distance * 5e-38), present);
-    return SglowExtent(towards, sharpness);
-}
-
-/// The light's positions seen from the shading point, times its radiant intensity towards that point.
-/// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
+/// Height-correlated masking and shadowing of GGX, with 1 / (4 NoL NoV) inside.
+/// [Heitz 2014, Eq. (99)]
 ///
-/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe.
-fn sglow_incoming(
-    offset: vec3<f32>,
-    variance: f32,
-    axis: vec3<f32>,
-    sharpness: f32,
-    coefficient: vec3<f32>,
-) -> SglowIncoming {
-    let extent = sglow_extent(offset, variance);
-    // A light at the shading point itself has no direction; its lobe of sharpness 0 needs none.
-    let product = sglow_sg_product(-axis, sharpness, extent.towards, extent.sharpness);
-    let radiance = coefficient * (exp(product.log_amplitude) / (SGLOW_TWO_PI * variance));
-    return SglowIncoming(product.axis, product.sharpness, radiance);
-}
-
-/// A spherical Gaussian with its amplitude as a logarithm, so that far lobes underflow instead of overflowing.
-struct SglowLobe {
-    axis: vec3<f32>,
-    sharpness: f32,
-    log_amplitude: f32,
-}
-
-/// The product of two spherical Gaussians of amplitude one, itself a spherical Gaussian.
-/// [Tokuyoshi 2016, Eq. (12)]
-///
-/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: at least 0.
-/// log_amplitude: at most 0. Lobes that cancel leave a constant; its axis is then axis_a.
-/// Contract: sharpness above 2e37 is taken as 2e37; axes that are not unit give a finite lobe as long as the squares of
-/// their lengths are; NaN input: unspecified result.
-fn sglow_sg_product(axis_a: vec3<f32>, sharpness_a: f32, axis_b: vec3<f32>, sharpness_b: f32) -> SglowLobe {
-    // In units of the power of two at or below the larger sharpness: the sum of sharp axes would overflow, that of
-    // broad ones vanish. The exponent's bits give that power and its reciprocal, so that nothing is rounded.
-    let bits = bitcast<u32>(clamp(max(sharpness_a, sharpness_b), 1.1754944e-38, 2e37)) & 0x7f800000u;
-    let unit = bitcast<f32>(bits);
-    let per_unit = bitcast<f32>(0x7f000000u - bits);
-    // Both are below 2; the minimum keeps a driver from multiplying the large factor with something else first.
-    let share_a = min(min(sharpness_a, 2e37) * per_unit, 2.0);
-    let share_b = min(min(sharpness_b, 2e37) * per_unit, 2.0);
-    let mean = share_a * axis_a + share_b * axis_b;
-    let norm = length(mean);
-    // Lobes that cancel to the last digit have no direction left.
-    let axis = select(axis_a, mean / max(norm, 1e-12), norm > 1e-12);
-    // l3 - l1 - l2 loses all digits when the lobes are sharp; this quotient is the same number without the subtraction.
-    let chord = axis_a - axis_b;
-    // The share of the larger lobe is at least 1, but where both are subnormal and there is nothing to lose.
-    let spread = max(share_a, share_b) * (dot(chord, chord) / max(norm + share_a + share_b, 0.5));
-    return SglowLobe(axis, unit * norm, -min(min(sharpness_a, sharpness_b), 2e37) * spread);
+/// NoL: 0 to 1. Result: per steradian, at most 0.5 / (NoV alpha).
+/// Contract: anything else gives anything, finite or not; no loop.
+fn sglow_V_SmithGGX(NoL: f32, view: SglowSmithGGX) -> f32 {
+    return 1.0 / (NoL * view.masking + sqrt(view.constant + view.slope * NoL * NoL));
 }
 
 /// The reflection lobe of a rough surface about the mirror direction, stretched as highlights are at grazing angles:
@@ -531,25 +396,45 @@ fn sglow_incidence_across(direction: vec3<f32>, normal: vec3<f32>) -> vec3<f32> 
     return across * inverseSqrt(squared_norm);
 }
 
-/// The integral over the sphere of an anisotropic times a spherical Gaussian, both of amplitude one; an approximation
-/// for sharp lobes (2 % for bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
+/// An anisotropic spherical Gaussian that is convolved with many spherical ones: what depends on it alone.
+struct SglowAsgConvolver {
+    /// The axes of the bandwidths, times the roots of what a squared coordinate has in the exponent of 2.
+    axis_x: vec3<f32>,
+    axis_y: vec3<f32>,
+    /// The axis of the lobe, times 2 pi and an amplitude.
+    axis_z: vec3<f32>,
+    /// Twice the bandwidths: the sharpness of spherical Gaussians of the same widths.
+    sharpness: vec2<f32>,
+}
+
+/// Prepares the convolution of an anisotropic spherical Gaussian of an amplitude.
+fn sglow_asg_convolver(asg: SglowAsg, amplitude: f32) -> SglowAsgConvolver {
+    // log2(e): exponents are of 2.
+    return SglowAsgConvolver(
+        asg.axis_x * sqrt(1.442695 * asg.bandwidth_x),
+        asg.axis_y * sqrt(1.442695 * asg.bandwidth_y),
+        asg.axis_z * (SGLOW_TWO_PI * amplitude),
+        2.0 * vec2<f32>(asg.bandwidth_x, asg.bandwidth_y),
+    );
+}
+
+/// The integral over the sphere of an anisotropic times a spherical Gaussian; an approximation for sharp lobes (2 % for
+/// bandwidths 400 and 25, 5 % for bandwidths 4 and 3 and sharpness 5).
 /// [Xu 2013, Eq. (13)]
 ///
-/// axis: a unit vector; sharpness: 0 to the greatest f32, all above 1e30 counts as that.
-/// Result: steradians, never increasing with the sharpness at the lobe's axis, at most 4e30.
-/// Contract: an infinite bandwidth or NaN gives anything, finite or not; no loop.
-fn sglow_asg_convolution(asg: SglowAsg, axis: vec3<f32>, sharpness: f32) -> f32 {
-    // The spherical Gaussian, seen as anisotropic, has the bandwidth of half its sharpness.
-    let nu = 0.5 * min(sharpness, 1e30);
-    let sum_x = max(asg.bandwidth_x + nu, 1e-30);
-    let sum_y = max(asg.bandwidth_y + nu, 1e-30);
+/// axis: a unit vector; sharpness: 0 to 1e18. Result: steradians times the amplitude, at least 0.
+/// Contract: an infinite bandwidth, a sharpness out of range or NaN gives anything, finite or not; no loop.
+fn sglow_asg_convolved(asg: SglowAsgConvolver, axis: vec3<f32>, sharpness: f32) -> f32 {
+    // The spherical Gaussian, seen as anisotropic, has the bandwidth nu of half its sharpness; here all are doubled.
+    let sums = asg.sharpness + sharpness;
+    // One inverse square root for the roots of both sums and their reciprocals: r = 1/sqrt(sx sy).
+    let inverse = inverseSqrt(max(sums.x * sums.y, 1e-30));
     let x = dot(axis, asg.axis_x);
     let y = dot(axis, asg.axis_y);
-    // The quotients are at most 1; the minimum keeps a driver from multiplying what they divide first.
-    let shape = max(dot(axis, asg.axis_z), 0.0)
-        * exp(-(asg.bandwidth_x * min(nu / sum_x, 1.0)) * x * x - (asg.bandwidth_y * min(nu / sum_y, 1.0)) * y * y);
-    // Two square roots, for the product of the sums may overflow where each does not.
-    return SGLOW_PI * shape / (sqrt(sum_x) * sqrt(sum_y));
+    // nu/sx = (nu r^2) sy. The minimum keeps a driver from multiplying the sharpness with the sums first.
+    let rate = min(sharpness * inverse * inverse, 1e37);
+    let exponent = rate * (x * x * sums.y + y * y * sums.x);
+    return max(dot(axis, asg.axis_z), 0.0) * (inverse * exp2(-exponent));
 }
 
 /// An anisotropic spherical Gaussian of amplitude one.
@@ -562,6 +447,241 @@ struct SglowAsg {
     /// At least 0; twice the bandwidth is the sharpness of a spherical Gaussian of the same width.
     bandwidth_x: f32,
     bandwidth_y: f32,
+}
+
+/// The integral of a lobe times a clamped cosine, in the form that the axis diffuse names; cosine: that of the lobe's
+/// axis with the cosine's. How large its error is stands at the function that it calls.
+fn sglow_cosine_integral(cosine: f32, sharpness: f32) -> f32 {
+    return sglow_sg_cosine_fitted(cosine, sharpness);
+}
+
+/// Diffuse reflection of incoming light per unit reflectance: the cosine is pulled out of the integral.
+/// [Tokuyoshi 2016, Appendix C.2]
+fn sglow_diffuse_clamped(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
+    let cosine = max(dot(incoming.axis, normal), 0.0);
+    return incoming.coefficient * (incoming.scale * (SGLOW_INV_PI * sglow_sg_integral(incoming.sharpness) * cosine));
+}
+
+/// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine.
+/// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
+fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
+    let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
+    return incoming.coefficient * (incoming.scale * (SGLOW_INV_PI * integral));
+}
+
+// Closed forms of the integral over the sphere of a spherical Gaussian of amplitude one times a clamped cosine,
+// I(l, z) = int exp(l (w . axis - 1)) max(w . normal, 0) dw with z = axis . normal, the cheapest first. Errors are over
+// the integral's largest value, A_u(l) = I(l, 1), at their largest over sharpness 1e-3 to 1e6 and all angles
+// (oracle/examples/fit_cosine.rs prints them). In all of them:
+//
+// cosine: z, -1 to 1; sharpness: l, at least 0. Result: 0 to pi.
+// Contract: a cosine is clamped to its range, a sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
+
+/// The integral of a lobe times a clamped cosine from its exact odd part and a fit to what a lobe gives on a surface
+/// that faces away from it.
+///
+/// The odd part of I is exactly (A_u - A_b) z/2, so that I(z) = (A_u - A_b) max(z, 0) + J with J = I(-|z|). Over the
+/// line instead of the sphere J would be exp(-x^2) h(x)/t with x = t |z| and h(x) = 1/sqrt(pi) - x exp(x^2) erfc(x). On
+/// the sphere t grows with |z|, for the exponent goes with the chord: t^2 = t_0^2 (1 + w (1 - r)/(1 + r)), r = sqrt(1 -
+/// p z^2), where p and w go to 1 for a sharp lobe. J at the horizon, 2 pi exp(-l) I_1(l)/l with the modified Bessel
+/// function I_1, is fitted; its slope there is exactly -(A_u - A_b)/2, which gives t_0. Every term is positive and
+/// falls with |z|.
+///
+/// z: in range; u, y: l/(1 + l), 1/(1 + l); odd: (A_u - A_b) (1 + l)/(2 pi); top, bottom: of the square of J(0) (1 +
+/// l)/pi, y top/bottom; flat: of p, u^2/flat; weight: w.
+fn sglow_sg_cosine_dark_side(
+    z: f32,
+    u: f32,
+    y: f32,
+    odd: f32,
+    top: f32,
+    bottom: f32,
+    flat: f32,
+    weight: f32,
+) -> f32 {
+    // All quotients over common denominators, so that one inverse square root gives stretch over horizon, g, and its
+    // reciprocal: g^2 = (1 + w p z^2/(1 + r)^2) bottom/(y top). (1 - r)/(1 + r) is p z^2/(1 + r)^2, which subtracts
+    // nothing.
+    let bent = (u * z) * (u * z);
+    let root = flat + sqrt(flat * max(flat - bent, 0.0));
+    let squared = root * root;
+    let numerator = (squared + weight * flat * bent) * bottom;
+    let denominator = squared * (y * top);
+    let inverse = inverseSqrt(numerator * denominator);
+    // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
+    let x = min(SGLOW_INV_SQRT_PI * odd * (numerator * inverse) * abs(z), 12.0);
+    let dark = SGLOW_HALF_SQRT_PI * (denominator * inverse) * (exp(-x * x) * sglow_erfc_integral_scaled_near(x));
+    return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
+}
+
+/// The integral of a lobe times a clamped cosine, as sglow_sg_cosine_dark_side explains. Error 6.0e-5.
+fn sglow_sg_cosine_fitted(cosine: f32, sharpness: f32) -> f32 {
+    let l = clamp(sharpness, 0.0, 4e37);
+    let y = 1.0 / (1.0 + l);
+    return sglow_sg_cosine_fitted_of_odd(clamp(cosine, -1.0, 1.0), l, y, sglow_sg_cosine_odd_part(l, y));
+}
+
+/// The same from the odd part. z, l: in range; y: 1/(1 + l).
+fn sglow_sg_cosine_fitted_of_odd(z: f32, l: f32, y: f32, odd: f32) -> f32 {
+    // Kept from being taken apart: a driver that squares l before y leaves the range of f32.
+    let u = min(l * y, 1.0);
+    // Least largest error over A_u of the whole, over sharpness 0.01 to 1e5 and all angles, by
+    // oracle/examples/fit_cosine.rs: 5.8e-5. Nine numbers are free: the limits of horizon for small and large sharpness
+    // are kept.
+    let top = 1.0 + y * (-1.6641017 + y * 4.4256024);
+    let bottom = SGLOW_HALF_PI + y * (-6.071711 + y * (15.022563 + y * (-16.302683 + y * (11.848223 - y * 2.3056865))));
+    let flat = 1.0 + y * (-2.4294474 + y * 8.802209);
+    return sglow_sg_cosine_dark_side(z, u, y, odd, top, bottom, flat, 0.9423444);
+}
+
+/// The integral of erfc from x to infinity without its decay, 1/sqrt(pi) - x exp(x^2) erfc(x).
+///
+/// x: t, 0 to 1e5. Result: 0 to 0.5642, relative error 9e-8 before rounding.
+/// Contract: an x out of range or NaN gives anything, finite or not; no loop.
+fn sglow_erfc_integral_scaled_near(t: f32) -> f32 {
+    // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
+    // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
+    let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
+    let bottom = 1.0 + t * (2.8549285 + t * (3.637105 + t * (2.6798866 + t * (1.2297444 + t * (0.34234077
+        + t * 0.050800994)))));
+    return top / bottom;
+}
+
+/// The odd part of the integral of a spherical Gaussian times a clamped cosine z, which is exactly (A_u - A_b) z/2:
+/// here (A_u - A_b) (1 + l)/(2 pi), a number without range.
+///
+/// sharpness: 0 to 4e37; y: 1/(1 + sharpness). Result: 0 at sharpness 0, rises to 1 when sharp.
+fn sglow_sg_cosine_odd_part(sharpness: f32, y: f32) -> f32 {
+    let near = sharpness < 1.0;
+    let decay = exp(select(-2.0, -1.0, near) * sharpness);
+    if near {
+        // 2 exp(-l) (cosh l - sinh(l)/l)/l, whose Taylor series has positive terms only, 2 k l^(2 k - 1)/(2 k + 1)!;
+        // the closed form cancels here. Relative error below 1e-8.
+        let square = sharpness * sharpness;
+        return 2.0 * decay * sharpness * (1.0 + sharpness) * (0.33333334 + square * (0.033333335
+            + square * (0.0011904762 + square * (0.000022045855 + square * 2.5052108e-7))));
+    }
+    // [(l - 1) + (l + 1) exp(-2 l)] (l + 1)/l^2 in numbers between 0 and 1.
+    let u = 1.0 - y;
+    return ((u - y) + decay) / (u * u);
+}
+
+/// Radiance that arrives at a shading point from one lobe of a virtual light, as a spherical Gaussian.
+struct SglowIncoming {
+    axis: vec3<f32>,
+    /// 0 to 2e18.
+    sharpness: f32,
+    /// That of the emitted lobe, W/sr.
+    coefficient: vec3<f32>,
+    /// The radiance along the axis over the coefficient.
+    scale: f32,
+}
+
+/// The distribution of a light's positions seen from a shading point: a spherical Gaussian about the direction towards
+/// its mean position.
+/// [Tokuyoshi 2016, Eq. (11)]
+struct SglowExtent {
+    /// Unit; zero for a light at the shading point itself, which has no direction.
+    towards: vec3<f32>,
+    /// The squared distance over the variance, 0 to 1e18.
+    sharpness: f32,
+    /// One over the variance.
+    density: f32,
+}
+
+/// The variance of a light's positions as it counts at a squared distance: a light is at least a billionth of its
+/// distance wide, so that products of lobes stay in the range of f32.
+fn sglow_variance_at(squared_distance: f32, variance: f32) -> f32 {
+    return max(variance, squared_distance * 1e-18);
+}
+
+/// offset: from the shading point to the light's mean position, up to 1e18, below 1e-15 as good as 0; variance: 1e-12
+/// to 1e30.
+fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
+    let squared_distance = dot(offset, offset);
+    let towards = offset * inverseSqrt(max(squared_distance, 1e-30));
+    let density = 1.0 / sglow_variance_at(squared_distance, variance);
+    // At most 1e18 by the variance already; the minimum keeps a driver from multiplying the squared distance with
+    // another sharpness first.
+    return SglowExtent(towards, min(squared_distance * density, 1e18), density);
+}
+
+/// The light's positions seen from the shading point, times its radiant intensity towards that point.
+/// [Tokuyoshi 2016, Eq. (11), Eq. (12)]
+///
+/// offset, variance: as of sglow_extent; axis, sharpness, coefficient: the emitted lobe; its sharpness is 0 to
+/// 1e18, below 1e-15 as good as 0.
+fn sglow_incoming(
+    offset: vec3<f32>,
+    variance: f32,
+    axis: vec3<f32>,
+    sharpness: f32,
+    coefficient: vec3<f32>,
+) -> SglowIncoming {
+    let extent = sglow_extent(offset, variance);
+    // A light at the shading point itself has no direction; its lobe of sharpness 0 needs none.
+    let product = sglow_sg_product_moderate(-axis, sharpness, extent.towards, extent.sharpness);
+    let scale = exp(product.log_amplitude) * (SGLOW_INV_TWO_PI * extent.density);
+    return SglowIncoming(product.axis, product.sharpness, coefficient, scale);
+}
+
+/// A spherical Gaussian with its amplitude as a logarithm, so that far lobes underflow instead of overflowing.
+struct SglowLobe {
+    axis: vec3<f32>,
+    sharpness: f32,
+    log_amplitude: f32,
+}
+
+/// The same product of lobes that are no sharper than 1e18, whose squares f32 holds without a unit.
+/// [Tokuyoshi 2016, Eq. (12)]
+///
+/// axis_a, axis_b: unit vectors; sharpness_a, sharpness_b: 0 to 1e18. Below 1e-15 they are as good as 0.
+/// log_amplitude: at most 0. Of lobes that cancel, and of two below 1e-15, the axis may be shorter than a unit vector.
+/// Contract: a sharpness out of range or NaN gives anything, finite or not; no loop.
+fn sglow_sg_product_moderate(
+    axis_a: vec3<f32>,
+    sharpness_a: f32,
+    axis_b: vec3<f32>,
+    sharpness_b: f32,
+) -> SglowLobe {
+    let mean = sharpness_a * axis_a + sharpness_b * axis_b;
+    // One inverse square root gives length and axis. Below the limit there is no direction to lose.
+    let squared = dot(mean, mean);
+    let inverse = inverseSqrt(max(squared, 1e-37));
+    let sharpness = squared * inverse;
+    // l3 - l1 - l2 without the subtraction, as above. The minimum keeps a driver from multiplying small factors first.
+    let share = min(sharpness_a / max(sharpness + sharpness_a + sharpness_b, 1e-30), 1.0);
+    let chord = axis_a - axis_b;
+    return SglowLobe(mean * inverse, sharpness, -share * sharpness_b * dot(chord, chord));
+}
+
+/// The integral of a spherical Gaussian over the sphere, A(l) = 2 pi (1 - exp(-2 l))/l.
+/// [Tokuyoshi 2016, Appendix A]
+///
+/// sharpness: at least 0. Result: steradians, 4 pi at sharpness 0, about 2 pi/sharpness when sharp.
+/// Contract: sharpness above 4e37 is taken as 4e37; NaN input: unspecified result.
+fn sglow_sg_integral(sharpness: f32) -> f32 {
+    // Twice a larger sharpness would be infinite.
+    return SGLOW_FOUR_PI * sglow_expm1_over_x(-2.0 * min(sharpness, 4e37));
+}
+
+/// (exp(x) - 1)/x for |x| < 1, where exp(x) - 1 cancels.
+fn sglow_expm1_over_x_near_zero(x: f32) -> f32 {
+    // Least relative error over |x| < 1, by oracle/examples/fit_erf.rs: 5.4e-8.
+    return 1.0 + x * (0.50000006 + x * (0.16666733 + x * (0.041666258 + x * (0.008329955 + x * (0.0013895074
+        + x * (0.00020391113 + x * 0.000024800787))))));
+}
+
+/// (exp(x) - 1)/x, continued to 1 at x = 0.
+///
+/// x: -f32::MAX to 88. Result: above 0, or 0 where a GPU flushes it.
+/// Contract: -infinity is taken as -8.5e37; NaN and what overflows gives any number, infinity or NaN.
+fn sglow_expm1_over_x(x: f32) -> f32 {
+    if abs(x) < 1.0 {
+        return sglow_expm1_over_x_near_zero(x);
+    }
+    // No language promises a quotient whose divisor is beyond 2^126.
+    return (exp(x) - 1.0) / max(x, -8.5e37);
 }
 
 /// A virtual light.
@@ -588,27 +708,6 @@ fn sglow_unpack_vsgl(packed: SglowPackedVsgl) -> SglowVsgl {
     vsgl.specular_sharpness = 32.0 * unpack2x16float(packed.specular.blue_sharpness).y;
     vsgl.specular_coefficient = sglow_packed_coefficient(packed.specular);
     return vsgl;
-}
-
-/// A virtual spherical Gaussian light: a cluster of virtual point lights.
-/// [Tokuyoshi 2016, Appendix B]
-struct SglowVsgl {
-    /// Mean position, in world space.
-    position: vec3<f32>,
-    /// Positional variance, in square units; above 0.
-    variance: f32,
-    /// The mean direction of the diffuse emission: of lobes, or of normals; see the axis emitter.
-    diffuse_axis: vec3<f32>,
-    /// The von Mises-Fisher sharpness of these directions.
-    diffuse_sharpness: f32,
-    /// The power over the integral of a lobe of that sharpness, W/sr: with emitter lobe the radiant intensity along the
-    /// axis.
-    diffuse_coefficient: vec3<f32>,
-    /// The mean length of directions of that sharpness, 0 to 1.
-    diffuse_mean_length: f32,
-    specular_axis: vec3<f32>,
-    specular_sharpness: f32,
-    specular_coefficient: vec3<f32>,
 }
 
 /// The unit vector of a point of the square.

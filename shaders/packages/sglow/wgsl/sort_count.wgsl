@@ -28,8 +28,7 @@ var<workgroup> sglow_digits: array<u32, 256>;
 /// Digits in each sixteenth of the block, by sixteenth and digit.
 var<workgroup> sglow_partial_counts: array<u32, 256>;
 
-/// Counts the digits of one block: each invocation those of one value in a sixteenth of it. Atomic counters would be
-/// shorter, but one reader of SPIR-V refuses what they are cleared by.
+/// Counts the digits of one block: each invocation those of one value in a sixteenth of it.
 @compute @workgroup_size(256)
 fn sglow_sort_count(
     @builtin(workgroup_id) group: vec3<u32>,
