@@ -165,7 +165,7 @@ impl Scene {
     }
 
     /// What the scene holds, for the rules that turn facts into needs, with what shows it: `cutout`, `detailed`,
-    /// `directional_light`, `emissive`, `occluders`, `point_light`, `specular`, `spot_light`, `textured`.
+    /// `directional_light`, `emissive`, `occluders`, `point_light`, `several_lights`, `specular`, `spot_light`, `textured`.
     ///
     /// A fact that could be either way holds: what follows is that nothing is left out for it.
     pub fn facts(&self) -> Facts {
@@ -245,6 +245,11 @@ impl Scene {
             ),
             Fact { name: "occluders", holds: occlusion.possible, evidence: occlusion.evidence },
             light("point_light", "a point", |kind| matches!(kind, LightKind::Point)),
+            Fact {
+                name: "several_lights",
+                holds: lights.len() > 1,
+                evidence: format!("it is lit by {}", count(lights.len(), "light")),
+            },
             material(
                 "specular",
                 |traits| traits.specular,

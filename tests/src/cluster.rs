@@ -37,6 +37,7 @@ fn case(name: &'static str, size: [u32; 2], count: u32, space: Space) -> Case {
         draw: Draw::Warped,
         space,
         light: Light::Spot,
+        grid: [1, 1],
         variance: Variance::Trace,
         sharpness: Sharpness::Exact,
         lobes: Lobes::Both,
@@ -153,12 +154,13 @@ impl Run {
 
     /// The lights against sums of the texels that the device assigned, one by one and all together.
     fn compare_lights(&self) -> Comparison {
-        let ClusterSettings { size, count, specular_power, light, .. } = self.case.settings;
+        let ClusterSettings { size, count, specular_power, .. } = self.case.settings;
         let texels: Vec<SurfaceTexel<Bounded>> = reference::texels(&self.case.surfaces);
+        let lights = reference::MapLights::of(&self.light);
         let map = Map {
             texels: &texels,
             size: size.map(|side| side as usize),
-            light: &reference::light(&self.light, light),
+            light: lights.of_map(),
             origin: reference::vector(self.light.origin),
             minimum_variance: f64::from(self.light.minimum_variance),
             emission: self.emission(),

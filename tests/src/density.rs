@@ -50,7 +50,7 @@ fn compare(run: &Run) -> Comparison {
     let moments: Vec<Moments<Bounded>> =
         reference::moments(gpu(), &run.indirect, &run.light, 0).unwrap();
     let camera: Vec<Vsgl<Bounded>> = reference::camera_lights(gpu(), &run.indirect).unwrap();
-    let light = reference::light(&run.light, settings.light);
+    let lights = reference::MapLights::of(&run.light);
     let lobes = reference::lobes(settings.lobes);
     let specular_power = reference::specular_power(settings.specular_power());
     let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&run.rsm);
@@ -61,7 +61,9 @@ fn compare(run: &Run) -> Comparison {
             Density::Power => weight,
             Density::Reflectance => density::reflectance(surface, lobes),
             Density::Bidirectional => {
-                let (towards, _) = light.towards(surface.position);
+                let at = [index % size[0], index / size[0]];
+                let of = lights.of_map().at(at, size).unwrap();
+                let (towards, _) = of.light.towards(surface.position);
                 let camera = camera.iter().copied();
                 let emitter = reference::emitter(settings.emitter);
                 density::bidirectional(

@@ -26,15 +26,16 @@ fn compare(run: &Run) -> Comparison {
     let settings = run.indirect.settings();
     let measured: Vec<Moments> = reference::moments(gpu(), &run.indirect, &run.light, 0).unwrap();
     let size = settings.map as usize;
-    let light = reference::light(&run.light, settings.light);
+    let lights = reference::MapLights::of(&run.light);
     let lobes = reference::lobes(settings.lobes);
     let origin = Vector3::constant(reference::vector(run.light.origin));
     let texels: Vec<SurfaceTexel<Bounded>> = reference::texels(&run.rsm);
     let mut comparison = Comparison::default();
     for (index, texel) in texels.iter().enumerate() {
         let at = [index % size, index / size];
-        let power: Vector3<Bounded> = light.photon_power(at, [size; 2]);
-        let (towards, _) = light.towards(texel.position);
+        let of = lights.of_map().at(at, [size; 2]).unwrap();
+        let power: Vector3<Bounded> = of.light.photon_power(of.texel, of.size);
+        let (towards, _) = of.light.towards(texel.position);
         let texel = reference::specular_power(settings.specular_power()).reflecting(texel, towards);
         let mut expected: Moments<Bounded> =
             rsm::moments(&texel, power, towards, origin, &reference::emission(settings));

@@ -176,7 +176,7 @@ pub(super) fn covered_by_each(library: &Library, cases: &[Case]) -> Vec<BTreeSet
     let mut known: BTreeMap<_, Facts> = BTreeMap::new();
     let mut facts = |case: &Case| {
         let of_scene = || {
-            let facts = case.scene().facts_lit_by(0);
+            let facts = case.scene().facts();
             facts.iter().map(|fact| (fact.name.to_owned(), fact.holds)).collect()
         };
         known.entry((case.place, case.lamp)).or_insert_with(of_scene).clone()
