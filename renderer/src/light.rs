@@ -29,11 +29,7 @@ pub fn view(light: &Light, bounds: &Bounds, size: u32) -> LightView {
 /// # Errors
 ///
 /// Lights that no map can have together.
-pub fn view_of_all(
-    lights: &[Light],
-    bounds: &Bounds,
-    size: u32,
-) -> Result<LightView, LightsError> {
+pub fn view_of_all(lights: &[Light], bounds: &Bounds, size: u32) -> Result<LightView, LightsError> {
     let views: Vec<_> = lights.iter().map(|light| view(light, bounds, size)).collect();
     LightView::several(&views)
 }

@@ -119,17 +119,24 @@ pub fn needs(
             LightKind::Spot { .. } => {
                 ("planar", "a spot light sees its cone in one perspective image".to_owned())
             }
-            LightKind::Directional => {
-                ("planar", "a directional light sees the scene in one orthographic image".to_owned())
-            }
-            LightKind::Point => {
-                ("deep", "a point light sees all around it: six faces in a grid of 4 x 2".to_owned())
-            }
+            LightKind::Directional => (
+                "planar",
+                "a directional light sees the scene in one orthographic image".to_owned(),
+            ),
+            LightKind::Point => (
+                "deep",
+                "a point light sees all around it: six faces in a grid of 4 x 2".to_owned(),
+            ),
         };
         needs.note("reflective shadow map", value, reason);
     }
     size_of_map(&mut needs, description, grid[0], limits);
-    number_of_lights(&mut needs, description, [u64::from(faces), (grid[0] * grid[1]).into()], limits);
+    number_of_lights(
+        &mut needs,
+        description,
+        [u64::from(faces), (grid[0] * grid[1]).into()],
+        limits,
+    );
     light_maps(&mut needs, description, limits);
     roughness(&mut needs, scene);
     needs.note(
@@ -148,7 +155,8 @@ fn size_of_map(needs: &mut Needs, description: &Description, columns: u32, limit
     let words = limits.max_storage_buffer_binding_size / 4;
     if needs.settings.space == Space::Tree {
         // Of a map of 4 by 4; what a cut keeps is as large as the square of a power of two that holds the map.
-        let small = frame(description, &Settings { map: 4, light: Light::Spot, ..needs.settings.clone() });
+        let small =
+            frame(description, &Settings { map: 4, light: Light::Spot, ..needs.settings.clone() });
         let moments = small.as_ref().and_then(|frame| find(frame, resource::BLOCKS));
         let texel = moments.map_or(1, |blocks| blocks.bytes / 16).max(1);
         let texels = limits.max_storage_buffer_binding_size / texel;
@@ -372,7 +380,7 @@ mod tests {
         scene.lights[0].kind = LightKind::Point;
         let requested = Settings { map: 18, ..Settings::default() };
         let needs = needs(&scene, 0, &requested, &limits());
-        assert_eq!(needs.settings.light, sglow_shaders::Light::Point);
+        assert_eq!(needs.settings.light, Light::Point);
         assert_eq!((needs.settings.map, needs.settings.lights), (16, 192));
         assert_eq!(value(&needs, "reflective shadow map").0, "deep");
     }

@@ -190,7 +190,7 @@ impl LightView {
                 let faces = faces.map(|(index, axes)| face(frustum, axes, tile(index)));
                 (faces.collect(), 2.0 * tan_half_angle * radius, 4.0 * 8.0)
             }
-            Light::Spot | Light::Camera => {
+            Light::Spot | Light::Camera | Light::Several => {
                 let angle = 4.0 * f64::from(tan_half_angle).powi(2);
                 (vec![face(frustum, (forward, up), whole)], 2.0 * tan_half_angle * radius, angle)
             }
@@ -243,7 +243,8 @@ impl LightView {
             }
         }
         let count = lights.len();
-        if !lights.iter().any(|light| light.uniform.intensity.iter().any(|&channel| channel > 0.0)) {
+        if !lights.iter().any(|light| light.uniform.intensity.iter().any(|&channel| channel > 0.0))
+        {
             return Err(LightsError::Dark { count });
         }
         let faces: usize = lights.iter().map(|light| light.faces.len()).sum();
@@ -259,9 +260,7 @@ impl LightView {
         let all = lights.iter().flat_map(|light| &light.faces);
         let faces = all.enumerate().map(|(number, face)| Face { tile: tile(number), ..*face });
         // Texels are wider, and brighter, than those of a map of one light.
-        let variance = |light: &Self| {
-            light.minimum_variance * light.widened(columns).powi(2)
-        };
+        let variance = |light: &Self| light.minimum_variance * light.widened(columns).powi(2);
         let brightest = |light: &Self| {
             let [own_columns, own_rows] = light.grid();
             light.brightest * f64::from(columns * rows) / f64::from(own_columns * own_rows)

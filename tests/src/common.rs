@@ -359,23 +359,12 @@ impl Run {
     }
 
     /// The same of a light, or of several.
-    pub(crate) fn lit(
-        settings: &Settings,
-        light: LightView,
-        package: &Package,
-        seed: u64,
-    ) -> Self {
+    pub(crate) fn lit(settings: &Settings, light: LightView, package: &Package, seed: u64) -> Self {
         let gpu = gpu();
         let rsm = random_surfaces([settings.map; 2], seed);
         let gbuffer = random_surfaces(settings.size, seed + 1);
         let indirect = indirect(settings, package);
-        let run = Self {
-            indirect,
-            light,
-            rsm,
-            gbuffer,
-            eye: Vec3::new(0.5, 1.8, 3.0),
-        };
+        let run = Self { indirect, light, rsm, gbuffer, eye: Vec3::new(0.5, 1.8, 3.0) };
         let rsm = Uploaded::new(&run.rsm, [settings.map; 2]);
         let gbuffer = Uploaded::new(&run.gbuffer, settings.size);
         let inputs =

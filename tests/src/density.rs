@@ -12,7 +12,7 @@ use sglow_runtime::settings::Settings;
 use sglow_scene::LightKind;
 use sglow_shaders::{Density, Light, Lobes, Precision, SpecularPower};
 
-use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
+use crate::common::{Comparison, KINDS, Run, broken, gpu, lights, small, whole_space};
 
 fn kind(kind: LightKind) -> Light {
     match kind {
@@ -131,6 +131,21 @@ fn agrees_with_the_oracle() {
                 compare(&run).assert_holds(&format!("density {density}, {lobes}, {precision}"));
             }
         }
+    }
+}
+
+/// Each texel is weighed by what it reflects towards the light of its own face.
+#[test]
+fn the_incidence_is_that_of_each_face() {
+    for precision in Precision::ALL {
+        let own = settings(Density::Bidirectional, Lobes::Both);
+        let settings = Settings { light: Light::Several, light_faces: 8, precision, ..own };
+        let run = Run::lit(&settings, lights(settings.map), whole_space(), 6);
+        compare(&run).assert_holds(&format!("density of several lights, {precision}"));
+        let id = "density-bidirectional-cosine-both-f0-each";
+        let package = broken(id, "face_lights[face]", "face_lights[0]");
+        let run = Run::lit(&settings, lights(settings.map), &package, 6);
+        compare(&run).assert_fails("the first light alone");
     }
 }
 

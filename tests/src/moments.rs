@@ -11,7 +11,7 @@ use sglow_runtime::settings::Settings;
 use sglow_scene::LightKind;
 use sglow_shaders::{Emitter, Light, Lobes, Precision, Sharpness, SpecularPower};
 
-use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
+use crate::common::{Comparison, KINDS, Run, broken, gpu, lights, small, whole_space};
 
 fn settings(kind: LightKind, lobes: Lobes) -> Settings {
     let light = match kind {
@@ -20,6 +20,10 @@ fn settings(kind: LightKind, lobes: Lobes) -> Settings {
         LightKind::Point => Light::Point,
     };
     Settings { light, lobes, ..small() }
+}
+
+fn several(lobes: Lobes, precision: Precision) -> Settings {
+    Settings { light: Light::Several, light_faces: 8, lobes, precision, ..small() }
 }
 
 fn compare(run: &Run) -> Comparison {
@@ -63,6 +67,26 @@ fn agree_with_the_oracle() {
                 compare(&run).assert_holds(&what);
             }
         }
+    }
+}
+
+#[test]
+fn of_several_lights_agree_with_the_oracle() {
+    for lobes in [Lobes::Diffuse, Lobes::Both] {
+        for precision in Precision::ALL {
+            let settings = several(lobes, precision);
+            let run = Run::lit(&settings, lights(settings.map), whole_space(), 1);
+            compare(&run).assert_holds(&format!("several lights, lobes {lobes}, {precision}"));
+        }
+    }
+    let settings = several(Lobes::Both, Precision::F32);
+    for (from, to, what) in [
+        ("tile.y * grid.x + tile.x", "tile.y * grid.x", "one light for a row of tiles"),
+        ("texel - tile * tile_size", "texel", "a texel of the whole map"),
+        ("light.half_extent > 0.0", "light.half_extent > 1e9", "a directional light as a spot"),
+    ] {
+        let package = broken("moments-several-both-f0-exact-f32", from, to);
+        compare(&Run::lit(&settings, lights(settings.map), &package, 1)).assert_fails(what);
     }
 }
 

@@ -18,7 +18,9 @@ use sglow_shaders::{
     Cut, Density, Emitter, Light as Kind, Ndf, Precision, Space, Specular, Visibility,
 };
 
-use crate::common::{Comparison, KINDS, Uploaded, broken, gpu, light, lights, random_surfaces, small, whole_space};
+use crate::common::{
+    Comparison, KINDS, Uploaded, broken, gpu, light, lights, random_surfaces, small, whole_space,
+};
 
 /// The glossy box, with its blocks or without, lit by lights of these kinds at places that differ.
 fn scene(kinds: &[LightKind], blocks: bool) -> Scene {
@@ -30,7 +32,11 @@ fn scene(kinds: &[LightKind], blocks: bool) -> Scene {
     let of = |(number, &kind): (usize, &LightKind)| {
         let [x, y, z] = own.position;
         let aside = 0.3 * number as f32 - 0.2;
-        let light = Light { kind, position: [x + aside, y - 0.4, z + 0.5 * aside], ..own.clone() };
+        let mut light =
+            Light { kind, position: [x + aside, y - 0.4, z + 0.5 * aside], ..own.clone() };
+        if kind == LightKind::Point {
+            light.intensity = light.intensity.map(|channel| 0.3 * channel);
+        }
         if kind != LightKind::Directional {
             return light;
         }
@@ -56,9 +62,12 @@ fn rendered(scene: &Scene, settings: &Settings, light: usize) -> Frame {
 }
 
 fn indirect(frame: &Frame) -> Vec<[f64; 3]> {
-    let layers = [frame.indirect_diffuse.as_ref().unwrap(), frame.indirect_specular.as_ref().unwrap()];
+    let layers =
+        [frame.indirect_diffuse.as_ref().unwrap(), frame.indirect_specular.as_ref().unwrap()];
     let sum = |at: usize| {
-        std::array::from_fn(|channel| layers.iter().map(|layer| f64::from(layer[at][channel])).sum())
+        std::array::from_fn(|channel| {
+            layers.iter().map(|layer| f64::from(layer[at][channel])).sum()
+        })
     };
     (0..frame.direct.len()).map(sum).collect()
 }
@@ -177,31 +186,35 @@ fn direct_light_adds_up() {
     }
 }
 
-/// Indirect light of two lights is the sum of that of each as far as their maps, which are half as wide, allow.
+/// Indirect light of two lights is the sum of that of each as far as discretisation allows: no farther from it than the sum
+/// by maps as coarse as the tiles, and with half of the virtual lights.
 #[test]
 fn indirect_light_adds_up() {
     let scene = scene(&[KINDS[0], KINDS[2]], true);
-    let (lights, map) = (1024, 256);
     for (what, settings) in [
         ("kernels", Settings { size_factor: 0.25, ..settings() }),
         ("clusters in the image", Settings { space: Space::Image, ..settings() }),
         ("clusters", Settings { space: Space::World, ..settings() }),
-        ("bidirectional", Settings {
-            density: Density::Bidirectional,
-            size_factor: 0.25,
-            ..settings()
-        }),
+        (
+            "bidirectional",
+            Settings { density: Density::Bidirectional, size_factor: 0.25, ..settings() },
+        ),
         ("cut", Settings { space: Space::Tree, emitter: Emitter::Disc, ..settings() }),
     ] {
-        let settings = Settings { lights, map, ..settings };
-        let alone = [0, 1].map(|light| indirect(&rendered(&scene, &settings, light)));
-        let both = indirect(&rendered(&scene, &Settings { light: Kind::Several, ..settings }, 0));
-        let sum = sum(&alone[0], &alone[1]);
-        let (difference, bias) = (apart(&both, &sum), mean(&both) / mean(&sum) - 1.0);
-        println!("{what}: {difference:.4} of the mean, bias {bias:.4}");
-        assert!(difference < 0.08 && bias.abs() < 0.02, "{what}: {difference} {bias}");
+        let alone = |lights, map| {
+            let settings = Settings { lights, map, ..settings.clone() };
+            [0, 1].map(|light| indirect(&rendered(&scene, &settings, light)))
+        };
+        let (alone, coarse) = (alone(1024, 256), alone(512, 64));
+        let settings = Settings { lights: 1024, map: 256, light: Kind::Several, ..settings };
+        let both = indirect(&rendered(&scene, &settings, 0));
+        let expected = sum(&alone[0], &alone[1]);
+        let allowed = 1.5 * apart(&sum(&coarse[0], &coarse[1]), &expected);
+        let (difference, bias) = (apart(&both, &expected), mean(&both) / mean(&expected) - 1.0);
+        println!("{what}: {difference:.4} of the mean, allowed {allowed:.4}, bias {bias:.4}");
+        assert!(difference < allowed && bias.abs() < 0.02, "{what}: {difference} {allowed} {bias}");
         // Negative control: one of them.
-        assert!(apart(&both, &alone[0]) > 0.2 && apart(&both, &alone[1]) > 0.2, "{what}");
+        assert!(alone.iter().all(|one| (mean(&both) / mean(one) - 1.0).abs() > 0.2), "{what}");
     }
 }
 
@@ -216,7 +229,10 @@ fn one_light_among_several_is_what_it_is_alone() {
         ("bidirectional", Settings { density: Density::Bidirectional, ..flat.clone() }),
         ("clusters", Settings { space: Space::World, ..flat.clone() }),
         ("cut", cut.clone()),
-        ("tiles", Settings { cut: Cut::Tile, visibility: Visibility::ShadowMap, lights: 16, ..cut }),
+        (
+            "tiles",
+            Settings { cut: Cut::Tile, visibility: Visibility::ShadowMap, lights: 16, ..cut },
+        ),
     ];
     for kind in KINDS {
         let mut scene = scene(&[kind], true);
@@ -285,7 +301,13 @@ fn references_have_all_lights() {
         let renderer = Renderer::new(gpu(), whole_space(), &scene, &settings, 0).unwrap();
         renderer.render().unwrap();
         let (frame, rsm) = (renderer.read().unwrap(), renderer.read_rsm().unwrap());
-        (frame, rsm, renderer.light().clone(), renderer.eye(), renderer.indirect().settings().clone())
+        (
+            frame,
+            rsm,
+            renderer.light().clone(),
+            renderer.eye(),
+            renderer.indirect().settings().clone(),
+        )
     };
     let (frame, rsm, view, eye, own) = run(Visibility::None);
     let total = |found: Vec<sglow_oracle::shade::Reflected>| -> Vec<[f64; 3]> {
@@ -316,7 +338,8 @@ fn references_have_all_lights() {
 fn lights_that_no_map_can_have_are_named() {
     let [spot, _, point] = KINDS.map(|kind| light(kind, 32));
     assert_eq!(LightView::several(&[]).unwrap_err(), LightsError::None);
-    let dark = LightView { uniform: sglow_shaders::SglowLight { intensity: [0.0; 3], ..spot.uniform }, ..spot.clone() };
+    let mut dark = spot.clone();
+    dark.uniform.intensity = [0.0; 3];
     let text = LightView::several(&[dark.clone(), dark.clone()]).unwrap_err().to_string();
     assert!(text.contains("none of 2 lights has power"), "{text}");
     // One that has power is enough.
@@ -353,7 +376,9 @@ fn scenes_frames_and_engines_refuse_what_does_not_fit() {
     let fewer = renderer.move_lights(&scene.lights[..2]).unwrap_err();
     assert!(matches!(fewer, FrameError::OtherFaces { was: 8, is: 2 }), "{fewer}");
     // Other kinds with as many faces are no other frame.
-    renderer.move_lights(&[scene.lights[2].clone(), scene.lights[0].clone(), scene.lights[0].clone()]).unwrap();
+    renderer
+        .move_lights(&[scene.lights[2].clone(), scene.lights[0].clone(), scene.lights[0].clone()])
+        .unwrap();
     renderer.render().unwrap();
 
     let settings = Settings { light: Kind::Several, light_faces: 8, ..small() };
@@ -383,7 +408,7 @@ fn a_scene_is_lit_by_all_its_lights_unless_one_is_chosen() {
     let library = crate::common::library();
     let shot = |scene: Scene, set: &[&str]| {
         let set: Vec<_> = set.iter().map(|&one| one.to_owned()).collect();
-        shot::Shot::new(library, scene, &set, &Request::of([16, 16])).unwrap().settings
+        shot::Shot::new(&library, scene, &set, &Request::of([16, 16])).unwrap().settings
     };
     let all = shot(scene(&KINDS, true), &[]);
     assert_eq!((all.light, all.light_faces, all.map), (Kind::Several, 8, 256));

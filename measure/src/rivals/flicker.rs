@@ -165,7 +165,11 @@ pub fn flicker(
     for frame in 0..walk.frames {
         let mut lights = scene.lights.clone();
         lights[0] = moved(light, radius, walk.step * frame as f32);
-        renderer.move_lights(if kind == sglow_shaders::Light::Several { &lights } else { &lights[..1] })?;
+        renderer.move_lights(if kind == sglow_shaders::Light::Several {
+            &lights
+        } else {
+            &lights[..1]
+        })?;
         renderer.draw_maps()?;
         let inputs = renderer.inputs();
         let own = renderer.indirect();

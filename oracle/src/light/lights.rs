@@ -64,7 +64,11 @@ impl Lights<'_> {
         let tile = [0, 1].map(|axis| texel[axis].checked_div(size[axis]));
         let [column, row] = [tile[0]?, tile[1]?];
         let light = *faces.get(row * columns + column)?;
-        Some(FaceTexel { light, texel: [texel[0] - column * size[0], texel[1] - row * size[1]], size })
+        Some(FaceTexel {
+            light,
+            texel: [texel[0] - column * size[0], texel[1] - row * size[1]],
+            size,
+        })
     }
 }
 
@@ -82,7 +86,11 @@ mod tests {
             intensity: Vector3::splat(intensity),
         };
         let spot = LightKind::Spot { tan_half_angle: 0.6, cone_scale: 20.0, cone_offset: -18.0 };
-        [of(LightKind::Point, 1.0), of(spot, 5.0), of(LightKind::Directional { half_extent: 2.0 }, 0.7)]
+        [
+            of(LightKind::Point, 1.0),
+            of(spot, 5.0),
+            of(LightKind::Directional { half_extent: 2.0 }, 0.7),
+        ]
     }
 
     fn total(lights: Lights<'_>, size: [usize; 2]) -> Vector3 {
@@ -120,7 +128,8 @@ mod tests {
             for index in 0..32 * 16 {
                 let at = [index % 32, index / 32];
                 let shared = Lights::Several(std::slice::from_ref(&light)).at(at, size);
-                let power = shared.map_or(Vector3::zero(), |of| of.light.photon_power(of.texel, of.size));
+                let power =
+                    shared.map_or(Vector3::zero(), |of| of.light.photon_power(of.texel, of.size));
                 let alone = light.photon_power::<f64>(at, size);
                 assert!((power - alone).length() < 1e-15, "{:?} {at:?}", light.kind);
             }

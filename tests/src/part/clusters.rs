@@ -48,7 +48,8 @@ pub(crate) struct Clusters {
 
 impl Clusters {
     pub(crate) fn new(package: &Package, settings: &ClusterSettings) -> Result<Self, Errors> {
-        let ClusterSettings { size: [width, height], grid: [columns, rows], draw, lobes, .. } = *settings;
+        let ClusterSettings { size: [width, height], grid: [columns, rows], draw, lobes, .. } =
+            *settings;
         let side = width.max(height).next_power_of_two();
         let stride = if lobes == Lobes::Both { 80 } else { 48 };
         let image = |format: &str| {

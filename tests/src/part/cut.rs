@@ -36,7 +36,8 @@ pub(crate) struct Cut {
 
 impl Cut {
     pub(crate) fn new(package: &Package, settings: &CutSettings) -> Result<Self, Errors> {
-        let CutSettings { size: [width, height], grid: [columns, rows], lobes, precision, .. } = *settings;
+        let CutSettings { size: [width, height], grid: [columns, rows], lobes, precision, .. } =
+            *settings;
         let stride = match (precision, lobes) {
             (Precision::F32, Lobes::Both) => 80,
             (Precision::F32, Lobes::Diffuse) | (Precision::F16, Lobes::Both) => 48,
