@@ -386,6 +386,24 @@ mod tests {
     }
 
     #[test]
+    fn several_lights_share_a_map_of_tiles() {
+        let mut scene = Scene::builtin("cornell").unwrap();
+        let own = scene.lights[0].clone();
+        let kinds = [own.kind, LightKind::Point, LightKind::Directional];
+        scene.lights = kinds.map(|kind| sglow_scene::Light { kind, ..own.clone() }).into();
+        let requested = Settings { map: 18, light: Light::Several, ..Settings::default() };
+        let several = needs(&scene, 0, &requested, &limits());
+        let Settings { light, light_faces, map, lights, .. } = several.settings;
+        assert_eq!((light, light_faces, map, lights), (Light::Several, 8, 16, 256));
+        assert_eq!(value(&several, "reflective shadow map").0, "shared");
+        assert_eq!(several.facts.holds("several_lights"), Some(true));
+        // One of them alone.
+        let one = needs(&scene, 2, &Settings { map: 18, ..Settings::default() }, &limits());
+        assert_eq!((one.settings.light, one.settings.map), (Light::Directional, 18));
+        assert_eq!(one.facts.holds("several_lights"), Some(false));
+    }
+
+    #[test]
     fn only_what_was_taken_not_to_hold_and_does_is_missing() {
         let facts = Scene::builtin("cornell-glossy").unwrap().facts();
         let assume = |fact: &str, holds| Assumption {

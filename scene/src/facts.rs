@@ -366,11 +366,12 @@ mod tests {
         let mut scene = scene(Material::diffuse("grey", [0.5; 3]), &[]);
         scene.lights.push(Light { kind: LightKind::Point, ..scene.lights[0].clone() });
         let lights = |facts: &Facts| {
-            ["spot_light", "point_light"].map(|fact| facts.holds(fact).unwrap_or_default())
+            ["spot_light", "point_light", "several_lights"]
+                .map(|fact| facts.holds(fact).unwrap_or_default())
         };
-        assert_eq!(lights(&scene.facts()), [true, true]);
-        assert_eq!(lights(&scene.facts_lit_by(0)), [true, false]);
-        assert_eq!(lights(&scene.facts_lit_by(1)), [false, true]);
+        assert_eq!(lights(&scene.facts()), [true, true, true]);
+        assert_eq!(lights(&scene.facts_lit_by(0)), [true, false, false]);
+        assert_eq!(lights(&scene.facts_lit_by(1)), [false, true, false]);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use sglow_oracle::path::Paths;
 use sglow_oracle::{metrics, surface};
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{FrameError, Pixels, Renderer, Surfaces, occluders};
-use sglow_renderer::reference::path::{SceneMaterials, facets};
+use sglow_renderer::reference::path::{SceneMaterials, facets, of_each_light};
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
@@ -200,28 +200,25 @@ pub fn flicker(
         for (other, pictures) in others.iter().zip(&mut pictures) {
             pictures.push(indirect_at(gpu, other, &pixels)?);
         }
-        let paths = |light| Paths {
-            scene: &traced,
-            materials: &materials,
-            light,
-            ndf: reference::ndf(own.settings().ndf),
-            samples: walk.samples,
-            // Directions do not follow the light: their noise is nearly that of the frame before, and cancels.
-            map: 0,
-            seed: 1,
-        };
         let receivers = reference::texels(&of_pixels(&gbuffer, &pixels));
         let eye = reference::vector(renderer.eye());
-        for references in &mut references {
-            references.push(vec![0.0; 3 * receivers.len()]);
-        }
-        for light in &reference::MapLights::of(renderer.light()).each {
-            let halves = paths(light).halves(&receivers, eye, &|_| true).unwrap_or_default();
-            for (at, references) in references.iter_mut().enumerate() {
-                let found = halves.iter().flat_map(|halves| halves[at].mean.total().to_array());
-                let sums = references[frame as usize].iter_mut();
-                sums.zip(found).for_each(|(sum, found)| *sum += found);
-            }
+        let of_light = |_, light: &_| {
+            let paths = Paths {
+                scene: &traced,
+                materials: &materials,
+                light,
+                ndf: reference::ndf(own.settings().ndf),
+                samples: walk.samples,
+                // Directions do not follow the light: their noise is nearly that of the frame before, and cancels.
+                map: 0,
+                seed: 1,
+            };
+            paths.halves(&receivers, eye, &|_| true)
+        };
+        let halves = of_each_light(renderer.light(), of_light).unwrap_or_default();
+        for (at, references) in references.iter_mut().enumerate() {
+            let radiance = halves.iter().flat_map(|halves| halves[at].mean.total().to_array());
+            references.push(radiance.collect());
         }
         progress(frame + 1);
     }

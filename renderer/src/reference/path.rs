@@ -4,6 +4,7 @@ use glam::Vec3;
 use sglow_oracle::Vector3;
 use sglow_oracle::brdf;
 use sglow_oracle::estimate::Estimate;
+use sglow_oracle::light::Light;
 use sglow_oracle::path::{MAP, Materials, Paths};
 use sglow_oracle::surface::{self, Crossing, Facet, SceneError};
 
@@ -269,10 +270,9 @@ pub fn path_halves(
 ) -> Result<Option<Vec<[Estimate; 2]>>, SceneError> {
     let triangles = &surface::Scene::new(facets(scene))?;
     let receivers = texels(gbuffer);
-    let lights = MapLights::of(view).each;
+    let count = view.each().len();
     let progress = growing(receivers.len(), progress);
-    let mut sums: Option<Vec<[Estimate; 2]>> = None;
-    for (number, light) in lights.iter().enumerate() {
+    Ok(of_each_light(view, |number, light| {
         let paths = Paths {
             scene: triangles,
             materials: &SceneMaterials::new(scene),
@@ -280,20 +280,30 @@ pub fn path_halves(
             ndf: ndf(settings.ndf),
             samples,
             map: MAP,
-            // Noise of its own for each light; that of one light is the seed's.
+            // Noise of its own for each light; that of the first is the seed's.
             seed: seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)),
         };
-        let report = |done| progress((number * receivers.len() + done) / lights.len());
-        let Some(found) = paths.halves(&receivers, vector(eye), &report) else { return Ok(None) };
+        let report = |done| progress((number * receivers.len() + done) / count);
+        paths.halves(&receivers, vector(eye), &report)
+    }))
+}
+
+/// What comes of each light of a view, added up: light is linear. Nothing if nothing comes of one of them.
+pub fn of_each_light(
+    view: &LightView,
+    mut of: impl FnMut(usize, &Light) -> Option<Vec<[Estimate; 2]>>,
+) -> Option<Vec<[Estimate; 2]>> {
+    let lights = MapLights::of(view).each;
+    let mut sums: Option<Vec<[Estimate; 2]>> = None;
+    for (number, light) in lights.iter().enumerate() {
+        let found = of(number, light)?;
+        let sum = |([a, b], [c, d]): ([Estimate; 2], [Estimate; 2])| [a + c, b + d];
         sums = Some(match sums {
             None => found,
-            Some(sums) => {
-                let pairs = sums.into_iter().zip(found);
-                pairs.map(|([a, b], [c, d])| [a + c, b + d]).collect()
-            }
+            Some(sums) => sums.into_iter().zip(found).map(sum).collect(),
         });
     }
-    Ok(sums)
+    sums
 }
 
 #[cfg(test)]

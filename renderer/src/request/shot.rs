@@ -140,6 +140,25 @@ mod tests {
     }
 
     #[test]
+    fn all_lights_are_kept_unless_one_is_wanted() {
+        let mut scene = Scene::builtin("cornell").unwrap();
+        let lights = |count: usize, scene: &Scene| vec![scene.lights[0].clone(); count];
+        assert_eq!(keep_lights(&mut scene, None).unwrap(), None);
+        let mut two = Scene { lights: lights(2, &scene), ..scene.clone() };
+        let note = keep_lights(&mut two, None).unwrap().unwrap();
+        assert!(two.lights.len() == 2 && note.contains("lit by 2 lights"), "{note}");
+        let note = keep_lights(&mut two, Some(1)).unwrap().unwrap();
+        assert!(two.lights.len() == 1 && note.contains("only light 1"), "{note}");
+        let mut many = Scene { lights: lights(65, &scene), ..scene };
+        let text = keep_lights(&mut many.clone(), None).unwrap_err().to_string();
+        assert!(text.contains("65 lights have 65 faces") && text.contains("at most 64"), "{text}");
+        // One of them is one light.
+        keep_lights(&mut many, Some(64)).unwrap();
+        let text = keep_lights(&mut many, Some(1)).unwrap_err().to_string();
+        assert!(text.contains("no light 1; it has 1"), "{text}");
+    }
+
+    #[test]
     fn every_preset_and_default_of_the_library_can_be_set_and_every_parameter_is_declared() {
         let library = library();
         let sets = library.preset.iter().map(|one| (&one.name, &one.set));
