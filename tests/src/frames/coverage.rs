@@ -213,6 +213,10 @@ fn allowed(library: &Library, settings: &Settings, variants: &[&Variant]) -> All
         if values.is_empty() {
             values.extend(settings.get(axis));
         }
+        // The camera is in every scene.
+        if axis == "light" {
+            values.push(sglow_shaders::Light::Camera.to_string());
+        }
         assert!(!values.is_empty(), "no value of {axis}");
         allowed.get_mut(axis).unwrap().values.retain(|value| values.contains(value));
     }
