@@ -5038,7 +5038,7 @@ pub mod frame {
         pub const ORIGIN: &str = "origin";
         /// Precision f16: 1 / power_unit.
         pub const POWER_SCALE: &str = "power_scale";
-        /// Precision f16: the power that a stored one stands for: 2^(ceil(log2 p) - 15), p the power of the brightest photon that the light can give a texel: the largest of its three intensities times A / map^2; spot A = 4 tan_half_angle^2, directional A = 4 half_extent^2, point A = 32; of several lights each A by itself times faces columns and rows, over 8 of a point light; the exponent is -126 to 126, and power_unit is 1 where p is 0 or not finite.
+        /// Precision f16: the power that a stored one stands for: 2^(ceil(log2 p) - 15), p the power of the brightest photon that the light can give a texel: the largest of its three intensities times A / map^2; spot A = 4 tan_half_angle^2, directional A = 4 half_extent^2, point A = 32; of several lights each A by itself times face columns and rows, over 8 of a point light; the exponent is -126 to 126, and power_unit is 1 where p is 0 or not finite.
         pub const POWER_UNIT: &str = "power_unit";
     }
     /// Numbers that are set.
