@@ -90,17 +90,22 @@ impl Drawn {
         map: usize,
         seed: u64,
     ) -> Result<Vec<[Estimate; 2]>, SceneError> {
-        let paths = Paths {
-            scene: &surface::Scene::new(reference::facets(&self.scene))?,
-            materials: &SceneMaterials::new(&self.scene),
-            light: &reference::light(&self.light, self.settings.light),
-            ndf: reference::ndf(self.settings.ndf),
-            samples,
-            map,
-            seed,
-        };
+        let traced = surface::Scene::new(reference::facets(&self.scene))?;
+        let materials = SceneMaterials::new(&self.scene);
+        let (receivers, eye) = (self.receivers(), reference::vector(self.eye));
         // Nothing comes back of paths that are interrupted, and these are not.
-        let found = paths.halves(&self.receivers(), reference::vector(self.eye), &|_| true);
+        let found = reference::path::of_each_light(&self.light, |_, light| {
+            let paths = Paths {
+                scene: &traced,
+                materials: &materials,
+                light,
+                ndf: reference::ndf(self.settings.ndf),
+                samples,
+                map,
+                seed,
+            };
+            paths.halves(&receivers, eye, &|_| true)
+        });
         Ok(found.unwrap_or_default())
     }
 

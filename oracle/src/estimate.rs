@@ -49,6 +49,27 @@ impl Estimate {
     }
 }
 
+impl core::ops::Add for Estimate {
+    type Output = Self;
+
+    /// The sum of two independent estimates of one pixel, as by the light of two lamps, and its noise.
+    fn add(self, other: Self) -> Self {
+        let noise = |a: Vector3, b: Vector3| (a.times(a) + b.times(b)).map(f64::sqrt);
+        let [own, its] = [&self.standard_errors, &other.standard_errors];
+        Self {
+            mean: Reflected {
+                diffuse: self.mean.diffuse + other.mean.diffuse,
+                specular: self.mean.specular + other.mean.specular,
+            },
+            standard_errors: Reflected {
+                diffuse: noise(own.diffuse, its.diffuse),
+                specular: noise(own.specular, its.specular),
+            },
+            standard_error: noise(self.standard_error, other.standard_error),
+        }
+    }
+}
+
 /// Noise and mean of a picture, in its unit; every channel of every pixel counts alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uncertainty {
@@ -101,6 +122,18 @@ mod tests {
             Estimate::mean_of(&[of(1.0, f64::INFINITY), of(1.0, 1.0)]).standard_error.x,
             f64::INFINITY
         );
+    }
+
+    #[test]
+    fn the_light_of_two_lamps_adds_up_and_its_noise_by_its_squares() {
+        let of = |mean: f64, noise: f64| Estimate {
+            mean: Reflected { diffuse: Vector3::splat(mean), specular: Vector3::splat(1.0) },
+            standard_errors: Reflected { diffuse: Vector3::splat(noise), ..Reflected::none() },
+            standard_error: Vector3::splat(noise),
+        };
+        let sum = of(1.0, 3.0) + of(2.0, 4.0);
+        assert_eq!((sum.mean.diffuse.x, sum.mean.specular.y), (3.0, 2.0));
+        assert_eq!((sum.standard_error.z, sum.standard_errors.diffuse.x), (5.0, 5.0));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //!
 //! Brute force in f64, with the real BRDF at both ends of every path and without visibility: what the virtual spherical
 //! Gaussian lights approximate. A texel is the piece of its surface's plane that the light's rays through its corners
-//! cut out ([`Light::quad`]); what falls on it is spread evenly, and its front reflects it. Far from a receiver it is a
+//! cut out ([`crate::light::Light::quad`]); what falls on it is spread evenly, and its front reflects it. Far from a receiver it is a
 //! point, and the sum is that over virtual point lights [Keller 1997, Dachsbacher 2005]. The inverse square of the
 //! distance has no finite integral over the surface, so that near a receiver points are bright spots: there a texel is
 //! a flat quadrilateral of even radiance, whose irradiance is exact, cut off at the receiver's horizon. Where a lobe
@@ -15,7 +15,7 @@
 use crate::Vector3;
 use crate::brdf::Ndf;
 use crate::groups::in_groups;
-use crate::light::Light;
+use crate::light::Lights;
 use crate::shade::Reflected;
 use crate::surface::SurfaceTexel;
 
@@ -58,20 +58,25 @@ pub struct TexelFacets {
 impl TexelFacets {
     /// The facets of a map of `size` texels, row by row from the top; texels without surface or power are left out.
     #[must_use]
-    pub fn of_map(light: &Light, texels: &[SurfaceTexel], size: [usize; 2], ndf: Ndf) -> Self {
+    pub fn of_map<'a>(
+        light: impl Into<Lights<'a>>,
+        texels: &[SurfaceTexel],
+        size: [usize; 2],
+        ndf: Ndf,
+    ) -> Self {
         Self::of_counted_map(light, texels, size, ndf, |_| 1.0)
     }
 
     /// The same with the power of each texel times how often it counts: what filtering kernels hold, summed exactly.
     #[must_use]
-    pub fn of_counted_map(
-        light: &Light,
+    pub fn of_counted_map<'a>(
+        light: impl Into<Lights<'a>>,
         texels: &[SurfaceTexel],
         size: [usize; 2],
         ndf: Ndf,
         counted: impl Fn([usize; 2]) -> f64,
     ) -> Self {
-        let mut facets = Self::none(ndf);
+        let (mut facets, lights) = (Self::none(ndf), light.into());
         let mut squares: Vec<[usize; 2]> = (0..size[1].div_ceil(2))
             .flat_map(|y| (0..size[0].div_ceil(2)).map(move |x| [2 * x, 2 * y]))
             .collect();
@@ -84,12 +89,13 @@ impl TexelFacets {
                     return None;
                 }
                 let surface = texels.get(texel[1] * size[0] + texel[0])?;
-                let power = light.photon_power::<f64>(texel, size) * counted(texel);
+                let of = lights.at(texel, size)?;
+                let power = of.light.photon_power::<f64>(of.texel, of.size) * counted(texel);
                 if !surface.present || power == Vector3::zero() {
                     return None;
                 }
-                let (towards, _) = light.towards(surface.position);
-                let corners = light.quad(texel, size, surface.position, surface.normal)?;
+                let (towards, _) = of.light.towards(surface.position);
+                let corners = of.light.quad(of.texel, of.size, surface.position, surface.normal)?;
                 Some(Lit { surface: *surface, towards, power, corners })
             });
             facets.add(lanes);

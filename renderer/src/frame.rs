@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use glam::Vec3;
 use glam::camera::rh::view::look_to_mat4;
+use sglow_shaders::frame::resource;
 use sglow_shaders::{Light, SglowView};
 use thiserror::Error;
 
@@ -18,7 +19,7 @@ use crate::readback;
 use crate::timing::{Clock, Timer};
 use sglow_runtime::execute::{self, DrawList, Lists};
 use sglow_runtime::indirect::{Indirect, IndirectError, Inputs, SurfaceViews};
-use sglow_runtime::light::{LightView, perspective};
+use sglow_runtime::light::{LightView, LightsError, perspective};
 use sglow_runtime::occluders::Occluders;
 use sglow_runtime::package::Package;
 use sglow_runtime::points::{Geometry, GeometryError};
@@ -46,6 +47,20 @@ pub enum FrameError {
         was: Light,
         /// What was given.
         is: Light,
+    },
+    /// The lights cannot share a map.
+    #[error(transparent)]
+    Lights(#[from] LightsError),
+    /// The lights have another number of faces than the renderer was made for.
+    #[error(
+        "the renderer was made for lights with {was} faces and cannot take lights with {is}, 6 of a point light and 1 of another; \
+         make another one"
+    )]
+    OtherFaces {
+        /// What it was made for.
+        was: u32,
+        /// What was given.
+        is: u32,
     },
     /// The scene needs more than what was left for it. Never in silence: what is missing would be missing in the picture.
     #[error(
@@ -94,18 +109,45 @@ pub fn occluders(
 }
 
 /// The biases of a shadow map.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ShadowBias {
     /// Subtracted from the depth that is compared, in units of depth.
     pub depth: f32,
-    /// How far a position is moved along its normal, in world units.
+    /// How far a position is moved along its normal, in world units; that of the first face.
     pub normal: f32,
+    /// The same of each face.
+    pub faces: Vec<f32>,
 }
 
-/// The biases of a shadow map that is drawn by the light's view.
-fn shadow_bias(view: &LightView, rsm_size: u32) -> ShadowBias {
-    let normal = host::normal_offset(view.minimum_variance, rsm_size, SHADOW_SIZE);
-    ShadowBias { depth: host::DEPTH_BIAS, normal }
+/// The biases of a shadow map of a width that is drawn by the lights' view.
+fn shadow_bias(view: &LightView, shadow_size: u32) -> ShadowBias {
+    let faces = host::normal_offsets(view, shadow_size);
+    ShadowBias { depth: host::DEPTH_BIAS, normal: faces.first().copied().unwrap_or(0.0), faces }
+}
+
+/// The lights of a scene that settings take: all of them with several, else one by its number.
+fn lights_of<'s>(
+    scene: &'s Scene,
+    settings: &Settings,
+    index: usize,
+) -> Result<&'s [sglow_scene::Light], FrameError> {
+    if settings.light == Light::Several {
+        return Ok(&scene.lights);
+    }
+    let none = FrameError::NoSuchLight { index, count: scene.lights.len() };
+    scene.lights.get(index..=index).ok_or(none)
+}
+
+/// The view of lights for the map of settings.
+fn view_of(
+    lights: &[sglow_scene::Light],
+    bounds: &Bounds,
+    settings: &Settings,
+) -> Result<LightView, FrameError> {
+    match lights {
+        [light] if settings.light != Light::Several => Ok(light::view(light, bounds, settings.map)),
+        _ => Ok(light::view_of_all(lights, bounds, settings.map)?),
+    }
 }
 
 /// Whether a package and settings leave in what a scene needs.
@@ -118,7 +160,8 @@ fn check_requirements(
     if package.assumed().is_empty() && settings.assumed.is_empty() {
         return Ok(());
     }
-    let facts = scene.facts_lit_by(light);
+    let several = settings.light == Light::Several;
+    let facts = if several { scene.facts() } else { scene.facts_lit_by(light) };
     let found = needs::missing(&facts, package.assumed());
     if !found.is_empty() {
         let origin = format!("the package {}", package.origin());
@@ -221,11 +264,17 @@ pub struct Renderer<'a> {
     occluder_bytes: Vec<(String, u64)>,
 }
 
-/// Width and height of the shadow map of direct light.
+/// Width and height of the shadow map of direct light, with up to eight faces.
 pub const SHADOW_SIZE: u32 = 2048;
 
+/// The width of a frame's shadow map.
+fn shadow_size(frame: &Indirect) -> u32 {
+    frame.texture(resource::SHADOW_MAP).map_or(SHADOW_SIZE, |texture| texture.width())
+}
+
 impl<'a> Renderer<'a> {
-    /// A renderer of `scene`, lit by its light number `light_index`. The light's kind overrides that of the settings.
+    /// A renderer of `scene`, lit by its light number `light_index`, whose kind overrides that of the settings; or, if that is
+    /// several, by all of its lights.
     ///
     /// # Errors
     ///
@@ -237,16 +286,17 @@ impl<'a> Renderer<'a> {
         settings: &Settings,
         light_index: usize,
     ) -> Result<Self, FrameError> {
-        let Some(light) = scene.lights.get(light_index) else {
-            return Err(FrameError::NoSuchLight { index: light_index, count: scene.lights.len() });
-        };
+        let lights = lights_of(scene, settings, light_index)?;
         check_requirements(package, settings, scene, light_index)?;
         limits::frame(gpu, package, scene, settings)?;
         let mut settings = settings.clone();
-        settings.light = light::kind(light);
+        if settings.light != Light::Several {
+            settings.light = light::kind_of_all(lights);
+        }
+        settings.light_faces = light::faces(lights);
         let bounds = scene.bounds();
         let size = settings.size;
-        let view_of_light = light::view(light, &bounds, settings.map);
+        let view_of_light = view_of(lights, &bounds, &settings)?;
         let (near, far) = scene.camera.planes(&bounds);
         let eye = Vec3::from(scene.camera.position);
         let aspect = size[0] as f32 / size[1] as f32;
@@ -279,7 +329,7 @@ impl<'a> Renderer<'a> {
             eye,
             rsm: surfaces(["rsm_position", "rsm_normal", "rsm_base_color"])?,
             gbuffer: surfaces(["gbuffer_position", "gbuffer_normal", "gbuffer_base_color"])?,
-            shadow_bias: shadow_bias(&view_of_light, settings.map),
+            shadow_bias: shadow_bias(&view_of_light, shadow_size(&frame)),
             bounds,
             light: view_of_light,
             occluder_bytes: occluders
@@ -298,13 +348,26 @@ impl<'a> Renderer<'a> {
     ///
     /// When it is of another kind: the shaders were chosen for the kind.
     pub fn move_light(&mut self, light: &sglow_scene::Light) -> Result<(), FrameError> {
-        let (was, is) = (self.frame.settings().light, light::kind(light));
-        if was != is {
+        self.move_lights(std::slice::from_ref(light))
+    }
+
+    /// The same of all lights.
+    ///
+    /// # Errors
+    ///
+    /// When one light is of another kind, or several have another number of faces.
+    pub fn move_lights(&mut self, lights: &[sglow_scene::Light]) -> Result<(), FrameError> {
+        let settings = self.frame.settings();
+        let (was, is) = (settings.light, light::kind_of_all(lights));
+        if was != is && was != Light::Several {
             return Err(FrameError::AnotherLight { was, is });
         }
-        let size = self.frame.settings().map;
-        self.light = light::view(light, &self.bounds, size);
-        self.shadow_bias = shadow_bias(&self.light, size);
+        let (was, is) = (settings.light_faces, light::faces(lights));
+        if was != is {
+            return Err(FrameError::OtherFaces { was, is });
+        }
+        self.light = view_of(lights, &self.bounds, settings)?;
+        self.shadow_bias = shadow_bias(&self.light, shadow_size(&self.frame));
         Ok(())
     }
 
@@ -346,7 +409,7 @@ impl<'a> Renderer<'a> {
     ) -> Result<(), FrameError> {
         let mut given = self.frame.given(&self.inputs());
         host::camera(&mut given, &self.view);
-        host::shadow(&mut given, self.shadow_bias.depth, self.shadow_bias.normal);
+        host::shadow(&mut given, self.shadow_bias.depth, &self.shadow_bias.faces);
         let (surfaces, emitters) = (self.raster.surfaces(), self.raster.emitters());
         given.draws("surfaces", &surfaces).draws("emitters", &emitters);
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -419,8 +482,8 @@ impl<'a> Renderer<'a> {
     }
 
     /// The biases of the shadow map.
-    pub fn shadow_bias(&self) -> ShadowBias {
-        self.shadow_bias
+    pub fn shadow_bias(&self) -> &ShadowBias {
+        &self.shadow_bias
     }
 
     /// The scene on the device.

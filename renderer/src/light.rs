@@ -1,7 +1,7 @@
-//! A scene's light as passes see it.
+//! A scene's lights as passes see them.
 
 use glam::{DVec3, Vec3};
-use sglow_runtime::light::{LightView, Surroundings};
+use sglow_runtime::light::{LightView, LightsError, Surroundings};
 use sglow_scene::{Bounds, Light, LightKind};
 
 /// The view of a light on a scene with these bounds, for a map of `size` texels squared.
@@ -21,6 +21,31 @@ pub fn view(light: &Light, bounds: &Bounds, size: u32) -> LightView {
         }
         LightKind::Directional => LightView::directional(&around, direction, light.intensity),
         LightKind::Point => LightView::point(&around, position, light.intensity),
+    }
+}
+
+/// The view of several lights in one map.
+///
+/// # Errors
+///
+/// Lights that no map can have together.
+pub fn view_of_all(lights: &[Light], bounds: &Bounds, size: u32) -> Result<LightView, LightsError> {
+    let views: Vec<_> = lights.iter().map(|light| view(light, bounds, size)).collect();
+    LightView::several(&views)
+}
+
+/// The faces of the map of lights: six of a point light, one of another.
+#[must_use]
+pub fn faces(lights: &[Light]) -> u32 {
+    lights.iter().map(|light| if light.kind == LightKind::Point { 6 } else { 1 }).sum()
+}
+
+/// The kind of lights as an axis has it: that of the light if there is one, else several.
+#[must_use]
+pub fn kind_of_all(lights: &[Light]) -> sglow_shaders::Light {
+    match lights {
+        [light] => kind(light),
+        _ => sglow_shaders::Light::Several,
     }
 }
 

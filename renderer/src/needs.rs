@@ -8,9 +8,10 @@ use std::fmt;
 use sglow_graph::Description;
 use sglow_graph::frame::{Frame, Kind, Resource};
 use sglow_shaders::frame::{parameter, part, resource};
-use sglow_shaders::{Density, Space, Visibility};
+use sglow_shaders::{Density, Light, Space, Visibility};
 
-use crate::light::kind;
+use crate::light;
+use sglow_runtime::light::grid;
 use sglow_runtime::package::Assumption;
 use sglow_runtime::settings::Settings;
 use sglow_scene::{Facts, LightKind, Scene};
@@ -89,8 +90,8 @@ pub fn least_limits() -> wgpu::Limits {
     wgpu::Limits::default()
 }
 
-/// What a scene needs, lit by its light number `light` (the first if there is no such light), of the numbers of the
-/// requested settings. What a device with these limits could not do is brought within them: how large things are, the frame
+/// What a scene needs, lit by its light number `light` (the first if there is no such light), or by all if the requested
+/// light is several, of the numbers of the requested settings. What a device with these limits could not do is brought within them: how large things are, the frame
 /// of the `description` says. Settings of which it makes no frame stay as they are; its evaluation says what is wrong.
 pub fn needs(
     description: &Description,
@@ -99,30 +100,43 @@ pub fn needs(
     requested: &Settings,
     limits: &wgpu::Limits,
 ) -> Needs {
-    let mut needs = Needs {
-        facts: scene.facts_lit_by(light),
-        decisions: Vec::new(),
-        settings: requested.clone(),
-    };
-    let light = scene.lights.get(light).or(scene.lights.first());
-    if let Some(light) = light {
-        needs.settings.light = kind(light);
+    let several = requested.light == Light::Several;
+    let facts = if several { scene.facts() } else { scene.facts_lit_by(light) };
+    let mut needs = Needs { facts, decisions: Vec::new(), settings: requested.clone() };
+    let one = scene.lights.get(light..=light).or(scene.lights.get(..1)).unwrap_or_default();
+    let lights = if several { &scene.lights } else { one };
+    let faces = light::faces(lights).max(1);
+    let grid = grid(faces);
+    if let [light, ..] = lights {
+        needs.settings.light = if several { Light::Several } else { light::kind(light) };
+        needs.settings.light_faces = faces;
         let (value, reason) = match light.kind {
+            _ if several => {
+                let [count, columns, rows] = [lights.len() as u32, grid[0], grid[1]];
+                let faces = format!("{faces} faces in a grid of {columns} x {rows}");
+                ("shared", format!("{count} lights share it: {faces}"))
+            }
             LightKind::Spot { .. } => {
-                ("planar", "a spot light sees its cone in one perspective image")
+                ("planar", "a spot light sees its cone in one perspective image".to_owned())
             }
-            LightKind::Directional => {
-                ("planar", "a directional light sees the scene in one orthographic image")
-            }
-            LightKind::Point => {
-                ("deep", "a point light sees all around it: six faces in a grid of 4 x 2")
-            }
+            LightKind::Directional => (
+                "planar",
+                "a directional light sees the scene in one orthographic image".to_owned(),
+            ),
+            LightKind::Point => (
+                "deep",
+                "a point light sees all around it: six faces in a grid of 4 x 2".to_owned(),
+            ),
         };
         needs.note("reflective shadow map", value, reason);
     }
-    let point = light.is_some_and(|light| light.kind == LightKind::Point);
-    size_of_map(&mut needs, description, point, limits);
-    number_of_lights(&mut needs, description, point, limits);
+    size_of_map(&mut needs, description, grid[0], limits);
+    number_of_lights(
+        &mut needs,
+        description,
+        [u64::from(faces), (grid[0] * grid[1]).into()],
+        limits,
+    );
     light_maps(&mut needs, description, limits);
     roughness(&mut needs, scene);
     needs.note(
@@ -133,7 +147,7 @@ pub fn needs(
     needs
 }
 
-fn size_of_map(needs: &mut Needs, description: &Description, point: bool, limits: &wgpu::Limits) {
+fn size_of_map(needs: &mut Needs, description: &Description, columns: u32, limits: &wgpu::Limits) {
     let requested = needs.settings.map;
     let mut most = 1 << limits.max_texture_dimension_2d.max(1).ilog2();
     let mut why =
@@ -141,7 +155,8 @@ fn size_of_map(needs: &mut Needs, description: &Description, point: bool, limits
     let words = limits.max_storage_buffer_binding_size / 4;
     if needs.settings.space == Space::Tree {
         // Of a map of 4 by 4; what a cut keeps is as large as the square of a power of two that holds the map.
-        let small = frame(description, &Settings { map: 4, ..needs.settings.clone() });
+        let small =
+            frame(description, &Settings { map: 4, light: Light::Spot, ..needs.settings.clone() });
         let moments = small.as_ref().and_then(|frame| find(frame, resource::BLOCKS));
         let texel = moments.map_or(1, |blocks| blocks.bytes / 16).max(1);
         let texels = limits.max_storage_buffer_binding_size / texel;
@@ -160,9 +175,9 @@ fn size_of_map(needs: &mut Needs, description: &Description, point: bool, limits
     }
     let mut size = requested.clamp(1, most.max(1));
     let mut reason = if size < requested { why } else { "as requested".to_owned() };
-    if point && !size.is_multiple_of(4) {
-        size = (size / 4).max(1) * 4;
-        reason = format!("{reason}; a multiple of 4, for its faces are tiles of it");
+    if !size.is_multiple_of(columns) {
+        size = (size / columns).max(1) * columns;
+        reason = format!("{reason}; a multiple of {columns}, for its faces are tiles of it");
     }
     needs.settings.map = needs.decide("size of the map", requested, size, reason);
 }
@@ -186,13 +201,12 @@ fn find<'a>(frame: &'a Frame, name: &str) -> Option<&'a Resource> {
 fn number_of_lights(
     needs: &mut Needs,
     description: &Description,
-    point: bool,
+    [faces, tiles]: [u64; 2],
     limits: &wgpu::Limits,
 ) {
     let Settings { lights: requested, map: rsm_size, .. } = needs.settings;
-    // Two of the eight tiles of a point light's map are empty.
-    let texels = u64::from(rsm_size).pow(2);
-    let texels = if point { texels / 8 * 6 } else { texels };
+    // Some tiles are empty: two of the eight of a point light's map.
+    let texels = u64::from(rsm_size).pow(2) / tiles * faces;
     let single = frame(description, &Settings { lights: 1, ..needs.settings.clone() });
     let light = single.as_ref().and_then(|frame| find(frame, resource::VSGLS));
     let light = light.map_or(1, |vsgls| vsgls.bytes.max(1));
@@ -366,9 +380,27 @@ mod tests {
         scene.lights[0].kind = LightKind::Point;
         let requested = Settings { map: 18, ..Settings::default() };
         let needs = needs(&scene, 0, &requested, &limits());
-        assert_eq!(needs.settings.light, sglow_shaders::Light::Point);
+        assert_eq!(needs.settings.light, Light::Point);
         assert_eq!((needs.settings.map, needs.settings.lights), (16, 192));
         assert_eq!(value(&needs, "reflective shadow map").0, "deep");
+    }
+
+    #[test]
+    fn several_lights_share_a_map_of_tiles() {
+        let mut scene = Scene::builtin("cornell").unwrap();
+        let own = scene.lights[0].clone();
+        let kinds = [own.kind, LightKind::Point, LightKind::Directional];
+        scene.lights = kinds.map(|kind| sglow_scene::Light { kind, ..own.clone() }).into();
+        let requested = Settings { map: 18, light: Light::Several, ..Settings::default() };
+        let several = needs(&scene, 0, &requested, &limits());
+        let Settings { light, light_faces, map, lights, .. } = several.settings;
+        assert_eq!((light, light_faces, map, lights), (Light::Several, 8, 16, 256));
+        assert_eq!(value(&several, "reflective shadow map").0, "shared");
+        assert_eq!(several.facts.holds("several_lights"), Some(true));
+        // One of them alone.
+        let one = needs(&scene, 2, &Settings { map: 18, ..Settings::default() }, &limits());
+        assert_eq!((one.settings.light, one.settings.map), (Light::Directional, 18));
+        assert_eq!(one.facts.holds("several_lights"), Some(false));
     }
 
     #[test]

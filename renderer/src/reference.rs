@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::variants::Variants as _;
 use glam::Vec3;
 use sglow_oracle::brdf;
-use sglow_oracle::light::{Light, LightKind};
+use sglow_oracle::light::{Light, LightKind, Lights};
 use sglow_oracle::rsm;
 use sglow_oracle::shade::{Model, Reflected};
 use sglow_oracle::surface::SurfaceTexel;
@@ -42,8 +42,35 @@ pub fn vector(value: impl Into<Vec3>) -> Vector3 {
     Vector3::new(f64::from(value.x), f64::from(value.y), f64::from(value.z))
 }
 
-/// The light, by the numbers in its uniform.
+/// The lights of a view, by the numbers in their uniforms.
+#[derive(Clone, Debug)]
+pub struct MapLights {
+    /// Each of them.
+    pub each: Vec<Light>,
+    shared: bool,
+}
+
+impl MapLights {
+    /// Those of a view.
+    pub fn of(view: &LightView) -> Self {
+        let each = view.each().iter().map(|of| light(of, of.kind)).collect();
+        Self { each, shared: view.kind == LightAxis::Several }
+    }
+
+    /// As the oracle takes the lights of a map.
+    pub fn of_map(&self) -> Lights<'_> {
+        match &self.each[..] {
+            [light] if !self.shared => Lights::One(light),
+            lights => Lights::Several(lights),
+        }
+    }
+}
+
+/// The light, by the numbers in its uniform; of several the first.
 pub fn light(view: &LightView, kind: LightAxis) -> Light {
+    if let [first, ..] = &view.lights[..] {
+        return light(first, first.kind);
+    }
     let uniform = &view.uniform;
     Light {
         kind: match kind {
@@ -55,7 +82,8 @@ pub fn light(view: &LightView, kind: LightAxis) -> Light {
             LightAxis::Directional => {
                 LightKind::Directional { half_extent: f64::from(uniform.half_extent) }
             }
-            LightAxis::Point => LightKind::Point,
+            // Several are taken apart before.
+            LightAxis::Point | LightAxis::Several => LightKind::Point,
             LightAxis::Camera => LightKind::Camera,
         },
         position: vector(uniform.position),
@@ -371,8 +399,8 @@ pub fn counted_facets(
     counted: impl Fn([usize; 2]) -> f64,
 ) -> TexelFacets {
     let size = [settings.map as usize; 2];
-    let light = light(view, settings.light);
-    TexelFacets::of_counted_map(&light, &texels(rsm), size, ndf(settings.ndf), counted)
+    let lights = MapLights::of(view);
+    TexelFacets::of_counted_map(lights.of_map(), &texels(rsm), size, ndf(settings.ndf), counted)
 }
 
 /// Reports how many of `total` pixels are done: threads report out of order, progress only grows.

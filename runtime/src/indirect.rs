@@ -5,6 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::Vec3;
 use sglow_graph::Configuration;
+use sglow_shaders::Light;
 use sglow_shaders::frame::{input, part, resource};
 use thiserror::Error;
 
@@ -48,7 +49,7 @@ pub struct Inputs<'a> {
     pub rsm: SurfaceViews<'a>,
     /// The camera's G-buffer, of the picture's size.
     pub gbuffer: SurfaceViews<'a>,
-    /// The light and its map.
+    /// The light and its map; of several lights [`LightView::several`].
     pub light: &'a LightView,
     /// The camera's position, relative to [`crate::light::Surroundings::origin`].
     pub eye: Vec3,
@@ -185,12 +186,17 @@ impl Indirect {
         timer: Option<&mut (dyn PassTimer + '_)>,
     ) -> Result<(), IndirectError> {
         self.occluders.check(&self.settings)?;
-        let (LightView { kind, map, .. }, settings) = (inputs.light, &self.settings);
-        if (*kind, *map) != (settings.light, settings.map) {
+        let (LightView { kind, map, faces, .. }, settings) = (inputs.light, &self.settings);
+        let Settings { light, map: own_map, light_faces, .. } = settings;
+        if (kind, map) != (light, own_map) {
             let found = format!("a {kind} light for a map of {map} texels");
-            let Settings { light, map, .. } = settings;
-            let expected = format!("that of the settings: light={light},map={map}");
+            let expected = format!("that of the settings: light={light},map={own_map}");
             return Err(Faults::of("the light", found, expected).into());
+        }
+        if *kind == Light::Several && faces.len() != *light_faces as usize {
+            let found = format!("{} lights with {} faces", inputs.light.lights.len(), faces.len());
+            let expected = format!("as many faces as light_faces of the settings: {light_faces}");
+            return Err(Faults::of("the lights", found, expected).into());
         }
         Ok(self.executor().encode(encoder, &self.given(inputs), timer)?)
     }

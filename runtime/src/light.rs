@@ -1,36 +1,78 @@
-//! The image that a light's reflective shadow map is: its projection, and what the shaders know of the light.
+//! The image that the reflective shadow map of a light is, or of several: its projections, and what the shaders know of the
+//! lights.
 
 use glam::camera::rh::proj::directx::orthographic;
 use glam::camera::rh::view::look_to_mat4;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use sglow_shaders::frame::input;
 use sglow_shaders::{Light, SglowLight};
+use thiserror::Error;
 
 use crate::execute::{Input, Inputs};
 use crate::host;
+
+/// Faces that the map of several lights has at most: the maximum of the parameter `light_faces`.
+pub const MAXIMUM_FACES: usize = 64;
+
+/// Lights that no map can have together.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum LightsError {
+    /// There are none.
+    #[error("no light is given; expected at least one")]
+    None,
+    /// None of them sends light.
+    #[error("none of {count} lights has power: give at least one of them a positive intensity")]
+    Dark {
+        /// How many there are.
+        count: usize,
+    },
+    /// Their map has too many faces.
+    #[error(
+        "{lights} lights have {faces} faces, 6 of a point light and 1 of another; one map has at most {MAXIMUM_FACES}: use fewer \
+         lights"
+    )]
+    TooMany {
+        /// How many lights there are.
+        lights: usize,
+        /// The faces of their maps.
+        faces: usize,
+    },
+    /// They are of several lights already, or for other surroundings than the first.
+    #[error("light {index} is {found}; expected a single light for the surroundings of light 0")]
+    Apart {
+        /// Its number, from 0 on.
+        index: usize,
+        /// What it is.
+        found: String,
+    },
+}
 
 /// One face of a light's map.
 #[derive(Clone, Copy, Debug)]
 pub struct Face {
     /// From positions relative to the light's to clip space.
     pub clip_from_light: Mat4,
+    /// Unit axes of its image: to the right, up, and into the scene.
+    pub axes: [Vec3; 3],
     /// The face's rectangle in the map: left, top, width, height, each as a share of the map.
     pub tile: [f32; 4],
 }
 
-/// A light as it is seen by the passes.
+/// A light, or several, as passes see them.
 #[derive(Clone, Debug)]
 pub struct LightView {
     /// Its kind.
     pub kind: Light,
     /// Width and height of its map in texels.
     pub map: u32,
-    /// The light's uniform; the position of a directional light lies in the image's plane.
+    /// The light's uniform; the position of a directional light lies in the image's plane. Of several lights that of the first.
     pub uniform: SglowLight,
-    /// The light's position with w = 1, or the direction towards it with w = 0.
+    /// The light's position with w = 1, or the direction towards it with w = 0. Of several lights that of the first.
     pub eye: Vec4,
-    /// One face, or the six of a point light in the order +x, -x, +y, -y, +z, -z.
+    /// One face, or the six of a point light in the order +x, -x, +y, -y, +z, -z; of several lights those of each in turn.
     pub faces: Vec<Face>,
+    /// Several lights, each as it is by itself; nothing of one.
+    pub lights: Vec<LightView>,
     /// What the moments' positions are relative to: the middle of the scene, itself relative to [`Surroundings::origin`].
     pub origin: Vec3,
     /// The least positional variance of a virtual light: that of a square as large as a texel of the map, at the
@@ -42,6 +84,8 @@ pub struct LightView {
     pub power_unit: f32,
     /// What lies within this distance of a virtual light does not occlude it, in world units.
     pub least_near: f32,
+    /// The power of the brightest photon that the light can give a texel of its map.
+    brightest: f64,
 }
 
 /// Forward and up of the six faces of a point light's map.
@@ -125,8 +169,9 @@ impl LightView {
         let near = (away - radius).max(far * 1e-4);
         let half_extent = radius * 1.001;
         let eye = if is_directional { (-forward).extend(0.0) } else { position.extend(1.0) };
-        let face = |projection: Mat4, (forward, up), tile| Face {
+        let face = |projection: Mat4, (forward, up): (Vec3, Vec3), tile| Face {
             clip_from_light: projection * look_to_mat4(Vec3::ZERO, forward, up),
+            axes: [forward.cross(up), up, forward],
             tile,
         };
         let frustum = perspective(tan_half_angle, 1.0, near, far);
@@ -145,7 +190,7 @@ impl LightView {
                 let faces = faces.map(|(index, axes)| face(frustum, axes, tile(index)));
                 (faces.collect(), 2.0 * tan_half_angle * radius, 4.0 * 8.0)
             }
-            Light::Spot | Light::Camera => {
+            Light::Spot | Light::Camera | Light::Several => {
                 let angle = 4.0 * f64::from(tan_half_angle).powi(2);
                 (vec![face(frustum, (forward, up), whole)], 2.0 * tan_half_angle * radius, angle)
             }
@@ -170,21 +215,118 @@ impl LightView {
             },
             eye,
             faces,
+            lights: Vec::new(),
             origin,
             minimum_variance: host::minimum_variance(width / size as f32),
             power_unit: host::power_unit(brightest),
             least_near: host::least_near(around.radius),
+            brightest,
         }
+    }
+
+    /// Several lights in one map, of kinds that may differ: a grid of equal tiles, one for each face. The lights are made for
+    /// the same surroundings, each as if it were alone.
+    ///
+    /// # Errors
+    ///
+    /// No light, none with power, more faces than a map can have, or a light that does not fit the first.
+    pub fn several(lights: &[Self]) -> Result<Self, LightsError> {
+        let first = lights.first().ok_or(LightsError::None)?;
+        let around = |light: &Self| (light.map, light.origin, light.least_near);
+        for (index, light) in lights.iter().enumerate() {
+            if light.kind == Light::Several {
+                return Err(LightsError::Apart { index, found: "several lights".to_owned() });
+            }
+            if around(light) != around(first) {
+                let found = format!("for another scene, or for a map of {} texels", light.map);
+                return Err(LightsError::Apart { index, found });
+            }
+        }
+        let count = lights.len();
+        if !lights.iter().any(|light| light.uniform.intensity.iter().any(|&channel| channel > 0.0))
+        {
+            return Err(LightsError::Dark { count });
+        }
+        let faces: usize = lights.iter().map(|light| light.faces.len()).sum();
+        if faces > MAXIMUM_FACES {
+            return Err(LightsError::TooMany { lights: count, faces });
+        }
+        let grid @ [columns, rows] = grid(faces as u32);
+        let tile = |number: usize| {
+            let [across, down] = [number as u32 % columns, number as u32 / columns];
+            let [width, height] = grid.map(|side| 1.0 / side as f32);
+            [across as f32 * width, down as f32 * height, width, height]
+        };
+        let all = lights.iter().flat_map(|light| &light.faces);
+        let faces = all.enumerate().map(|(number, face)| Face { tile: tile(number), ..*face });
+        // Texels are wider, and brighter, than those of a map of one light.
+        let variance = |light: &Self| light.minimum_variance * light.widened(columns).powi(2);
+        let brightest = |light: &Self| {
+            let [own_columns, own_rows] = light.grid();
+            light.brightest * f64::from(columns * rows) / f64::from(own_columns * own_rows)
+        };
+        let brightest = lights.iter().map(brightest).fold(0.0, f64::max);
+        let minimum_variance = lights.iter().map(variance).fold(f32::INFINITY, f32::min);
+        Ok(Self {
+            kind: Light::Several,
+            faces: faces.collect(),
+            lights: lights.to_vec(),
+            minimum_variance,
+            power_unit: host::power_unit(brightest),
+            brightest,
+            ..first.clone()
+        })
+    }
+
+    /// Columns and rows of the tiles of the map.
+    pub fn grid(&self) -> [u32; 2] {
+        grid(self.faces.len() as u32)
+    }
+
+    /// How many times wider a texel is than by itself, for a light among several whose map has so many columns.
+    pub fn widened(&self, columns: u32) -> f32 {
+        columns as f32 / self.grid()[0] as f32
+    }
+
+    /// Each light, one of them by itself.
+    pub fn each(&self) -> &[Self] {
+        if self.lights.is_empty() { std::slice::from_ref(self) } else { &self.lights }
+    }
+
+    /// The light of each face, with the axes of the face; those of a point light have no other cone than their image.
+    pub fn face_lights(&self) -> Vec<SglowLight> {
+        let of_light = |light: &Self| {
+            let half_extent =
+                if light.kind == Light::Directional { light.uniform.half_extent } else { 0.0 };
+            let uniform = SglowLight { half_extent, ..light.uniform };
+            let of_face = |face: &Face| {
+                let [right, up, forward] = face.axes.map(|axis| axis.to_array());
+                SglowLight { right, up, forward, ..uniform }
+            };
+            light.faces.iter().map(of_face).collect::<Vec<_>>()
+        };
+        self.each().iter().flat_map(of_light).collect()
     }
 
     /// Gives a frame the light and what follows from it.
     pub fn give(&self, inputs: &mut Inputs<'_>) {
+        let faces = || self.each().iter().flat_map(|light| light.faces.iter().map(move |_| light));
+        let eyes = faces().flat_map(|light| light.eye.to_array()).collect();
+        let origins = faces().flat_map(|light| light.uniform.position).collect();
         let matrices = self.faces.iter().flat_map(|face| face.clip_from_light.to_cols_array());
+        let mut matrices: Vec<f32> = matrices.collect();
         uniform(inputs, input::LIGHT, &self.uniform);
+        if self.kind == Light::Several {
+            let mut lights: Vec<f32> = self.face_lights().iter().flat_map(numbers).collect();
+            lights.resize(MAXIMUM_FACES * numbers(&self.uniform).len(), 0.0);
+            matrices.resize(MAXIMUM_FACES * 16, 0.0);
+            inputs.set(input::FACE_LIGHTS, Input::F32(lights));
+        }
         inputs
             .set(input::LIGHT_EYE, self.eye.to_array())
-            .set(input::LIGHT_ORIGIN, self.uniform.position)
-            .set(input::LIGHT_CLIP_FROM_VIEW, Input::F32(matrices.collect()))
+            .set(input::FACE_EYE, Input::F32(eyes))
+            .set(input::FACE_ORIGIN, Input::F32(origins))
+            .set(input::LIGHT_CLIP_FROM_VIEW, Input::F32(matrices))
             .set(input::ORIGIN, self.origin.to_array())
             .set(input::MINIMUM_VARIANCE, self.minimum_variance)
             .set(input::POWER_UNIT, self.power_unit)
@@ -198,6 +340,33 @@ pub fn eye_at(inputs: &mut Inputs<'_>, eye: Vec3) {
     // As a light that sends importance: its position alone counts.
     let light = SglowLight { position: eye.into(), ..bytemuck::Zeroable::zeroed() };
     uniform(inputs, input::CAMERA_LIGHT, &light);
+}
+
+/// Columns and rows of the tiles of a map of so many faces: as near to a square as powers of two allow.
+#[must_use]
+pub fn grid(faces: u32) -> [u32; 2] {
+    let bits = faces.max(1).next_power_of_two().ilog2();
+    [1 << bits.div_ceil(2), 1 << (bits / 2)]
+}
+
+/// The numbers of a light, member by member.
+fn numbers(light: &SglowLight) -> [f32; 19] {
+    let mut all = [0.0; 19];
+    let parts: [&[f32]; 9] = [
+        &light.position,
+        &[light.tan_half_angle],
+        &light.right,
+        &[light.half_extent],
+        &light.up,
+        &[light.cone_scale],
+        &light.forward,
+        &[light.cone_offset],
+        &light.intensity,
+    ];
+    for (to, from) in all.iter_mut().zip(parts.into_iter().flatten()) {
+        *to = *from;
+    }
+    all
 }
 
 fn uniform(inputs: &mut Inputs<'_>, name: &'static str, light: &SglowLight) {

@@ -41,6 +41,8 @@ sglow_shaders::settings! {
     pub struct Settings {
         /// Width and height of the picture in pixels.
         pub size: [u32; 2] = [640, 360],
+        /// With light several the number of the faces of the lights' map: six of a point light, one of another.
+        pub light_faces: u32 = 1,
         /// Draws every surface with the variant that can do everything, whether it needs it or not: what the result of
         /// leaving things out is compared with.
         pub complete: bool = false,
@@ -144,9 +146,14 @@ impl Settings {
             parameters: Self::PARAMETERS.iter().filter_map(number).collect(),
             ..Configuration::default()
         };
-        for (name, side) in [parameter::WIDTH, parameter::HEIGHT].into_iter().zip(self.size) {
-            let side = description::Number::Whole(side.into());
-            configuration.parameters.insert(name.to_owned(), side);
+        let [width, height] = self.size;
+        for (name, number) in [
+            (parameter::WIDTH, width),
+            (parameter::HEIGHT, height),
+            (parameter::LIGHT_FACES, self.light_faces),
+        ] {
+            let number = description::Number::Whole(number.into());
+            configuration.parameters.insert(name.to_owned(), number);
         }
         for (name, setting) in self.others.clone() {
             match setting {

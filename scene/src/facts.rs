@@ -165,7 +165,7 @@ impl Scene {
     }
 
     /// What the scene holds, for the rules that turn facts into needs, with what shows it: `cutout`, `detailed`,
-    /// `directional_light`, `emissive`, `occluders`, `point_light`, `specular`, `spot_light`, `textured`.
+    /// `directional_light`, `emissive`, `occluders`, `point_light`, `several_lights`, `specular`, `spot_light`, `textured`.
     ///
     /// A fact that could be either way holds: what follows is that nothing is left out for it.
     pub fn facts(&self) -> Facts {
@@ -245,6 +245,11 @@ impl Scene {
             ),
             Fact { name: "occluders", holds: occlusion.possible, evidence: occlusion.evidence },
             light("point_light", "a point", |kind| matches!(kind, LightKind::Point)),
+            Fact {
+                name: "several_lights",
+                holds: lights.len() > 1,
+                evidence: format!("it is lit by {}", count(lights.len(), "light")),
+            },
             material(
                 "specular",
                 |traits| traits.specular,
@@ -361,11 +366,12 @@ mod tests {
         let mut scene = scene(Material::diffuse("grey", [0.5; 3]), &[]);
         scene.lights.push(Light { kind: LightKind::Point, ..scene.lights[0].clone() });
         let lights = |facts: &Facts| {
-            ["spot_light", "point_light"].map(|fact| facts.holds(fact).unwrap_or_default())
+            ["spot_light", "point_light", "several_lights"]
+                .map(|fact| facts.holds(fact).unwrap_or_default())
         };
-        assert_eq!(lights(&scene.facts()), [true, true]);
-        assert_eq!(lights(&scene.facts_lit_by(0)), [true, false]);
-        assert_eq!(lights(&scene.facts_lit_by(1)), [false, true]);
+        assert_eq!(lights(&scene.facts()), [true, true, true]);
+        assert_eq!(lights(&scene.facts_lit_by(0)), [true, false, false]);
+        assert_eq!(lights(&scene.facts_lit_by(1)), [false, true, false]);
     }
 
     #[test]

@@ -16,7 +16,8 @@ use sglow_scene::LightKind;
 use sglow_shaders::{Draw, Light, Lobes, Precision, Sharpness, Space, SpecularPower, Variance};
 
 use crate::common::{
-    Comparison, DensityTexture, KINDS, Uploaded, broken, gpu, light, random_surfaces, whole_space,
+    Comparison, DensityTexture, KINDS, Uploaded, broken, gpu, light, lights, random_surfaces,
+    whole_space,
 };
 use crate::part::clusters::{ClusterInputs, ClusterSettings, Clusters, sorted};
 
@@ -37,6 +38,7 @@ fn case(name: &'static str, size: [u32; 2], count: u32, space: Space) -> Case {
         draw: Draw::Warped,
         space,
         light: Light::Spot,
+        grid: [1, 1],
         variance: Variance::Trace,
         sharpness: Sharpness::Exact,
         lobes: Lobes::Both,
@@ -65,7 +67,8 @@ impl Run {
         let mut clusters = Clusters::new(package, &case.settings).unwrap();
         let density = DensityTexture::new(size, case.stress, 5);
         let map = Uploaded::new(&case.surfaces, size);
-        let light = light(case.kind, size[0]);
+        let several = case.settings.light == Light::Several;
+        let light = if several { lights(size[0]) } else { light(case.kind, size[0]) };
         let inputs =
             ClusterInputs { map: map.views(), light: &light, density: &density.view, chains: None };
         clusters.run(&inputs).unwrap();
@@ -153,12 +156,13 @@ impl Run {
 
     /// The lights against sums of the texels that the device assigned, one by one and all together.
     fn compare_lights(&self) -> Comparison {
-        let ClusterSettings { size, count, specular_power, light, .. } = self.case.settings;
+        let ClusterSettings { size, count, specular_power, .. } = self.case.settings;
         let texels: Vec<SurfaceTexel<Bounded>> = reference::texels(&self.case.surfaces);
+        let lights = reference::MapLights::of(&self.light);
         let map = Map {
             texels: &texels,
             size: size.map(|side| side as usize),
-            light: &reference::light(&self.light, light),
+            light: lights.of_map(),
             origin: reference::vector(self.light.origin),
             minimum_variance: f64::from(self.light.minimum_variance),
             emission: self.emission(),
@@ -264,6 +268,24 @@ fn all_lights_and_lobes_agree_with_the_oracle() {
         // Negative control: they are other lights.
         run.case.settings.specular_power = SpecularPower::F0;
         run.compare_lights().assert_fails("another specular power");
+    }
+}
+
+/// The texels of several lights' maps, those of one light and those of another in one cluster.
+#[test]
+fn several_lights_agree_with_the_oracle() {
+    for space in [Space::Image, Space::World] {
+        let mut case = case("several lights", [40, 24], 60, space);
+        (case.settings.light, case.settings.grid) = (Light::Several, [4, 2]);
+        let run = Run::new(&case, whole_space());
+        run.compare_lights().assert_holds(&format!("clusters of several lights, {space}"));
+        let id = "cluster_sum-several-trace-exact-both-f0";
+        for (from, to, what) in [
+            ("face_lights[at.face]", "face_lights[0]", "the first light alone"),
+            ("light.half_extent > 0.0", "light.half_extent > 1e9", "a directional light as a spot"),
+        ] {
+            Run::new(&case, &broken(id, from, to)).compare_lights().assert_fails(what);
+        }
     }
 }
 

@@ -180,6 +180,11 @@ pub(crate) fn light(kind: LightKind, size: u32) -> LightView {
     sglow_renderer::light::view(&light, &Bounds::around(corners), size)
 }
 
+/// A light of each kind in one map, with eight faces.
+pub(crate) fn lights(size: u32) -> LightView {
+    LightView::several(&KINDS.map(|kind| light(kind, size))).unwrap()
+}
+
 /// The kinds of lights.
 pub(crate) const KINDS: [LightKind; 3] =
     [LightKind::Spot { inner: 0.3, outer: 0.9 }, LightKind::Directional, LightKind::Point];
@@ -350,17 +355,16 @@ pub(crate) struct Run {
 
 impl Run {
     pub(crate) fn new(settings: &Settings, kind: LightKind, package: &Package, seed: u64) -> Self {
+        Self::lit(settings, light(kind, settings.map), package, seed)
+    }
+
+    /// The same of a light, or of several.
+    pub(crate) fn lit(settings: &Settings, light: LightView, package: &Package, seed: u64) -> Self {
         let gpu = gpu();
         let rsm = random_surfaces([settings.map; 2], seed);
         let gbuffer = random_surfaces(settings.size, seed + 1);
         let indirect = indirect(settings, package);
-        let run = Self {
-            indirect,
-            light: light(kind, settings.map),
-            rsm,
-            gbuffer,
-            eye: Vec3::new(0.5, 1.8, 3.0),
-        };
+        let run = Self { indirect, light, rsm, gbuffer, eye: Vec3::new(0.5, 1.8, 3.0) };
         let rsm = Uploaded::new(&run.rsm, [settings.map; 2]);
         let gbuffer = Uploaded::new(&run.gbuffer, settings.size);
         let inputs =

@@ -7,7 +7,7 @@ use sglow_oracle::cut::key::UNLIT;
 use sglow_oracle::vsgl::{Vsgl, packed};
 use sglow_shaders::{Light, Lobes, Precision, Sharpness, SpecularPower, Variance};
 
-use crate::common::{KINDS, broken, light, whole_space};
+use crate::common::{KINDS, broken, light, lights, whole_space};
 use crate::part::cut::Cut;
 use run::{Case, PARTS, Part, Run, case};
 
@@ -86,6 +86,35 @@ fn all_lights_and_lobes_agree_with_the_oracle() {
             (case.settings.sharpness, case.settings.variance) = (sharpness, variance);
             case.settings.diffuse_mean_length = 2.0 / 3.0;
             Run::new(&case, whole_space()).assert_holds();
+        }
+    }
+}
+
+/// The texels of several maps in one tree.
+#[test]
+fn several_lights_agree_with_the_oracle() {
+    for (size, specular_power) in [
+        ([40, 24], SpecularPower::F0),
+        ([32, 32], SpecularPower::F0),
+        ([40, 24], SpecularPower::Albedo),
+    ] {
+        let mut case = case("several lights", size, 60);
+        case.light = lights(size[0]);
+        let settings = &mut case.settings;
+        (settings.light, settings.grid) = (Light::Several, case.light.grid());
+        settings.specular_power = specular_power;
+        let run = Run::new(&case, whole_space());
+        run.assert_holds();
+        assert!(run.lost_power() < 1e-4, "{}", run.lost_power());
+        if specular_power == SpecularPower::F0 {
+            let id = "cut_leaves-several-both-f0-exact";
+            for (from, to) in [
+                ("tile.y * grid.x + tile.x", "tile.y * grid.x"),
+                ("light.half_extent > 0.0", "light.half_extent > 1e9"),
+            ] {
+                let broken = Run::new(&case, &broken(id, from, to));
+                assert!(!broken.holds(Part::Blocks), "{to} goes unnoticed");
+            }
         }
     }
 }

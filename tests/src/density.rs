@@ -12,7 +12,7 @@ use sglow_runtime::settings::Settings;
 use sglow_scene::LightKind;
 use sglow_shaders::{Density, Light, Lobes, Precision, SpecularPower};
 
-use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
+use crate::common::{Comparison, KINDS, Run, broken, gpu, lights, small, whole_space};
 
 fn kind(kind: LightKind) -> Light {
     match kind {
@@ -50,7 +50,7 @@ fn compare(run: &Run) -> Comparison {
     let moments: Vec<Moments<Bounded>> =
         reference::moments(gpu(), &run.indirect, &run.light, 0).unwrap();
     let camera: Vec<Vsgl<Bounded>> = reference::camera_lights(gpu(), &run.indirect).unwrap();
-    let light = reference::light(&run.light, settings.light);
+    let lights = reference::MapLights::of(&run.light);
     let lobes = reference::lobes(settings.lobes);
     let specular_power = reference::specular_power(settings.specular_power());
     let surfaces: Vec<SurfaceTexel<Bounded>> = reference::texels(&run.rsm);
@@ -61,7 +61,9 @@ fn compare(run: &Run) -> Comparison {
             Density::Power => weight,
             Density::Reflectance => density::reflectance(surface, lobes),
             Density::Bidirectional => {
-                let (towards, _) = light.towards(surface.position);
+                let at = [index % size[0], index / size[0]];
+                let of = lights.of_map().at(at, size).unwrap();
+                let (towards, _) = of.light.towards(surface.position);
                 let camera = camera.iter().copied();
                 let emitter = reference::emitter(settings.emitter);
                 density::bidirectional(
@@ -129,6 +131,21 @@ fn agrees_with_the_oracle() {
                 compare(&run).assert_holds(&format!("density {density}, {lobes}, {precision}"));
             }
         }
+    }
+}
+
+/// Each texel is weighed by what it reflects towards the light of its own face.
+#[test]
+fn the_incidence_is_that_of_each_face() {
+    for precision in Precision::ALL {
+        let own = settings(Density::Bidirectional, Lobes::Both);
+        let settings = Settings { light: Light::Several, light_faces: 8, precision, ..own };
+        let run = Run::lit(&settings, lights(settings.map), whole_space(), 6);
+        compare(&run).assert_holds(&format!("density of several lights, {precision}"));
+        let id = "density-bidirectional-cosine-both-f0-each";
+        let package = broken(id, "face_lights[face]", "face_lights[0]");
+        let run = Run::lit(&settings, lights(settings.map), &package, 6);
+        compare(&run).assert_fails("the first light alone");
     }
 }
 

@@ -368,7 +368,7 @@ fn lists_of_draws_that_are_left_out_are_named() {
     let mut inputs = inputs(&renderer);
     sglow_renderer::host::camera(&mut inputs, renderer.view());
     let bias = renderer.shadow_bias();
-    sglow_renderer::host::shadow(&mut inputs, bias.depth, bias.normal);
+    sglow_renderer::host::shadow(&mut inputs, bias.depth, &bias.faces);
     let left_out = executor.encode(&mut encoder, &inputs, None).unwrap_err().to_string();
     assert_eq!(
         left_out,

@@ -41,7 +41,7 @@ fn settings_that_cannot_be_are_told_all_at_once() {
         "`height` is 1000000",
         "`map` is 0; expected a whole number, at least 1",
         "`camera_lights` is 0",
-        "light: spot, directional or point",
+        "light: spot, directional, point or several",
         "`lights` is 0",
         "`size_factor` is NaN",
         "`iterations` is 25; expected a whole number, at least 1, at most 24",

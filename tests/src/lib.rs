@@ -82,6 +82,8 @@ mod pruning;
 #[cfg(test)]
 mod reliability;
 #[cfg(test)]
+mod several;
+#[cfg(test)]
 mod shade;
 #[cfg(test)]
 mod stress;

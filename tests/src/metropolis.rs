@@ -191,6 +191,7 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
         draw: Draw::Metropolis,
         space: Space::Image,
         light: Light::Spot,
+        grid: [1, 1],
         variance: Variance::Trace,
         sharpness: Sharpness::Exact,
         lobes: Lobes::Both,

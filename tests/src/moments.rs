@@ -11,7 +11,7 @@ use sglow_runtime::settings::Settings;
 use sglow_scene::LightKind;
 use sglow_shaders::{Emitter, Light, Lobes, Precision, Sharpness, SpecularPower};
 
-use crate::common::{Comparison, KINDS, Run, broken, gpu, small, whole_space};
+use crate::common::{Comparison, KINDS, Run, broken, gpu, lights, small, whole_space};
 
 fn settings(kind: LightKind, lobes: Lobes) -> Settings {
     let light = match kind {
@@ -22,19 +22,24 @@ fn settings(kind: LightKind, lobes: Lobes) -> Settings {
     Settings { light, lobes, ..small() }
 }
 
+fn several(lobes: Lobes, precision: Precision) -> Settings {
+    Settings { light: Light::Several, light_faces: 8, lobes, precision, ..small() }
+}
+
 fn compare(run: &Run) -> Comparison {
     let settings = run.indirect.settings();
     let measured: Vec<Moments> = reference::moments(gpu(), &run.indirect, &run.light, 0).unwrap();
     let size = settings.map as usize;
-    let light = reference::light(&run.light, settings.light);
+    let lights = reference::MapLights::of(&run.light);
     let lobes = reference::lobes(settings.lobes);
     let origin = Vector3::constant(reference::vector(run.light.origin));
     let texels: Vec<SurfaceTexel<Bounded>> = reference::texels(&run.rsm);
     let mut comparison = Comparison::default();
     for (index, texel) in texels.iter().enumerate() {
         let at = [index % size, index / size];
-        let power: Vector3<Bounded> = light.photon_power(at, [size; 2]);
-        let (towards, _) = light.towards(texel.position);
+        let of = lights.of_map().at(at, [size; 2]).unwrap();
+        let power: Vector3<Bounded> = of.light.photon_power(of.texel, of.size);
+        let (towards, _) = of.light.towards(texel.position);
         let texel = reference::specular_power(settings.specular_power()).reflecting(texel, towards);
         let mut expected: Moments<Bounded> =
             rsm::moments(&texel, power, towards, origin, &reference::emission(settings));
@@ -62,6 +67,26 @@ fn agree_with_the_oracle() {
                 compare(&run).assert_holds(&what);
             }
         }
+    }
+}
+
+#[test]
+fn of_several_lights_agree_with_the_oracle() {
+    for lobes in [Lobes::Diffuse, Lobes::Both] {
+        for precision in Precision::ALL {
+            let settings = several(lobes, precision);
+            let run = Run::lit(&settings, lights(settings.map), whole_space(), 1);
+            compare(&run).assert_holds(&format!("several lights, lobes {lobes}, {precision}"));
+        }
+    }
+    let settings = several(Lobes::Both, Precision::F32);
+    for (from, to, what) in [
+        ("tile.y * grid.x + tile.x", "tile.y * grid.x", "one light for a row of tiles"),
+        ("texel - tile * tile_size", "texel", "a texel of the whole map"),
+        ("light.half_extent > 0.0", "light.half_extent > 1e9", "a directional light as a spot"),
+    ] {
+        let package = broken("moments-several-both-f0-exact-f32", from, to);
+        compare(&Run::lit(&settings, lights(settings.map), &package, 1)).assert_fails(what);
     }
 }
 

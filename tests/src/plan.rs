@@ -57,6 +57,11 @@ fn many() -> Vec<Settings> {
             }
         }
     }
+    let light = Light::Several;
+    for density in Density::ALL {
+        all.push(Settings { light, density, ..plain() });
+    }
+    all.push(Settings { light, space: Space::Tree, ..plain() });
     for space in [Space::Image, Space::World] {
         for count in [1, 1100] {
             all.push(Settings { space, lights: count, lobes: Lobes::Diffuse, ..plain() });

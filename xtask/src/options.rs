@@ -86,7 +86,7 @@ pub(crate) struct Choice {
     /// frame of it runs
     #[arg(long)]
     pub(crate) all: bool,
-    /// The scene's light that is used, counted from 0 [default: the one with the most power]
+    /// The one light of the scene that is used, counted from 0 [default: all of them]
     #[arg(long, value_name = "NUMBER", requires = "scene")]
     pub(crate) light: Option<usize>,
     #[command(flatten)]
@@ -138,7 +138,7 @@ pub(crate) struct Numbers {
     /// K, the size of kernels relative to their share of the density [default: the preset's or the scene's]
     #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = parse::factor)]
     pub(crate) size_factor: Option<f32>,
-    /// The scene's light that is used, counted from 0 [default: the one with the most power]
+    /// The one light of the scene that is used, counted from 0 [default: all of them]
     #[arg(long, value_name = "NUMBER")]
     pub(crate) light: Option<usize>,
     /// The GPU whose name contains this [default: the most capable one]

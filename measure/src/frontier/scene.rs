@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sglow_renderer::light::kind;
+use sglow_renderer::light::kind_of_all;
 use sglow_results::frontier::document::{Configuration, Pictures, Radiance, SceneReport};
 use sglow_results::frontier::rank;
 use sglow_results::progress::Progress;
@@ -44,7 +44,7 @@ pub fn scene(
         SceneReport {
             scene: subject.scene.name.clone(),
             triangles: subject.scene.triangle_count(),
-            light: kind(&subject.scene.lights[0]).to_string(),
+            light: kind_of_all(&subject.scene.lights).to_string(),
             size: base.size,
             rsm_size: base.map,
             lights: base.lights,

@@ -85,7 +85,7 @@ pub struct Subject<'a> {
     pub gpu: &'a Gpu,
     /// The shaders.
     pub package: &'a Package,
-    /// The scene; its light number 0 shines.
+    /// The scene, with the lights that are used.
     pub scene: &'a Scene,
     /// What the scene gets if nobody chooses.
     pub base: Settings,

@@ -12,7 +12,7 @@ use sglow_oracle::path::Paths;
 use sglow_oracle::{metrics, surface};
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{FrameError, Pixels, Renderer, Surfaces, occluders};
-use sglow_renderer::reference::path::{SceneMaterials, facets};
+use sglow_renderer::reference::path::{SceneMaterials, facets, of_each_light};
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::variants::Variants as _;
 use sglow_renderer::{readback, reference};
@@ -127,7 +127,7 @@ fn shares(one: &Settings, other: &Settings) -> bool {
     drawn_by(one) == drawn_by(other)
 }
 
-/// Moves the first light of a scene and follows every contender. The density of the first one is computed once for all
+/// Moves the first light of a scene, while others stay, and follows every contender. The density of the first one is computed once for all
 /// that draw by the same.
 ///
 /// `progress` receives the number of frames that are done.
@@ -147,11 +147,11 @@ pub fn flicker(
         return Ok(Flickers { walk, reference_change: 0.0, contenders: Vec::new() });
     };
     let mut renderer = Renderer::new(gpu, package, scene, &first.settings, 0)?;
-    let kind = renderer.indirect().settings().light;
+    let Settings { light: kind, light_faces, .. } = *renderer.indirect().settings();
     let others = contenders
         .iter()
         .map(|contender| {
-            let settings = Settings { light: kind, ..contender.settings.clone() };
+            let settings = Settings { light: kind, light_faces, ..contender.settings.clone() };
             let occluders = occluders(gpu, scene, &settings).map_err(FrameError::from)?;
             let made = Indirect::of_parts(gpu.source(package), &settings, &PARTS, &occluders);
             Ok(made.map_err(FrameError::from)?)
@@ -163,7 +163,13 @@ pub fn flicker(
     let mut pictures = vec![Vec::new(); contenders.len()];
     let mut references: [Vec<Vec<f64>>; 2] = Default::default();
     for frame in 0..walk.frames {
-        renderer.move_light(&moved(light, radius, walk.step * frame as f32))?;
+        let mut lights = scene.lights.clone();
+        lights[0] = moved(light, radius, walk.step * frame as f32);
+        renderer.move_lights(if kind == sglow_shaders::Light::Several {
+            &lights
+        } else {
+            &lights[..1]
+        })?;
         renderer.draw_maps()?;
         let inputs = renderer.inputs();
         let own = renderer.indirect();
@@ -194,19 +200,22 @@ pub fn flicker(
         for (other, pictures) in others.iter().zip(&mut pictures) {
             pictures.push(indirect_at(gpu, other, &pixels)?);
         }
-        let paths = Paths {
-            scene: &traced,
-            materials: &materials,
-            light: &reference::light(renderer.light(), kind),
-            ndf: reference::ndf(own.settings().ndf),
-            samples: walk.samples,
-            // Directions do not follow the light: their noise is nearly that of the frame before, and cancels.
-            map: 0,
-            seed: 1,
-        };
         let receivers = reference::texels(&of_pixels(&gbuffer, &pixels));
         let eye = reference::vector(renderer.eye());
-        let halves = paths.halves(&receivers, eye, &|_| true).unwrap_or_default();
+        let of_light = |_, light: &_| {
+            let paths = Paths {
+                scene: &traced,
+                materials: &materials,
+                light,
+                ndf: reference::ndf(own.settings().ndf),
+                samples: walk.samples,
+                // Directions do not follow the light: their noise is nearly that of the frame before, and cancels.
+                map: 0,
+                seed: 1,
+            };
+            paths.halves(&receivers, eye, &|_| true)
+        };
+        let halves = of_each_light(renderer.light(), of_light).unwrap_or_default();
         for (at, references) in references.iter_mut().enumerate() {
             let radiance = halves.iter().flat_map(|halves| halves[at].mean.total().to_array());
             references.push(radiance.collect());

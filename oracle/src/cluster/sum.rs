@@ -1,6 +1,6 @@
 //! The light of each cluster: the sum of its texels.
 
-use crate::light::Light;
+use crate::light::{FaceTexel, Lights};
 use crate::rsm::{Emission, Moments, SpecularPower, moments};
 use crate::surface::SurfaceTexel;
 use crate::vsgl::Vsgl;
@@ -13,8 +13,8 @@ pub struct Map<'a, R> {
     pub texels: &'a [SurfaceTexel<R>],
     /// Its width and height.
     pub size: [usize; 2],
-    /// Its light.
-    pub light: &'a Light,
+    /// Its light, or its lights.
+    pub light: Lights<'a>,
     /// What positions are relative to while they are summed.
     pub origin: Vector3,
     /// The least variance of a light, above 0, in squared units of length.
@@ -35,8 +35,9 @@ pub fn lights<R: Real>(map: &Map<'_, R>, assignment: &[u32], count: usize) -> Ve
     for (index, (surface, &cluster)) in map.texels.iter().zip(assignment).enumerate() {
         let Some(total) = totals.get_mut(cluster as usize) else { continue };
         let at = [index % map.size[0], index / map.size[0]];
-        let power: Vector3<R> = map.light.photon_power(at, map.size);
-        let (towards, _) = map.light.towards(surface.position);
+        let Some(FaceTexel { light, texel, size }) = map.light.at(at, map.size) else { continue };
+        let power: Vector3<R> = light.photon_power(texel, size);
+        let (towards, _) = light.towards(surface.position);
         let surface = map.specular_power.reflecting(surface, towards);
         *total = total.plus(moments(&surface, power, towards, origin, &map.emission));
     }
@@ -49,7 +50,7 @@ pub fn lights<R: Real>(map: &Map<'_, R>, assignment: &[u32], count: usize) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::LightKind;
+    use crate::light::{Light, LightKind};
     use crate::rsm::Lobes;
 
     #[test]
@@ -77,7 +78,7 @@ mod tests {
         let map = Map {
             texels: &texels,
             size,
-            light: &light,
+            light: (&light).into(),
             origin,
             minimum_variance: 1e-6,
             emission: Emission::printed(Lobes::Both),

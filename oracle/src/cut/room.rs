@@ -155,7 +155,7 @@ impl Room {
         Map {
             texels: &self.texels,
             size: self.size,
-            light: &self.light,
+            light: (&self.light).into(),
             origin: self.light.position,
             minimum_variance: crate::cut::sum::LEAST_VARIANCE,
             emission: Emission::of_normals(Lobes::Diffuse),

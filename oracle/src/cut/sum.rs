@@ -59,13 +59,13 @@ impl<R: Real> CentralMoments<R> {
         let Some(surface) = map.texels.get(texel[1] * map.size[0] + texel[0]) else {
             return Self::nothing();
         };
-        if !surface.present {
+        let Some(of) = map.light.at(texel, map.size).filter(|_| surface.present) else {
             return Self::nothing();
-        }
-        let (towards, squared) = map.light.towards(surface.position);
+        };
+        let (towards, squared) = of.light.towards(surface.position);
         let cosine = towards.dot(surface.normal);
-        let area = map.light.footprint(texel, map.size, squared, cosine);
-        let power = map.light.photon_power(texel, map.size);
+        let area = of.light.footprint(of.texel, of.size, squared, cosine);
+        let power = of.light.photon_power(of.texel, of.size);
         let reflecting: SurfaceTexel<R> = map.specular_power.reflecting(surface, towards);
         let origin = Vector3::constant(map.origin);
         let normals = Emission { diffuse_mean_length: 1.0, ..map.emission };

@@ -20,6 +20,13 @@ fn power(lights: &[crate::vsgl::Vsgl]) -> Vector3 {
     lights.iter().fold(Vector3::zero(), |sum, light| sum + light.power())
 }
 
+/// The power of the photon of a texel.
+fn power_at(map: &Map<'_, f64>, texel: [usize; 2]) -> Vector3 {
+    map.light
+        .at(texel, map.size)
+        .map_or(Vector3::zero(), |of| of.light.photon_power(of.texel, of.size))
+}
+
 /// The power that a map's texels reflect, one by one.
 fn power_of_map(map: &Map<'_, f64>) -> Vector3 {
     let of = |(index, surface): (usize, &SurfaceTexel)| {
@@ -31,7 +38,7 @@ fn power_of_map(map: &Map<'_, f64>) -> Vector3 {
             Lobes::Diffuse => surface.material.diffuse,
             Lobes::Both => surface.material.diffuse + surface.material.specular,
         };
-        map.light.photon_power::<f64>(at, map.size).times(reflectance)
+        power_at(map, at).times(reflectance)
     };
     map.texels.iter().enumerate().map(of).fold(Vector3::zero(), |sum, power| sum + power)
 }
@@ -54,8 +61,7 @@ fn is_partition(cut: &Cut, lit: usize) -> bool {
 fn lit_texels(map: &Map<'_, f64>) -> usize {
     let of = |index: &usize| {
         let at = [index % map.size[0], index / map.size[0]];
-        map.texels[*index].present
-            && map.light.photon_power::<f64>(at, map.size).luminance() > 1e-30
+        map.texels[*index].present && power_at(map, at).luminance() > 1e-30
     };
     (0..map.texels.len()).filter(of).count()
 }
@@ -175,9 +181,10 @@ fn is_the_greedy_refinement() {
             .map(|&index| {
                 let at = [index % map.size[0], index / map.size[0]];
                 let surface = map.texels[index];
-                let (towards, squared) = map.light.towards(surface.position);
-                let area = map.light.footprint(at, map.size, squared, towards.dot(surface.normal));
-                let power = map.light.photon_power::<f64>(at, map.size);
+                let light = map.light.at(at, map.size).unwrap().light;
+                let (towards, squared) = light.towards(surface.position);
+                let area = light.footprint(at, map.size, squared, towards.dot(surface.normal));
+                let power = power_at(&map, at);
                 PlainTexel {
                     weight: power.times(surface.material.diffuse).luminance(),
                     position: surface.position,
@@ -285,7 +292,7 @@ fn map_of<'a, R: Real>(
     Map {
         texels,
         size,
-        light,
+        light: light.into(),
         origin: Vector3::zero(),
         minimum_variance: sum::LEAST_VARIANCE,
         emission: Emission::of_normals(Lobes::Both),

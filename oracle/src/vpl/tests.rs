@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 use super::*;
 use crate::brdf::{Directions, Material};
 use crate::fis::stress::Random;
-use crate::light::LightKind;
+use crate::light::{Light, LightKind};
 use crate::scenery::{diffuse, glossy, texel};
 
 fn unit(random: &mut Random) -> Vector3 {

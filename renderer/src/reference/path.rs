@@ -4,10 +4,11 @@ use glam::Vec3;
 use sglow_oracle::Vector3;
 use sglow_oracle::brdf;
 use sglow_oracle::estimate::Estimate;
+use sglow_oracle::light::Light;
 use sglow_oracle::path::{MAP, Materials, Paths};
 use sglow_oracle::surface::{self, Crossing, Facet, SceneError};
 
-use super::{growing, light, ndf, texels, vector};
+use super::{MapLights, growing, ndf, texels, vector};
 use crate::frame::Surfaces;
 use sglow_runtime::light::LightView;
 use sglow_runtime::settings::Settings;
@@ -229,8 +230,8 @@ fn linear(image: &Image, channel: usize, value: u8) -> f64 {
     if !image.srgb || channel == 3 { value } else { sglow_oracle::flip::decoded(value) }
 }
 
-/// The indirect light of a frame by `samples` paths of one bounce per pixel, in f64, with exact visibility: see
-/// [`sglow_oracle::path`]. The same `seed` gives the same numbers.
+/// The indirect light of a frame by `samples` paths of one bounce per pixel and light, in f64, with exact visibility: see
+/// [`sglow_oracle::path`]. Lights add up. The same `seed` gives the same numbers.
 ///
 /// `progress` gets how many of the pixels are done, from several threads, and says whether to go on; the result is
 /// `None` if it said no.
@@ -267,18 +268,42 @@ pub fn path_halves(
     seed: u64,
     progress: impl Fn(usize, usize) -> bool + Sync,
 ) -> Result<Option<Vec<[Estimate; 2]>>, SceneError> {
-    let paths = Paths {
-        scene: &surface::Scene::new(facets(scene))?,
-        materials: &SceneMaterials::new(scene),
-        light: &light(view, settings.light),
-        ndf: ndf(settings.ndf),
-        samples,
-        map: MAP,
-        seed,
-    };
+    let triangles = &surface::Scene::new(facets(scene))?;
     let receivers = texels(gbuffer);
+    let count = view.each().len();
     let progress = growing(receivers.len(), progress);
-    Ok(paths.halves(&receivers, vector(eye), &progress))
+    Ok(of_each_light(view, |number, light| {
+        let paths = Paths {
+            scene: triangles,
+            materials: &SceneMaterials::new(scene),
+            light,
+            ndf: ndf(settings.ndf),
+            samples,
+            map: MAP,
+            // Noise of its own for each light; that of the first is the seed's.
+            seed: seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)),
+        };
+        let report = |done| progress((number * receivers.len() + done) / count);
+        paths.halves(&receivers, vector(eye), &report)
+    }))
+}
+
+/// What comes of each light of a view, added up: light is linear. Nothing if nothing comes of one of them.
+pub fn of_each_light(
+    view: &LightView,
+    mut of: impl FnMut(usize, &Light) -> Option<Vec<[Estimate; 2]>>,
+) -> Option<Vec<[Estimate; 2]>> {
+    let lights = MapLights::of(view).each;
+    let mut sums: Option<Vec<[Estimate; 2]>> = None;
+    for (number, light) in lights.iter().enumerate() {
+        let found = of(number, light)?;
+        let sum = |([a, b], [c, d]): ([Estimate; 2], [Estimate; 2])| [a + c, b + d];
+        sums = Some(match sums {
+            None => found,
+            Some(sums) => sums.into_iter().zip(found).map(sum).collect(),
+        });
+    }
+    sums
 }
 
 #[cfg(test)]

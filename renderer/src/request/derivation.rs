@@ -7,8 +7,9 @@ use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shader_gen::library::{AxisValue, Library, Setting};
 use sglow_shader_gen::matrix::{Allowed, AllowedValues, Facts};
-use sglow_shaders::{Ndf, Specular};
+use sglow_shaders::{Light, Ndf, Specular};
 
+use crate::light;
 use crate::needs::{Needs, least_limits, needs};
 use crate::plan::{Plan, Surfaces};
 use crate::request::RequestError;
@@ -110,7 +111,7 @@ pub struct Derivation {
 }
 
 impl Derivation {
-    /// Settles every axis of a scene with one light: by `set` (`axis=value`), else by what the scene
+    /// Settles every axis of a scene with all its lights: by `set` (`axis=value`), else by what the scene
     /// needs, else by what is requested: the preset, else the default for scenes of its class.
     ///
     /// # Errors
@@ -126,9 +127,11 @@ impl Derivation {
         let allowed = library.needed(&facts.known())?;
         let requested = request.settings(library, &facts.known(), set)?;
         let mut settings = settle(library, &allowed, set, &requested)?;
-        if let Some(light) = scene.lights.first() {
-            settings.light = crate::light::kind(light);
+        // One light may be rendered as several are.
+        if settings.light != Light::Several && !scene.lights.is_empty() {
+            settings.light = light::kind_of_all(&scene.lights);
         }
+        settings.light_faces = light::faces(&scene.lights).max(1);
         let of = &library.frame().ok_or(RequestError::NoFrame)?.description;
         let needs = needs(of, scene, 0, &settings, &least_limits());
         let mut settings = needs.settings.clone();

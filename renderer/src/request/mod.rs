@@ -1,6 +1,7 @@
 //! From what a user requests of a library and a scene to settings, variants and what they save.
 
 use sglow_graph::Errors;
+use sglow_runtime::light::LightsError;
 use sglow_runtime::package::PackageError;
 use sglow_runtime::settings::SettingsError;
 use sglow_scene::SceneError;
@@ -39,6 +40,9 @@ pub enum RequestError {
         /// The lights that there are.
         count: usize,
     },
+    /// The scene's lights cannot share a map.
+    #[error(transparent)]
+    Lights(#[from] LightsError),
     /// An axis or a parameter cannot be set so.
     #[error(transparent)]
     Setting(#[from] SettingsError),

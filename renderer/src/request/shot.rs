@@ -1,9 +1,10 @@
 //! A scene with settings that suit it: what a command that renders starts from.
 
 use sglow_runtime::settings::Settings;
-use sglow_scene::{Light, LightKind, Options, Scene};
+use sglow_scene::{Options, Scene};
 use sglow_shader_gen::library::Library;
 
+use crate::light;
 use crate::needs::Decision;
 use crate::request::RequestError;
 use crate::request::derivation::{Derivation, Request};
@@ -11,7 +12,7 @@ use crate::request::derivation::{Derivation, Request};
 /// A scene and the settings it is rendered with.
 #[derive(Debug)]
 pub struct Shot {
-    /// The scene; its one light is number 0.
+    /// The scene, with the lights that are used.
     pub scene: Scene,
     /// The settings.
     pub settings: Settings,
@@ -20,7 +21,7 @@ pub struct Shot {
 }
 
 impl Shot {
-    /// Settles every axis of a scene with one light: by `set`, else by what the scene needs, else by the default.
+    /// Settles every axis of a scene with all its lights: by `set`, else by what the scene needs, else by the default.
     ///
     /// # Errors
     ///
@@ -42,47 +43,34 @@ impl Shot {
     }
 }
 
-/// Loads a scene with the light that is used, and what a user should know of it, a line each.
+/// Loads a scene with all its lights, or with one by its number, and what a user should know of it, a line each.
 ///
 /// # Errors
 ///
-/// When the scene cannot be read or has no such light.
+/// When the scene cannot be read, has no such light, or more lights than one map can have.
 pub fn load(
     name: &str,
     light: Option<usize>,
     options: &Options,
 ) -> Result<(Scene, Vec<String>), RequestError> {
     let mut scene = Scene::load_with(name, options)?;
-    let used = keep_one_light(&mut scene, light)?;
+    let used = keep_lights(&mut scene, light)?;
     let notes = scene.notes.iter().map(ToString::to_string).chain(used);
     let notes = notes.map(|note| format!("{}: {note}", scene.name)).collect();
     Ok((scene, notes))
 }
 
-/// Roughly what a light emits, to choose the strongest: a directional light's irradiance over the scene, else the
-/// intensity over the light's solid angle.
-fn power(light: &Light, radius: f32) -> f32 {
-    let [r, g, b] = light.intensity;
-    let extent = match light.kind {
-        LightKind::Directional => radius * radius,
-        LightKind::Point => 4.0,
-        LightKind::Spot { outer, .. } => 2.0 * (1.0 - outer.cos()),
-    };
-    (r + g + b) * extent
-}
-
-/// Keeps the light `wanted`, or the strongest one, and says which if there are others.
-fn keep_one_light(
-    scene: &mut Scene,
-    wanted: Option<usize>,
-) -> Result<Option<String>, RequestError> {
-    let radius = scene.bounds().radius();
+/// Keeps the light `wanted`, or all of them, and says which if there are others.
+fn keep_lights(scene: &mut Scene, wanted: Option<usize>) -> Result<Option<String>, RequestError> {
     let count = scene.lights.len();
-    let strongest = (0..count).max_by(|&a, &b| {
-        power(&scene.lights[a], radius).total_cmp(&power(&scene.lights[b], radius))
-    });
-    let Some(chosen) = wanted.or(strongest).filter(|&chosen| chosen < count) else {
+    if count == 0 || wanted.is_some_and(|wanted| wanted >= count) {
         return Err(RequestError::NoLight { wanted: wanted.unwrap_or(0), count });
+    }
+    let Some(chosen) = wanted else {
+        if count > 1 {
+            light::view_of_all(&scene.lights, &scene.bounds(), 1)?;
+        }
+        return Ok((count > 1).then(|| format!("lit by {count} lights; --light NUMBER takes one")));
     };
     let note = (count > 1).then(|| {
         format!("{count} lights; only light {chosen} ({}) is used", scene.lights[chosen].name)
@@ -149,6 +137,25 @@ mod tests {
         let unknown = request(Some("best"), &[]);
         let text = of("cornell", &[], &unknown).unwrap_err().to_string();
         assert!(text.contains("best") && text.contains("tokuyoshi2016"), "{text}");
+    }
+
+    #[test]
+    fn all_lights_are_kept_unless_one_is_wanted() {
+        let mut scene = Scene::builtin("cornell").unwrap();
+        let lights = |count: usize, scene: &Scene| vec![scene.lights[0].clone(); count];
+        assert_eq!(keep_lights(&mut scene, None).unwrap(), None);
+        let mut two = Scene { lights: lights(2, &scene), ..scene.clone() };
+        let note = keep_lights(&mut two, None).unwrap().unwrap();
+        assert!(two.lights.len() == 2 && note.contains("lit by 2 lights"), "{note}");
+        let note = keep_lights(&mut two, Some(1)).unwrap().unwrap();
+        assert!(two.lights.len() == 1 && note.contains("only light 1"), "{note}");
+        let mut many = Scene { lights: lights(65, &scene), ..scene };
+        let text = keep_lights(&mut many.clone(), None).unwrap_err().to_string();
+        assert!(text.contains("65 lights have 65 faces") && text.contains("at most 64"), "{text}");
+        // One of them is one light.
+        keep_lights(&mut many, Some(64)).unwrap();
+        let text = keep_lights(&mut many, Some(1)).unwrap_err().to_string();
+        assert!(text.contains("no light 1; it has 1"), "{text}");
     }
 
     #[test]

@@ -33,6 +33,7 @@ pub(super) fn case(name: &'static str, size: [u32; 2], count: u32) -> Case {
         size,
         count,
         light: Light::Spot,
+        grid: [1, 1],
         variance: Variance::Trace,
         sharpness: Sharpness::Exact,
         lobes: Lobes::Both,
@@ -105,12 +106,12 @@ impl Run {
     }
 
     pub(super) fn with_map<T>(&self, of: impl FnOnce(&Map<'_, Bounded>) -> T) -> T {
-        let CutSettings { size, specular_power, light, .. } = self.case.settings;
+        let CutSettings { size, specular_power, .. } = self.case.settings;
         let view = &self.case.light;
         of(&Map {
             texels: &self.texels,
             size: size.map(|side| side as usize),
-            light: &reference::light(view, light),
+            light: reference::MapLights::of(view).of_map(),
             origin: reference::vector(view.origin),
             minimum_variance: LEAST_VARIANCE,
             emission: self.emission(),

@@ -176,7 +176,7 @@ pub(super) fn covered_by_each(library: &Library, cases: &[Case]) -> Vec<BTreeSet
     let mut known: BTreeMap<_, Facts> = BTreeMap::new();
     let mut facts = |case: &Case| {
         let of_scene = || {
-            let facts = case.scene().facts_lit_by(0);
+            let facts = case.scene().facts();
             facts.iter().map(|fact| (fact.name.to_owned(), fact.holds)).collect()
         };
         known.entry((case.place, case.lamp)).or_insert_with(of_scene).clone()
@@ -212,6 +212,10 @@ fn allowed(library: &Library, settings: &Settings, variants: &[&Variant]) -> All
         let mut values: Vec<String> = of_variants.map(ToOwned::to_owned).collect();
         if values.is_empty() {
             values.extend(settings.get(axis));
+        }
+        // The camera is in every scene.
+        if axis == "light" {
+            values.push(sglow_shaders::Light::Camera.to_string());
         }
         assert!(!values.is_empty(), "no value of {axis}");
         allowed.get_mut(axis).unwrap().values.retain(|value| values.contains(value));

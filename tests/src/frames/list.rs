@@ -37,6 +37,7 @@ pub(super) struct Case {
 pub(super) fn base() -> Settings {
     Settings {
         size: [33, 17],
+        light_faces: 1,
         map: 64,
         lights: 64,
         camera_lights: 40,
@@ -124,6 +125,7 @@ pub(super) fn list() -> Vec<Case> {
     cuts(&mut list);
     visibility(&mut list);
     lights(&mut list);
+    several(&mut list);
     darkness(&mut list);
     points(&mut list);
     sizes(&mut list);
@@ -369,7 +371,7 @@ fn visibility(list: &mut List) {
 /// Each kind of light with each kind of map.
 fn lights(list: &mut List) {
     let (precision, density) = (Precision::F16, Density::Bidirectional);
-    for lamp in [Lamp::Spot, Lamp::Directional, Lamp::Point] {
+    for lamp in [Lamp::Spot, Lamp::Directional, Lamp::Point, Lamp::Several] {
         for (what, settings) in [
             ("kernels", base()),
             ("f16", Settings { precision, ..base() }),
@@ -386,6 +388,34 @@ fn lights(list: &mut List) {
             case.frames = if what == "kernels" { 3 } else { 1 };
         }
     }
+}
+
+/// Several lights in one map: what there is no more than one light of in the list above.
+fn several(list: &mut List) {
+    let visibility = Visibility::ShadowMap;
+    let cut = Settings { space: Space::Tree, emitter: Emitter::Disc, ..base() };
+    let tiled = Settings { cut: Cut::Tile, lights: 16, visibility, ..cut.clone() };
+    for (what, settings) in [
+        ("cut=tile", tiled),
+        ("chains", Settings { draw: Draw::Metropolis, ..base() }),
+        ("f16 bidirectional", {
+            let (precision, density) = (Precision::F16, Density::Bidirectional);
+            Settings { precision, density, ..base() }
+        }),
+        ("albedo", Settings { specular_power: SpecularPower::Albedo, ..base() }),
+        ("cut albedo", Settings { specular_power: SpecularPower::Albedo, ..cut.clone() }),
+        ("reflectance", Settings { density: Density::Reflectance, ..base() }),
+        ("output=rgba16float", Settings { output: Output::Rgba16float, ..base() }),
+        ("map=48", Settings { map: 48, ..base() }),
+    ] {
+        list.three(format!("light=several {what}"), settings).lamp = Lamp::Several;
+    }
+    for sharpness in [Sharpness::Toksvig, Sharpness::Banerjee] {
+        let name = format!("light=several sharpness={sharpness}");
+        list.one(name, Settings { sharpness, ..base() }).lamp = Lamp::Several;
+    }
+    let columns = list.one("light=several scene=columns", cut);
+    (columns.lamp, columns.place) = (Lamp::Several, Place::Columns);
 }
 
 /// Numbers of maps of points.

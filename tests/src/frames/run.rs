@@ -25,14 +25,16 @@ impl Case {
         self.lamp.lit(self.place.scene())
     }
 
-    pub(super) fn light(&self, frame: u32) -> Light {
-        self.lamp.light(self.place.scene(), frame, self.nudged)
+    pub(super) fn lights(&self, frame: u32) -> Vec<Light> {
+        self.lamp.lights(self.place.scene(), frame, self.nudged)
     }
 
-    /// The settings with the kind of the light.
+    /// The settings with the kind of the lights.
     pub(super) fn settled(&self) -> Settings {
-        let light = sglow_renderer::light::kind(&self.light(0));
-        Settings { light, ..self.settings.clone() }
+        let lights = self.lights(0);
+        let light = sglow_renderer::light::kind_of_all(&lights);
+        let light_faces = sglow_renderer::light::faces(&lights);
+        Settings { light, light_faces, ..self.settings.clone() }
     }
 
     fn own_chains(&self) -> Option<ChainSettings> {
@@ -74,14 +76,14 @@ impl Case {
         let scene = self.scene();
         let package = package.clone();
         let (mut entries, mut made) = (Vec::new(), None);
-        let mut renderer = Renderer::new(gpu(), &package, &scene, &self.settings, 0).unwrap();
+        let mut renderer = Renderer::new(gpu(), &package, &scene, &self.settled(), 0).unwrap();
         let moving = self.eye_moves.then(|| self.own_indirect(&package));
         let mut chains = self.own_chains().map(|settings| {
             let side = renderer.indirect().density().unwrap().width();
             Chains::new(&package, &settings, side)
         });
         for number in 0..self.frames {
-            renderer.move_light(&self.light(number)).unwrap();
+            renderer.move_lights(&self.lights(number)).unwrap();
             if self.restarts && number + 1 == self.frames {
                 renderer.indirect().restart();
             }

@@ -120,6 +120,8 @@ pub(super) enum Lamp {
     Point,
     /// The scene's own, high above it and turned away: nothing is lit.
     Away,
+    /// One of each kind.
+    Several,
 }
 
 impl Lamp {
@@ -130,15 +132,29 @@ impl Lamp {
             Self::Directional => "directional",
             Self::Point => "point",
             Self::Away => "away",
+            Self::Several => "several",
         }
+    }
+
+    /// The lights of a frame.
+    pub(super) fn lights(self, scene: &Scene, frame: u32, nudge: bool) -> Vec<Light> {
+        if self != Self::Several {
+            return vec![self.light(scene, frame, nudge)];
+        }
+        // Each is weaker than it is alone.
+        let share = |lamp: Self| {
+            let light = lamp.light(scene, frame, nudge);
+            Light { intensity: light.intensity.map(|channel| 0.4 * channel), ..light }
+        };
+        [Self::Spot, Self::Directional, Self::Point].map(share).into()
     }
 
     /// The light of a frame: moved, turned and brighter than the scene's, from frame to frame more so. With a nudge it is
     /// moved and turned by about ten units in the last place, as if everything were rounded otherwise.
-    pub(super) fn light(self, scene: &Scene, frame: u32, nudge: bool) -> Light {
+    fn light(self, scene: &Scene, frame: u32, nudge: bool) -> Light {
         let own = &scene.lights[0];
         let kind = match self {
-            Self::Own | Self::Away => own.kind,
+            Self::Own | Self::Away | Self::Several => own.kind,
             Self::Spot => LightKind::Spot { inner: 0.4, outer: 1.1 },
             Self::Directional => LightKind::Directional,
             Self::Point => LightKind::Point,
@@ -170,7 +186,7 @@ impl Lamp {
     /// The scene as the first frame has it.
     pub(super) fn lit(self, scene: &Scene) -> Scene {
         let mut scene = scene.clone();
-        scene.lights = vec![self.light(&scene, 0, false)];
+        scene.lights = self.lights(&scene, 0, false);
         scene
     }
 }

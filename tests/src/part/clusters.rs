@@ -21,6 +21,8 @@ pub(crate) struct ClusterSettings {
     pub(crate) draw: Draw,
     pub(crate) space: Space,
     pub(crate) light: Light,
+    /// Columns and rows of the faces' tiles of several lights' map.
+    pub(crate) grid: [u32; 2],
     pub(crate) variance: Variance,
     pub(crate) sharpness: Sharpness,
     pub(crate) lobes: Lobes,
@@ -46,7 +48,8 @@ pub(crate) struct Clusters {
 
 impl Clusters {
     pub(crate) fn new(package: &Package, settings: &ClusterSettings) -> Result<Self, Errors> {
-        let ClusterSettings { size: [width, height], draw, lobes, .. } = *settings;
+        let ClusterSettings { size: [width, height], grid: [columns, rows], draw, lobes, .. } =
+            *settings;
         let side = width.max(height).next_power_of_two();
         let stride = if lobes == Lobes::Both { 80 } else { 48 };
         let image = |format: &str| {
@@ -78,7 +81,7 @@ impl Clusters {
                 "use": "clusters",
                 "let": {
                     "map_width": width, "map_height": height, "count": "lights",
-                    "workgroups": "workgroups",
+                    "workgroups": "workgroups", "face_columns": columns, "face_rows": rows,
                 },
                 "names": {
                     "position": "given_position", "normal": "given_normal",

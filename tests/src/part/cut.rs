@@ -18,6 +18,8 @@ pub(crate) struct CutSettings {
     pub(crate) size: [u32; 2],
     pub(crate) count: u32,
     pub(crate) light: Light,
+    /// Columns and rows of the faces' tiles of several lights' map.
+    pub(crate) grid: [u32; 2],
     pub(crate) variance: Variance,
     pub(crate) sharpness: Sharpness,
     pub(crate) lobes: Lobes,
@@ -34,7 +36,8 @@ pub(crate) struct Cut {
 
 impl Cut {
     pub(crate) fn new(package: &Package, settings: &CutSettings) -> Result<Self, Errors> {
-        let CutSettings { size: [width, height], lobes, precision, .. } = *settings;
+        let CutSettings { size: [width, height], grid: [columns, rows], lobes, precision, .. } =
+            *settings;
         let stride = match (precision, lobes) {
             (Precision::F32, Lobes::Both) => 80,
             (Precision::F32, Lobes::Diffuse) | (Precision::F16, Lobes::Both) => 48,
@@ -59,7 +62,7 @@ impl Cut {
                 "use": "cut",
                 "let": {
                     "map_width": width, "map_height": height, "count": "lights",
-                    "workgroups": "workgroups",
+                    "workgroups": "workgroups", "face_columns": columns, "face_rows": rows,
                 },
                 "names": {
                     "position": "given_position", "normal": "given_normal",

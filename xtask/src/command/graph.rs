@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     /// Pixels of the picture
     #[arg(long, value_name = "WxH", default_value = "640x360", value_parser = parse::size)]
     size: [u32; 2],
-    /// The scene's light that is used, counted from 0 [default: the one with the most power]
+    /// The one light of the scene that is used, counted from 0 [default: all of them]
     #[arg(long, value_name = "NUMBER", requires = "scene")]
     light: Option<usize>,
     #[command(flatten)]

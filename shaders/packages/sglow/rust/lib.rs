@@ -134,6 +134,27 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cluster_sum::NAMES_1,
     },
     Variant {
+        id: "cluster_sum-several-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_2,
+        binding_names: cluster_sum::NAMES_2,
+    },
+    Variant {
+        id: "cluster_sum-several-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_2,
+        binding_names: cluster_sum::NAMES_2,
+    },
+    Variant {
+        id: "cluster_sum-several-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        entry_points: cluster_sum::ENTRY_POINTS_0,
+        bind_groups: cluster_sum::LAYOUT_3,
+        binding_names: cluster_sum::NAMES_3,
+    },
+    Variant {
         id: "cluster_sum-spot-trace-exact-both-albedo",
         pass: cluster_sum::PASS,
         entry_points: cluster_sum::ENTRY_POINTS_0,
@@ -253,6 +274,27 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cut_leaves::NAMES_1,
     },
     Variant {
+        id: "cut_leaves-several-both-albedo-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_2,
+        binding_names: cut_leaves::NAMES_2,
+    },
+    Variant {
+        id: "cut_leaves-several-both-f0-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_2,
+        binding_names: cut_leaves::NAMES_2,
+    },
+    Variant {
+        id: "cut_leaves-several-diffuse-f0-exact",
+        pass: cut_leaves::PASS,
+        entry_points: cut_leaves::ENTRY_POINTS_0,
+        bind_groups: cut_leaves::LAYOUT_3,
+        binding_names: cut_leaves::NAMES_3,
+    },
+    Variant {
         id: "cut_leaves-spot-both-albedo-exact",
         pass: cut_leaves::PASS,
         entry_points: cut_leaves::ENTRY_POINTS_0,
@@ -344,6 +386,27 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: cut_lit::NAMES_0,
     },
     Variant {
+        id: "cut_lit-several-both-albedo",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_1,
+        binding_names: cut_lit::NAMES_1,
+    },
+    Variant {
+        id: "cut_lit-several-both-f0",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_1,
+        binding_names: cut_lit::NAMES_1,
+    },
+    Variant {
+        id: "cut_lit-several-diffuse-f0",
+        pass: cut_lit::PASS,
+        entry_points: cut_lit::ENTRY_POINTS_0,
+        bind_groups: cut_lit::LAYOUT_1,
+        binding_names: cut_lit::NAMES_1,
+    },
+    Variant {
         id: "cut_lit-spot-both-albedo",
         pass: cut_lit::PASS,
         entry_points: cut_lit::ENTRY_POINTS_0,
@@ -421,11 +484,25 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: density::NAMES_0,
     },
     Variant {
-        id: "density-bidirectional-cosine-diffuse-f0",
+        id: "density-bidirectional-cosine-both-f0-each",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_1,
         binding_names: density::NAMES_1,
+    },
+    Variant {
+        id: "density-bidirectional-cosine-diffuse-f0",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_2,
+        binding_names: density::NAMES_2,
+    },
+    Variant {
+        id: "density-bidirectional-cosine-diffuse-f0-each",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_3,
+        binding_names: density::NAMES_3,
     },
     Variant {
         id: "density-bidirectional-lobe-both-f0",
@@ -435,39 +512,53 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: density::NAMES_0,
     },
     Variant {
-        id: "density-bidirectional-lobe-diffuse-f0",
+        id: "density-bidirectional-lobe-both-f0-each",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_1,
         binding_names: density::NAMES_1,
     },
     Variant {
-        id: "density-power-none-both-f0",
+        id: "density-bidirectional-lobe-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
         bind_groups: density::LAYOUT_2,
         binding_names: density::NAMES_2,
+    },
+    Variant {
+        id: "density-bidirectional-lobe-diffuse-f0-each",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_3,
+        binding_names: density::NAMES_3,
+    },
+    Variant {
+        id: "density-power-none-both-f0",
+        pass: density::PASS,
+        entry_points: density::ENTRY_POINTS_0,
+        bind_groups: density::LAYOUT_4,
+        binding_names: density::NAMES_4,
     },
     Variant {
         id: "density-power-none-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
-        bind_groups: density::LAYOUT_2,
-        binding_names: density::NAMES_2,
+        bind_groups: density::LAYOUT_4,
+        binding_names: density::NAMES_4,
     },
     Variant {
         id: "density-reflectance-none-both-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
-        bind_groups: density::LAYOUT_3,
-        binding_names: density::NAMES_3,
+        bind_groups: density::LAYOUT_5,
+        binding_names: density::NAMES_5,
     },
     Variant {
         id: "density-reflectance-none-diffuse-f0",
         pass: density::PASS,
         entry_points: density::ENTRY_POINTS_0,
-        bind_groups: density::LAYOUT_3,
-        binding_names: density::NAMES_3,
+        bind_groups: density::LAYOUT_5,
+        binding_names: density::NAMES_5,
     },
     Variant {
         id: "direct-directional-beckmann",
@@ -510,6 +601,27 @@ pub static VARIANTS: &[Variant] = &[
         entry_points: direct::ENTRY_POINTS_0,
         bind_groups: direct::LAYOUT_1,
         binding_names: direct::NAMES_1,
+    },
+    Variant {
+        id: "direct-several-beckmann",
+        pass: direct::PASS,
+        entry_points: direct::ENTRY_POINTS_0,
+        bind_groups: direct::LAYOUT_2,
+        binding_names: direct::NAMES_2,
+    },
+    Variant {
+        id: "direct-several-ggx",
+        pass: direct::PASS,
+        entry_points: direct::ENTRY_POINTS_0,
+        bind_groups: direct::LAYOUT_2,
+        binding_names: direct::NAMES_2,
+    },
+    Variant {
+        id: "direct-several-none",
+        pass: direct::PASS,
+        entry_points: direct::ENTRY_POINTS_0,
+        bind_groups: direct::LAYOUT_2,
+        binding_names: direct::NAMES_2,
     },
     Variant {
         id: "direct-spot-beckmann",
@@ -944,6 +1056,90 @@ pub static VARIANTS: &[Variant] = &[
         entry_points: moments::ENTRY_POINTS_0,
         bind_groups: moments::LAYOUT_1,
         binding_names: moments::NAMES_1,
+    },
+    Variant {
+        id: "moments-several-both-albedo-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_2,
+        binding_names: moments::NAMES_2,
+    },
+    Variant {
+        id: "moments-several-both-albedo-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_3,
+        binding_names: moments::NAMES_3,
+    },
+    Variant {
+        id: "moments-several-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_2,
+        binding_names: moments::NAMES_2,
+    },
+    Variant {
+        id: "moments-several-both-albedo-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_3,
+        binding_names: moments::NAMES_3,
+    },
+    Variant {
+        id: "moments-several-both-f0-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_2,
+        binding_names: moments::NAMES_2,
+    },
+    Variant {
+        id: "moments-several-both-f0-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_3,
+        binding_names: moments::NAMES_3,
+    },
+    Variant {
+        id: "moments-several-both-f0-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_2,
+        binding_names: moments::NAMES_2,
+    },
+    Variant {
+        id: "moments-several-both-f0-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_3,
+        binding_names: moments::NAMES_3,
+    },
+    Variant {
+        id: "moments-several-diffuse-f0-exact-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_2,
+        binding_names: moments::NAMES_2,
+    },
+    Variant {
+        id: "moments-several-diffuse-f0-exact-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_3,
+        binding_names: moments::NAMES_3,
+    },
+    Variant {
+        id: "moments-several-diffuse-f0-toksvig-f16",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_2,
+        binding_names: moments::NAMES_2,
+    },
+    Variant {
+        id: "moments-several-diffuse-f0-toksvig-f32",
+        pass: moments::PASS,
+        entry_points: moments::ENTRY_POINTS_0,
+        bind_groups: moments::LAYOUT_3,
+        binding_names: moments::NAMES_3,
     },
     Variant {
         id: "moments-spot-both-albedo-exact-f16",
@@ -2146,6 +2342,26 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "028afe66e3995a92ce36e1a32d677d8deb2c90fd3f56308d0f8bd8ce5733aa10",
     },
     Embedded {
+        id: "cluster_sum-several-trace-exact-both-albedo",
+        pass: cluster_sum::PASS,
+        text: include_str!(
+            "../wgsl/cluster_sum-light_several-specular_power_albedo.wgsl"
+        ),
+        sha256: "877077cb8c123970c3f92701f3d46716cbb39f7f40e8ac91170a71402e24aab3",
+    },
+    Embedded {
+        id: "cluster_sum-several-trace-exact-both-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-light_several.wgsl"),
+        sha256: "255381c28c05c0b99c7ebaea8536096e776063e70dd9438e860162d5ae800b5d",
+    },
+    Embedded {
+        id: "cluster_sum-several-trace-exact-diffuse-f0",
+        pass: cluster_sum::PASS,
+        text: include_str!("../wgsl/cluster_sum-light_several-lobes_diffuse.wgsl"),
+        sha256: "58beccc42b74039de0460c95f6781c0d67139e1d314211bd1ce355777bcc42d4",
+    },
+    Embedded {
         id: "cluster_sum-spot-trace-exact-both-albedo",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-specular_power_albedo.wgsl"),
@@ -2250,6 +2466,26 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "c2f2794486609648ff356a806ca607c9fc3eaf69435f0b593a990515ec6d55ee",
     },
     Embedded {
+        id: "cut_leaves-several-both-albedo-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!(
+            "../wgsl/cut_leaves-light_several-specular_power_albedo.wgsl"
+        ),
+        sha256: "561434487569463e73e8c03f468a069680daf4e4b1ef58ecee65cf8b26a0fff5",
+    },
+    Embedded {
+        id: "cut_leaves-several-both-f0-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves-light_several.wgsl"),
+        sha256: "42b4b76360e9dc3d6bb67f83c54bbe630e34ad1fbc7bf72c2f1a16df0f7a17c0",
+    },
+    Embedded {
+        id: "cut_leaves-several-diffuse-f0-exact",
+        pass: cut_leaves::PASS,
+        text: include_str!("../wgsl/cut_leaves-light_several-lobes_diffuse.wgsl"),
+        sha256: "2e49851fed37b5d32ded7462fad37f5ae312d11105fb82721eb8ee73938b51c2",
+    },
+    Embedded {
         id: "cut_leaves-spot-both-albedo-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-specular_power_albedo.wgsl"),
@@ -2330,6 +2566,24 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "7880d684ed74971dadb6209bdad5328ac4c75949f076333f07fd4619748ce5a4",
     },
     Embedded {
+        id: "cut_lit-several-both-albedo",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-light_several-specular_power_albedo.wgsl"),
+        sha256: "ca1e6e6d9a4ae738a755bcbea6c8144c567c042dd3fd23f463f4f2c6b04c911b",
+    },
+    Embedded {
+        id: "cut_lit-several-both-f0",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-light_several.wgsl"),
+        sha256: "036fb12d6acaae2d65634056a0b5c5b7d7c7d633b25cd7c23ecfc64b0327b38b",
+    },
+    Embedded {
+        id: "cut_lit-several-diffuse-f0",
+        pass: cut_lit::PASS,
+        text: include_str!("../wgsl/cut_lit-light_several-lobes_diffuse.wgsl"),
+        sha256: "d1ca8fe7483e5f08a9b7d9f1fe5d14ed008e2683f459cda37847e0e70cf719e1",
+    },
+    Embedded {
         id: "cut_lit-spot-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-specular_power_albedo.wgsl"),
@@ -2398,6 +2652,14 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "e3ae484a17ea003576873c15ce5bb21c17ae62b07cbce1b729024a886d652af6",
     },
     Embedded {
+        id: "density-bidirectional-cosine-both-f0-each",
+        pass: density::PASS,
+        text: include_str!(
+            "../wgsl/density-density_bidirectional-importance_cosine-incidence_each.wgsl"
+        ),
+        sha256: "283aaf523cd9f79619cc68ed2b1534c94cd22fb84f49436d77ee7a618948a96b",
+    },
+    Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
         pass: density::PASS,
         text: include_str!(
@@ -2406,10 +2668,26 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "197c6b5025a11e421643949badcc2e44e89e32ea3526c6de083ad35c9e16e80a",
     },
     Embedded {
+        id: "density-bidirectional-cosine-diffuse-f0-each",
+        pass: density::PASS,
+        text: include_str!(
+            "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse-incidence_each.wgsl"
+        ),
+        sha256: "d7800d6e95ab75792adff98d0055cb5f68ed1820cf5e1eadaab770f3ce3e2584",
+    },
+    Embedded {
         id: "density-bidirectional-lobe-both-f0",
         pass: density::PASS,
         text: include_str!("../wgsl/density-density_bidirectional-importance_lobe.wgsl"),
         sha256: "7d379542cabbad7d5cbe45022dc21ba5d66ecedba33c777eced0e29c629c38a2",
+    },
+    Embedded {
+        id: "density-bidirectional-lobe-both-f0-each",
+        pass: density::PASS,
+        text: include_str!(
+            "../wgsl/density-density_bidirectional-importance_lobe-incidence_each.wgsl"
+        ),
+        sha256: "97629c3d9f29d69ac7988f6f73352fa2243355231be4630ec28476c47e8e5dd6",
     },
     Embedded {
         id: "density-bidirectional-lobe-diffuse-f0",
@@ -2418,6 +2696,14 @@ pub static EMBEDDED: &[Embedded] = &[
             "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse.wgsl"
         ),
         sha256: "644a690ad75185148e6e6074fe141aafc145bc05b0d2ab1dddc17d0265ff07ac",
+    },
+    Embedded {
+        id: "density-bidirectional-lobe-diffuse-f0-each",
+        pass: density::PASS,
+        text: include_str!(
+            "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse-incidence_each.wgsl"
+        ),
+        sha256: "05c15b604c592b28ec85ea70efe39f70020cfebfbcca48d425eededfe4d30df6",
     },
     Embedded {
         id: "density-power-none-both-f0",
@@ -2478,6 +2764,24 @@ pub static EMBEDDED: &[Embedded] = &[
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_point-ndf_none.wgsl"),
         sha256: "873d66843e149e3ec24bc67f35f7d630bba179a2cf273db5a525baceefa56b95",
+    },
+    Embedded {
+        id: "direct-several-beckmann",
+        pass: direct::PASS,
+        text: include_str!("../wgsl/direct-light_several-ndf_beckmann.wgsl"),
+        sha256: "254a36334e5fc92117f290128e8f3b5f74d86e289df5932c532cb466d3feee60",
+    },
+    Embedded {
+        id: "direct-several-ggx",
+        pass: direct::PASS,
+        text: include_str!("../wgsl/direct-light_several.wgsl"),
+        sha256: "0adac47630be6a5c18addeab0c15a8bf8e7040513c6f89fce72d58162c1a7e83",
+    },
+    Embedded {
+        id: "direct-several-none",
+        pass: direct::PASS,
+        text: include_str!("../wgsl/direct-light_several-ndf_none.wgsl"),
+        sha256: "4548343d4695967ac66050d86e571d861b7a8b0c8544c4988a22e5446631a626",
     },
     Embedded {
         id: "direct-spot-beckmann",
@@ -2894,6 +3198,92 @@ pub static EMBEDDED: &[Embedded] = &[
             "../wgsl/moments-light_point-lobes_diffuse-sharpness_toksvig.wgsl"
         ),
         sha256: "72d8d5bca0d18d8878b71ab1b01ad7599791f7905dd876ee6e6905f0132e8fb1",
+    },
+    Embedded {
+        id: "moments-several-both-albedo-exact-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_several-specular_power_albedo-precision_f16.wgsl"
+        ),
+        sha256: "d9abdc3915ea9cfdc3c028c67224151f56c0da29c6baf3fc9fc0d2c614c0bf74",
+    },
+    Embedded {
+        id: "moments-several-both-albedo-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-light_several-specular_power_albedo.wgsl"),
+        sha256: "1e471617e0bdfcef5f6bfe425757039f70c5532c17d4a88d3eb36ad9025cf45f",
+    },
+    Embedded {
+        id: "moments-several-both-albedo-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_several-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "d53c8e57fbad0cb6734e309c9ccc56d89544255df9ea00be91591a75a9f4cdd3",
+    },
+    Embedded {
+        id: "moments-several-both-albedo-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_several-specular_power_albedo-sharpness_toksvig.wgsl"
+        ),
+        sha256: "84b977794095f3e1f949bf413c6f571c26bfe8ae0ed2e49fdcf34fceb8c587a5",
+    },
+    Embedded {
+        id: "moments-several-both-f0-exact-f16",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-light_several-precision_f16.wgsl"),
+        sha256: "6861c93a0507d71169f0805ed147ef5af7748d032f0ed5b6f35dfb3cf41851c2",
+    },
+    Embedded {
+        id: "moments-several-both-f0-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-light_several.wgsl"),
+        sha256: "ac26d1bff6e565b44ece55bd926ef26092a643e947ecd633d768e294cb87f6bc",
+    },
+    Embedded {
+        id: "moments-several-both-f0-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_several-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "aa6abdbd5987eade3a691ef8fe3ae1b9fc366ef8ac1709413d425f6e5e9a989d",
+    },
+    Embedded {
+        id: "moments-several-both-f0-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-light_several-sharpness_toksvig.wgsl"),
+        sha256: "14fd2c24c801e24fc6513396c8402d08a7329ee537625e9ba9a78035702e6598",
+    },
+    Embedded {
+        id: "moments-several-diffuse-f0-exact-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_several-lobes_diffuse-precision_f16.wgsl"
+        ),
+        sha256: "805f8078bc9b42e213b8b09ebc59042d8c74022fac2e53d239a27722bf4aeec9",
+    },
+    Embedded {
+        id: "moments-several-diffuse-f0-exact-f32",
+        pass: moments::PASS,
+        text: include_str!("../wgsl/moments-light_several-lobes_diffuse.wgsl"),
+        sha256: "189d7fe4c8038ccb06477aaec73a126fdff79092cafa826566cd9308360a811b",
+    },
+    Embedded {
+        id: "moments-several-diffuse-f0-toksvig-f16",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_several-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
+        ),
+        sha256: "843c505a76b693a2e55d61fadc4e9c3099bb92c9975953f4af457e681b490312",
+    },
+    Embedded {
+        id: "moments-several-diffuse-f0-toksvig-f32",
+        pass: moments::PASS,
+        text: include_str!(
+            "../wgsl/moments-light_several-lobes_diffuse-sharpness_toksvig.wgsl"
+        ),
+        sha256: "ec9688353062933102ec2f34118799917ea28a731a957375cd2108234ad5116d",
     },
     Embedded {
         id: "moments-spot-both-albedo-exact-f16",
@@ -4196,8 +4586,8 @@ macro_rules! settings {
         "fitted_fine"], "draw" => & ["warped", "metropolis"], "emitter" => & ["lobe",
         "cosine", "cosine_convolved", "cosine_quadratic", "disc"], "filter" => &
         ["exact", "hardware"], "kernel" => & ["previous", "modified"], "light" => &
-        ["spot", "directional", "point", "camera"], "lobes" => & ["diffuse", "both"],
-        "ndf" => & ["none", "ggx", "beckmann"], "output" => & ["rgba32float",
+        ["spot", "directional", "point", "several", "camera"], "lobes" => & ["diffuse",
+        "both"], "ndf" => & ["none", "ggx", "beckmann"], "output" => & ["rgba32float",
         "rgba16float"], "precision" => & ["f32", "f16"], "sharpness" => & ["toksvig",
         "banerjee", "exact"], "solver" => & ["none", "bisection", "bracketed"], "space"
         => & ["none", "image", "world", "tree"], "specular" => & ["none", "sg", "asg",
@@ -4292,16 +4682,19 @@ macro_rules! settings {
         $crate::Emitter::Lobe) { $crate::Importance::Lobe } else {
         $crate::Importance::Cosine } }, lobes : settings.lobes, specular_power : if
         matches!(settings.lobes, $crate::Lobes::Diffuse) { $crate::SpecularPower::F0 }
-        else { settings.specular_power } } } } impl From < & $name > for
-        $crate::sample::Sample { fn from(settings : & $name) -> Self { Self { draw :
-        settings.draw, kernel : settings.kernel, solver : if matches!(settings.kernel,
-        $crate::Kernel::Previous) { $crate::Solver::None } else { settings.solver },
-        filter : settings.filter, variance : settings.variance, sharpness : settings
-        .sharpness, lobes : settings.lobes, precision : settings.precision } } } impl
-        From < & $name > for $crate::centres::Centres { fn from(settings : & $name) ->
-        Self { Self { draw : settings.draw, space : settings.space } } } impl From < &
-        $name > for $crate::cluster_codes::ClusterCodes { fn from(settings : & $name) ->
-        Self { Self { space : settings.space } } } impl From < & $name > for
+        else { settings.specular_power }, incidence : if (matches!(settings.light,
+        $crate::Light::Several)) && (matches!(settings.density,
+        $crate::Density::Bidirectional)) { $crate::Incidence::Each } else {
+        $crate::Incidence::One } } } } impl From < & $name > for $crate::sample::Sample {
+        fn from(settings : & $name) -> Self { Self { draw : settings.draw, kernel :
+        settings.kernel, solver : if matches!(settings.kernel, $crate::Kernel::Previous)
+        { $crate::Solver::None } else { settings.solver }, filter : settings.filter,
+        variance : settings.variance, sharpness : settings.sharpness, lobes : settings
+        .lobes, precision : settings.precision } } } impl From < & $name > for
+        $crate::centres::Centres { fn from(settings : & $name) -> Self { Self { draw :
+        settings.draw, space : settings.space } } } impl From < & $name > for
+        $crate::cluster_codes::ClusterCodes { fn from(settings : & $name) -> Self { Self
+        { space : settings.space } } } impl From < & $name > for
         $crate::cluster_assign::ClusterAssign { fn from(settings : & $name) -> Self {
         Self { space : settings.space } } } impl From < & $name > for
         $crate::cluster_sum::ClusterSum { fn from(settings : & $name) -> Self { Self {
@@ -4621,17 +5014,23 @@ pub mod frame {
         pub const DIFFUSE_MEAN_LENGTH: &str = "diffuse_mean_length";
         /// The camera's position, in world units.
         pub const EYE: &str = "eye";
+        /// Light_eye of each face of the light's map; of several lights that of its own light.
+        pub const FACE_EYE: &str = "face_eye";
+        /// Light several: the light of each face as the input light has it; right, up and forward are those of the face, half_extent is 0 of all but directional lights, cone_scale 0 of all but spot lights; 0 behind the last.
+        pub const FACE_LIGHTS: &str = "face_lights";
+        /// Light several: in x normal_offset of each face's light by itself, times face columns, over 4 of a point light; 0 behind the last.
+        pub const FACE_NORMAL_OFFSET: &str = "face_normal_offset";
+        /// Of each face of the light's map the light's position, or a position in the image's plane of a directional light, in world units.
+        pub const FACE_ORIGIN: &str = "face_origin";
         /// What lies within this distance of a virtual light does not occlude it: 1e-4 times the scene's radius, in world units.
         pub const LEAST_NEAR: &str = "least_near";
         /// The light.
         pub const LIGHT: &str = "light";
-        /// View and projection of each face of the light's map, of positions relative to light_origin: one, or of a point light six in the order +x, -x, +y, -y, +z, -z.
+        /// View and projection of each face of the light's map, of positions relative to face_origin: one, or of a point light six in the order +x, -x, +y, -y, +z, -z; of several lights those of each in turn, as many as face_lights has, 0 behind the last.
         pub const LIGHT_CLIP_FROM_VIEW: &str = "light_clip_from_view";
         /// The light's position with w = 1, or the direction towards a directional light with w = 0.
         pub const LIGHT_EYE: &str = "light_eye";
-        /// The light's position, or a position in the image's plane of a directional light, in world units.
-        pub const LIGHT_ORIGIN: &str = "light_origin";
-        /// The smallest positional variance of a virtual light: s^2 / 6, at least 1e-12, for a square as large as a texel of the map at the distance of the scene's radius; s = 2 tan_half_angle radius / map, directional 2 half_extent / map.
+        /// The smallest positional variance of a virtual light: s^2 / 6, at least 1e-12, for a square as large as a texel of the map at the distance of the scene's radius; s = 2 tan_half_angle radius / map, directional 2 half_extent / map; of several lights the least, of each by itself s times face columns, over 4 of a point light.
         pub const MINIMUM_VARIANCE: &str = "minimum_variance";
         /// A position is moved along its normal by this before it is compared with the shadow map, in world units: twice the footprint of a texel, 2 sqrt(6 minimum_variance) map / 2048.
         pub const NORMAL_OFFSET: &str = "normal_offset";
@@ -4639,7 +5038,7 @@ pub mod frame {
         pub const ORIGIN: &str = "origin";
         /// Precision f16: 1 / power_unit.
         pub const POWER_SCALE: &str = "power_scale";
-        /// Precision f16: the power that a stored one stands for: 2^(ceil(log2 p) - 15), p the power of the brightest photon that the light can give a texel: the largest of its three intensities times A / map^2; spot A = 4 tan_half_angle^2, directional A = 4 half_extent^2, point A = 32; the exponent is -126 to 126, and power_unit is 1 where p is 0 or not finite.
+        /// Precision f16: the power that a stored one stands for: 2^(ceil(log2 p) - 15), p the power of the brightest photon that the light can give a texel: the largest of its three intensities times A / map^2; spot A = 4 tan_half_angle^2, directional A = 4 half_extent^2, point A = 32; of several lights each A by itself times face columns and rows, over 8 of a point light; the exponent is -126 to 126, and power_unit is 1 where p is 0 or not finite.
         pub const POWER_UNIT: &str = "power_unit";
     }
     /// Numbers that are set.
@@ -4658,6 +5057,8 @@ pub mod frame {
         pub const ITERATIONS: &str = "iterations";
         /// The share of steps of a Markov chain that lead anywhere.
         pub const LARGE_STEPS: &str = "large_steps";
+        /// Light several: number of the faces of the lights' map, 1 of a spot or directional light and 6 of a point light.
+        pub const LIGHT_FACES: &str = "light_faces";
         /// Number of virtual lights.
         pub const LIGHTS: &str = "lights";
         /// Width and height of the reflective shadow map in texels.
@@ -5310,6 +5711,46 @@ impl core::str::FromStr for Importance {
             })
     }
 }
+/// Where the light comes from that the bidirectional density weighs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Incidence {
+    /// From one position or one direction.
+    #[default]
+    One,
+    /// On each face of a map from its own light.
+    Each,
+}
+impl Incidence {
+    /// The name of the axis.
+    pub const AXIS: &str = "incidence";
+    /// Every value, in the library's order.
+    pub const ALL: [Self; 2] = [Self::One, Self::Each];
+    /// The name of the value.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::One => "one",
+            Self::Each => "each",
+        }
+    }
+}
+impl core::fmt::Display for Incidence {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.name())
+    }
+}
+impl core::str::FromStr for Incidence {
+    type Err = UnknownValue;
+    fn from_str(name: &str) -> Result<Self, UnknownValue> {
+        Self::ALL
+            .into_iter()
+            .find(|value| value.name() == name)
+            .ok_or_else(|| UnknownValue {
+                axis: Self::AXIS,
+                value: name.to_owned(),
+                known: Self::ALL.map(Self::name).to_vec(),
+            })
+    }
+}
 /// The indirect light that is added to the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Indirect {
@@ -5446,6 +5887,8 @@ pub enum Light {
     Directional,
     /// All around a point; its map is six faces in a grid of 4 by 2 tiles.
     Point,
+    /// Several lights of any kind; their map is a grid of equal tiles, one for each spot or directional light and six for each point light.
+    Several,
     /// No light but the camera, whose pixels each send the same importance: for the bidirectional density.
     Camera,
 }
@@ -5453,10 +5896,11 @@ impl Light {
     /// The name of the axis.
     pub const AXIS: &str = "light";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 5] = [
         Self::Spot,
         Self::Directional,
         Self::Point,
+        Self::Several,
         Self::Camera,
     ];
     /// The name of the value.
@@ -5465,6 +5909,7 @@ impl Light {
             Self::Spot => "spot",
             Self::Directional => "directional",
             Self::Point => "point",
+            Self::Several => "several",
             Self::Camera => "camera",
         }
     }
@@ -6842,6 +7287,120 @@ pub mod moments {
             "sglow_moments_output",
         ],
     ];
+    /// `moments-several-both-albedo-exact-f16`, `moments-several-both-albedo-toksvig-f16`, `moments-several-both-f0-exact-f16`, `moments-several-both-f0-toksvig-f16`, `moments-several-diffuse-f0-exact-f16`, `moments-several-diffuse-f0-toksvig-f16`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 5168),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage_texture(
+                4,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba16Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::storage_texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &[
+            "sglow_moments_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_moments_output",
+            "sglow_half_moments_output",
+            "sglow_weight_output",
+        ],
+    ];
+    /// `moments-several-both-albedo-exact-f32`, `moments-several-both-albedo-toksvig-f32`, `moments-several-both-f0-exact-f32`, `moments-several-both-f0-toksvig-f32`, `moments-several-diffuse-f0-exact-f32`, `moments-several-diffuse-f0-toksvig-f32`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 5152),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage_texture(
+                4,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
+        &[
+            "sglow_moments_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_moments_output",
+        ],
+    ];
 }
 /// The image that kernels are drawn by.
 pub mod density {
@@ -6860,6 +7419,8 @@ pub mod density {
         pub lobes: super::Lobes,
         /// The power of a virtual light's specular lobe.
         pub specular_power: super::SpecularPower,
+        /// Where the light comes from that the bidirectional density weighs.
+        pub incidence: super::Incidence,
     }
     impl Density {
         /// Every legal variant.
@@ -6869,12 +7430,15 @@ pub mod density {
                 for importance in super::Importance::ALL {
                     for lobes in super::Lobes::ALL {
                         for specular_power in super::SpecularPower::ALL {
-                            all.push(Self {
-                                density,
-                                importance,
-                                lobes,
-                                specular_power,
-                            });
+                            for incidence in super::Incidence::ALL {
+                                all.push(Self {
+                                    density,
+                                    importance,
+                                    lobes,
+                                    specular_power,
+                                    incidence,
+                                });
+                            }
                         }
                     }
                 }
@@ -6884,10 +7448,15 @@ pub mod density {
         }
         /// Pass and values joined by `-`, without the defaults of axes that are implied.
         pub fn id(self) -> String {
-            format!(
+            let mut id = format!(
                 "{PASS}-{}-{}-{}-{}", self.density, self.importance, self.lobes, self
                 .specular_power
-            )
+            );
+            if self.incidence != super::Incidence::default() {
+                id.push('-');
+                id.push_str(&self.incidence.to_string());
+            }
+            id
         }
         /// The rule that excludes it, if it is illegal.
         pub const fn excluded(self) -> Option<super::Exclusion> {
@@ -6901,6 +7470,15 @@ pub mod density {
                 return Some(super::Exclusion {
                     name: "importance-without-camera",
                     reason: "only the bidirectional density has importance",
+                });
+            }
+            if matches!(
+                self.density, super::Density::Power | super::Density::Reflectance
+            ) && matches!(self.incidence, super::Incidence::Each)
+            {
+                return Some(super::Exclusion {
+                    name: "incidence-without-importance",
+                    reason: "only the bidirectional density weighs where light comes from",
                 });
             }
             if matches!(self.density, super::Density::Bidirectional)
@@ -7007,8 +7585,69 @@ pub mod density {
             "sglow_camera_vsgls",
         ],
     ];
-    /// `density-bidirectional-cosine-diffuse-f0`, `density-bidirectional-lobe-diffuse-f0`.
+    /// `density-bidirectional-cosine-both-f0-each`, `density-bidirectional-lobe-both-f0-each`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::uniform(5, wgpu::ShaderStages::COMPUTE, 5168),
+            super::texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, true, 80),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_density_output",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_density_parameters",
+            "sglow_weight_texture",
+            "sglow_camera_vsgls",
+        ],
+    ];
+    /// `density-bidirectional-cosine-diffuse-f0`, `density-bidirectional-lobe-diffuse-f0`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
                 1,
@@ -7057,7 +7696,68 @@ pub mod density {
             super::storage(7, wgpu::ShaderStages::COMPUTE, true, 48),
         ],
     ];
-    pub(super) const NAMES_1: &[&[&str]] = &[
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &[
+            "sglow_density_output",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_density_parameters",
+            "sglow_weight_texture",
+            "sglow_camera_vsgls",
+        ],
+    ];
+    /// `density-bidirectional-cosine-diffuse-f0-each`, `density-bidirectional-lobe-diffuse-f0-each`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::storage_texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::R32Float,
+                wgpu::TextureViewDimension::D2Array,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::uniform(5, wgpu::ShaderStages::COMPUTE, 5168),
+            super::texture(
+                6,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2Array,
+                false,
+            ),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, true, 48),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
         &[
             "sglow_density_output",
             "sglow_position_texture",
@@ -7069,7 +7769,7 @@ pub mod density {
         ],
     ];
     /// `density-power-none-both-f0`, `density-power-none-diffuse-f0`.
-    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_4: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::texture(
                 0,
@@ -7089,11 +7789,11 @@ pub mod density {
             ),
         ],
     ];
-    pub(super) const NAMES_2: &[&[&str]] = &[
+    pub(super) const NAMES_4: &[&[&str]] = &[
         &["sglow_moments_texture", "sglow_density_output"],
     ];
     /// `density-reflectance-none-both-f0`, `density-reflectance-none-diffuse-f0`.
-    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+    pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::storage_texture(
                 1,
@@ -7122,7 +7822,7 @@ pub mod density {
             ),
         ],
     ];
-    pub(super) const NAMES_3: &[&[&str]] = &[
+    pub(super) const NAMES_5: &[&[&str]] = &[
         &["sglow_density_output", "sglow_position_texture", "sglow_base_color_texture"],
     ];
 }
@@ -8721,6 +9421,100 @@ pub mod cluster_sum {
             "sglow_vsgls",
         ],
     ];
+    /// `cluster_sum-several-trace-exact-both-albedo`, `cluster_sum-several-trace-exact-both-f0`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 5168),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &[
+            "sglow_sum_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_order",
+            "sglow_starts",
+            "sglow_vsgls",
+        ],
+    ];
+    /// `cluster_sum-several-trace-exact-diffuse-f0`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 5168),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
+        &[
+            "sglow_sum_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_order",
+            "sglow_starts",
+            "sglow_vsgls",
+        ],
+    ];
 }
 /// Finds the texels of a map that become leaves of a tree, and the box around them.
 pub mod cut_lit {
@@ -8830,6 +9624,51 @@ pub mod cut_lit {
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[
+        &[
+            "sglow_cut_map_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_cut_box",
+            "sglow_cut_keys",
+        ],
+    ];
+    /// `cut_lit-several-both-albedo`, `cut_lit-several-both-f0`, `cut_lit-several-diffuse-f0`.
+    pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 5152),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_1: &[&[&str]] = &[
         &[
             "sglow_cut_map_parameters",
             "sglow_position_texture",
@@ -9083,6 +9922,104 @@ pub mod cut_leaves {
         ],
     ];
     pub(super) const NAMES_1: &[&[&str]] = &[
+        &[
+            "sglow_cut_map_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_cut_keys",
+            "sglow_order",
+            "sglow_cut_blocks",
+            "sglow_cut_leaf_count",
+        ],
+    ];
+    /// `cut_leaves-several-both-albedo-exact`, `cut_leaves-several-both-f0-exact`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 5152),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &[
+            "sglow_cut_map_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_cut_keys",
+            "sglow_order",
+            "sglow_cut_blocks",
+            "sglow_cut_leaf_count",
+        ],
+    ];
+    /// `cut_leaves-several-diffuse-f0-exact`.
+    pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 5152),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+        ],
+    ];
+    pub(super) const NAMES_3: &[&[&str]] = &[
         &[
             "sglow_cut_map_parameters",
             "sglow_position_texture",
@@ -12976,6 +13913,63 @@ pub mod direct {
             "sglow_direct_output",
         ],
     ];
+    /// `direct-several-beckmann`, `direct-several-ggx`, `direct-several-none`.
+    pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
+        &[
+            super::uniform(0, wgpu::ShaderStages::COMPUTE, 10272),
+            super::texture(
+                1,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                2,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                3,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Float {
+                    filterable: false,
+                },
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::texture(
+                4,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::TextureSampleType::Depth,
+                wgpu::TextureViewDimension::D2,
+                false,
+            ),
+            super::storage_texture(
+                5,
+                wgpu::ShaderStages::COMPUTE,
+                wgpu::StorageTextureAccess::WriteOnly,
+                wgpu::TextureFormat::Rgba32Float,
+                wgpu::TextureViewDimension::D2,
+            ),
+        ],
+    ];
+    pub(super) const NAMES_2: &[&[&str]] = &[
+        &[
+            "sglow_direct_parameters",
+            "sglow_position_texture",
+            "sglow_normal_texture",
+            "sglow_base_color_texture",
+            "sglow_shadow_map",
+            "sglow_direct_output",
+        ],
+    ];
 }
 /// Adds direct light, indirect light and emission.
 pub mod compose {
@@ -13551,9 +14545,41 @@ const _: () = {
     equal(core::mem::offset_of!(SglowCutLightsParameters, diffuse_mean_length), 20);
 };
 /// What the passes over the texels of a map agree on.
+///
+/// `SglowCutMapParameters` of the variants with light = several.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SglowCutMapParameters {
+pub struct SglowCutMapParametersSeveral {
+    /// The light of each face of the map. (`array<SglowLight, 64>` at byte 0)
+    pub face_lights: [SglowLight; 64],
+    /// Columns and rows of the faces' tiles. (`vec2<u32>` at byte 5120)
+    pub grid: [u32; 2],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 8],
+    /// What positions are relative to. (`vec3<f32>` at byte 5136)
+    pub origin: [f32; 3],
+    /// Number of places, a power of four: those of the least square of a power of two that holds the map. (`u32` at byte 5148)
+    pub places: u32,
+}
+impl Default for SglowCutMapParametersSeveral {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowCutMapParametersSeveral>(), 5152);
+    equal(core::mem::offset_of!(SglowCutMapParametersSeveral, face_lights), 0);
+    equal(core::mem::offset_of!(SglowCutMapParametersSeveral, grid), 5120);
+    equal(core::mem::offset_of!(SglowCutMapParametersSeveral, origin), 5136);
+    equal(core::mem::offset_of!(SglowCutMapParametersSeveral, places), 5148);
+};
+/// What the passes over the texels of a map agree on.
+///
+/// `SglowCutMapParameters` of the variants with light = spot; or light = directional; or light = point.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowCutMapParametersSpot {
     /// `SglowLight` at byte 0.
     pub light: SglowLight,
     /// What positions are relative to. (`vec3<f32>` at byte 80)
@@ -13561,17 +14587,17 @@ pub struct SglowCutMapParameters {
     /// Number of places, a power of four: those of the least square of a power of two that holds the map. (`u32` at byte 92)
     pub places: u32,
 }
-impl Default for SglowCutMapParameters {
+impl Default for SglowCutMapParametersSpot {
     /// All bytes zero.
     fn default() -> Self {
         bytemuck::Zeroable::zeroed()
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutMapParameters>(), 96);
-    equal(core::mem::offset_of!(SglowCutMapParameters, light), 0);
-    equal(core::mem::offset_of!(SglowCutMapParameters, origin), 80);
-    equal(core::mem::offset_of!(SglowCutMapParameters, places), 92);
+    equal(size_of::<SglowCutMapParametersSpot>(), 96);
+    equal(core::mem::offset_of!(SglowCutMapParametersSpot, light), 0);
+    equal(core::mem::offset_of!(SglowCutMapParametersSpot, origin), 80);
+    equal(core::mem::offset_of!(SglowCutMapParametersSpot, places), 92);
 };
 /// What texels add up to: moments about their mean, so that what is small beside its distance from the origin does not cancel.
 ///
@@ -13737,10 +14763,43 @@ const _: () = {
     equal(size_of::<SglowCutTreeParameters>(), 4);
     equal(core::mem::offset_of!(SglowCutTreeParameters, places), 0);
 };
-/// `SglowDensityParameters` of the shaders.
+/// `SglowDensityParameters` of the variants with incidence = each.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SglowDensityParameters {
+pub struct SglowDensityParametersEach {
+    /// The light of each face of the map. (`array<SglowLight, 64>` at byte 0)
+    pub face_lights: [SglowLight; 64],
+    /// Columns and rows of the faces' tiles. (`vec2<u32>` at byte 5120)
+    pub grid: [u32; 2],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 8],
+    /// Times a texel of the weights, it is the weight: (0, 0, 0, 1) for moments in f32, (1, 0, 0, 0) for weights apart. (`vec4<f32>` at byte 5136)
+    pub weight_channel: [f32; 4],
+    /// The layer that holds the weights: 1 for moments in f32, 0 for weights apart. (`u32` at byte 5152)
+    pub weight_layer: u32,
+    /// Number of virtual lights of the camera, 1 to 65536. (`u32` at byte 5156)
+    pub count: u32,
+    /// Not read by the shaders.
+    pub _padding_1: [u8; 8],
+}
+impl Default for SglowDensityParametersEach {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowDensityParametersEach>(), 5168);
+    equal(core::mem::offset_of!(SglowDensityParametersEach, face_lights), 0);
+    equal(core::mem::offset_of!(SglowDensityParametersEach, grid), 5120);
+    equal(core::mem::offset_of!(SglowDensityParametersEach, weight_channel), 5136);
+    equal(core::mem::offset_of!(SglowDensityParametersEach, weight_layer), 5152);
+    equal(core::mem::offset_of!(SglowDensityParametersEach, count), 5156);
+};
+/// `SglowDensityParameters` of the variants with incidence = one.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowDensityParametersOne {
     /// The light's position with w = 1, or the direction towards it with w = 0. (`vec4<f32>` at byte 0)
     pub light: [f32; 4],
     /// Times a texel of the weights, it is the weight: (0, 0, 0, 1) for moments in f32, (1, 0, 0, 0) for weights apart. (`vec4<f32>` at byte 16)
@@ -13752,18 +14811,18 @@ pub struct SglowDensityParameters {
     /// Not read by the shaders.
     pub _padding_0: [u8; 8],
 }
-impl Default for SglowDensityParameters {
+impl Default for SglowDensityParametersOne {
     /// All bytes zero.
     fn default() -> Self {
         bytemuck::Zeroable::zeroed()
     }
 }
 const _: () = {
-    equal(size_of::<SglowDensityParameters>(), 48);
-    equal(core::mem::offset_of!(SglowDensityParameters, light), 0);
-    equal(core::mem::offset_of!(SglowDensityParameters, weight_channel), 16);
-    equal(core::mem::offset_of!(SglowDensityParameters, weight_layer), 32);
-    equal(core::mem::offset_of!(SglowDensityParameters, count), 36);
+    equal(size_of::<SglowDensityParametersOne>(), 48);
+    equal(core::mem::offset_of!(SglowDensityParametersOne, light), 0);
+    equal(core::mem::offset_of!(SglowDensityParametersOne, weight_channel), 16);
+    equal(core::mem::offset_of!(SglowDensityParametersOne, weight_layer), 32);
+    equal(core::mem::offset_of!(SglowDensityParametersOne, count), 36);
 };
 /// `SglowDirectParameters` of the variants with light = point.
 #[repr(C)]
@@ -13795,6 +14854,43 @@ const _: () = {
     equal(core::mem::offset_of!(SglowDirectParametersPoint, depth_bias), 92);
     equal(core::mem::offset_of!(SglowDirectParametersPoint, normal_offset), 96);
     equal(core::mem::offset_of!(SglowDirectParametersPoint, clip_from_light), 112);
+};
+/// `SglowDirectParameters` of the variants with light = several.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowDirectParametersSeveral {
+    /// The light of each face of the shadow map. (`array<SglowLight, 64>` at byte 0)
+    pub face_lights: [SglowLight; 64],
+    /// The camera's position. (`vec3<f32>` at byte 5120)
+    pub eye: [f32; 3],
+    /// Subtracted from a position's depth before it is compared, in units of depth, 0 to 1. (`f32` at byte 5132)
+    pub depth_bias: f32,
+    /// Number of faces, SGLOW_FACES at most. (`u32` at byte 5136)
+    pub face_count: u32,
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
+    /// Columns and rows of the faces' tiles. (`vec2<u32>` at byte 5144)
+    pub grid: [u32; 2],
+    /// Of each face in x: a position is moved along its normal by this before it is compared, in world units. (`array<vec4<f32>, 64>` at byte 5152)
+    pub face_normal_offset: [[f32; 4]; 64],
+    /// The projection of each face, of positions relative to its light's. (`array<mat4x4<f32>, 64>` at byte 6176)
+    pub clip_from_light: [[[f32; 4]; 4]; 64],
+}
+impl Default for SglowDirectParametersSeveral {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowDirectParametersSeveral>(), 10272);
+    equal(core::mem::offset_of!(SglowDirectParametersSeveral, face_lights), 0);
+    equal(core::mem::offset_of!(SglowDirectParametersSeveral, eye), 5120);
+    equal(core::mem::offset_of!(SglowDirectParametersSeveral, depth_bias), 5132);
+    equal(core::mem::offset_of!(SglowDirectParametersSeveral, face_count), 5136);
+    equal(core::mem::offset_of!(SglowDirectParametersSeveral, grid), 5144);
+    equal(core::mem::offset_of!(SglowDirectParametersSeveral, face_normal_offset), 5152);
+    equal(core::mem::offset_of!(SglowDirectParametersSeveral, clip_from_light), 6176);
 };
 /// `SglowDirectParameters` of the variants with light = spot; or light = directional.
 #[repr(C)]
@@ -14100,10 +15196,77 @@ const _: () = {
     );
     equal(core::mem::offset_of!(SglowMaterialTextured, emission_coordinates), 112);
 };
-/// `SglowMomentsParameters` of the variants with precision = f16.
+/// `SglowMomentsParameters` of the variants with light = several, precision = f16.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SglowMomentsParametersF16 {
+pub struct SglowMomentsParametersSeveralF16 {
+    /// The light of each face of the map. (`array<SglowLight, 64>` at byte 0)
+    pub face_lights: [SglowLight; 64],
+    /// Columns and rows of the faces' tiles. (`vec2<u32>` at byte 5120)
+    pub grid: [u32; 2],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 8],
+    /// Positions are kept relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 5136)
+    pub origin: [f32; 3],
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1: of its lobe with emitter lobe, 2/3 for sharpness 2 \[Tokuyoshi 2016, Eq. (6), Appendix B.1\]; else 1, for the direction is the normal. (`f32` at byte 5148)
+    pub diffuse_mean_length: f32,
+    /// A power of two that brings the power of every photon to at most 32768; see the halves' output. (`f32` at byte 5152)
+    pub power_scale: f32,
+    /// Not read by the shaders.
+    pub _padding_1: [u8; 12],
+}
+impl Default for SglowMomentsParametersSeveralF16 {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowMomentsParametersSeveralF16>(), 5168);
+    equal(core::mem::offset_of!(SglowMomentsParametersSeveralF16, face_lights), 0);
+    equal(core::mem::offset_of!(SglowMomentsParametersSeveralF16, grid), 5120);
+    equal(core::mem::offset_of!(SglowMomentsParametersSeveralF16, origin), 5136);
+    equal(
+        core::mem::offset_of!(SglowMomentsParametersSeveralF16, diffuse_mean_length),
+        5148,
+    );
+    equal(core::mem::offset_of!(SglowMomentsParametersSeveralF16, power_scale), 5152);
+};
+/// `SglowMomentsParameters` of the variants with light = several, precision = f32.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowMomentsParametersSeveralF32 {
+    /// The light of each face of the map. (`array<SglowLight, 64>` at byte 0)
+    pub face_lights: [SglowLight; 64],
+    /// Columns and rows of the faces' tiles. (`vec2<u32>` at byte 5120)
+    pub grid: [u32; 2],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 8],
+    /// Positions are kept relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 5136)
+    pub origin: [f32; 3],
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1: of its lobe with emitter lobe, 2/3 for sharpness 2 \[Tokuyoshi 2016, Eq. (6), Appendix B.1\]; else 1, for the direction is the normal. (`f32` at byte 5148)
+    pub diffuse_mean_length: f32,
+}
+impl Default for SglowMomentsParametersSeveralF32 {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowMomentsParametersSeveralF32>(), 5152);
+    equal(core::mem::offset_of!(SglowMomentsParametersSeveralF32, face_lights), 0);
+    equal(core::mem::offset_of!(SglowMomentsParametersSeveralF32, grid), 5120);
+    equal(core::mem::offset_of!(SglowMomentsParametersSeveralF32, origin), 5136);
+    equal(
+        core::mem::offset_of!(SglowMomentsParametersSeveralF32, diffuse_mean_length),
+        5148,
+    );
+};
+/// `SglowMomentsParameters` of the variants with light = spot, precision = f16; or light = directional, precision = f16; or light = point, precision = f16; or light = camera, precision = f16.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowMomentsParametersSpotF16 {
     /// `SglowLight` at byte 0.
     pub light: SglowLight,
     /// Positions are kept relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 80)
@@ -14115,23 +15278,23 @@ pub struct SglowMomentsParametersF16 {
     /// Not read by the shaders.
     pub _padding_0: [u8; 12],
 }
-impl Default for SglowMomentsParametersF16 {
+impl Default for SglowMomentsParametersSpotF16 {
     /// All bytes zero.
     fn default() -> Self {
         bytemuck::Zeroable::zeroed()
     }
 }
 const _: () = {
-    equal(size_of::<SglowMomentsParametersF16>(), 112);
-    equal(core::mem::offset_of!(SglowMomentsParametersF16, light), 0);
-    equal(core::mem::offset_of!(SglowMomentsParametersF16, origin), 80);
-    equal(core::mem::offset_of!(SglowMomentsParametersF16, diffuse_mean_length), 92);
-    equal(core::mem::offset_of!(SglowMomentsParametersF16, power_scale), 96);
+    equal(size_of::<SglowMomentsParametersSpotF16>(), 112);
+    equal(core::mem::offset_of!(SglowMomentsParametersSpotF16, light), 0);
+    equal(core::mem::offset_of!(SglowMomentsParametersSpotF16, origin), 80);
+    equal(core::mem::offset_of!(SglowMomentsParametersSpotF16, diffuse_mean_length), 92);
+    equal(core::mem::offset_of!(SglowMomentsParametersSpotF16, power_scale), 96);
 };
-/// `SglowMomentsParameters` of the variants with precision = f32.
+/// `SglowMomentsParameters` of the variants with light = spot, precision = f32; or light = directional, precision = f32; or light = point, precision = f32; or light = camera, precision = f32.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SglowMomentsParametersF32 {
+pub struct SglowMomentsParametersSpotF32 {
     /// `SglowLight` at byte 0.
     pub light: SglowLight,
     /// Positions are kept relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 80)
@@ -14139,17 +15302,17 @@ pub struct SglowMomentsParametersF32 {
     /// Length of the mean direction of a texel's diffuse emission, 0 to 1: of its lobe with emitter lobe, 2/3 for sharpness 2 \[Tokuyoshi 2016, Eq. (6), Appendix B.1\]; else 1, for the direction is the normal. (`f32` at byte 92)
     pub diffuse_mean_length: f32,
 }
-impl Default for SglowMomentsParametersF32 {
+impl Default for SglowMomentsParametersSpotF32 {
     /// All bytes zero.
     fn default() -> Self {
         bytemuck::Zeroable::zeroed()
     }
 }
 const _: () = {
-    equal(size_of::<SglowMomentsParametersF32>(), 96);
-    equal(core::mem::offset_of!(SglowMomentsParametersF32, light), 0);
-    equal(core::mem::offset_of!(SglowMomentsParametersF32, origin), 80);
-    equal(core::mem::offset_of!(SglowMomentsParametersF32, diffuse_mean_length), 92);
+    equal(size_of::<SglowMomentsParametersSpotF32>(), 96);
+    equal(core::mem::offset_of!(SglowMomentsParametersSpotF32, light), 0);
+    equal(core::mem::offset_of!(SglowMomentsParametersSpotF32, origin), 80);
+    equal(core::mem::offset_of!(SglowMomentsParametersSpotF32, diffuse_mean_length), 92);
 };
 /// One lobe of a virtual light in 16 bytes.
 #[repr(C)]
@@ -14402,10 +15565,46 @@ const _: () = {
     equal(core::mem::offset_of!(SglowStartsParameters, length), 0);
     equal(core::mem::offset_of!(SglowStartsParameters, count), 4);
 };
-/// `SglowSumParameters` of the shaders.
+/// `SglowSumParameters` of the variants with light = several.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct SglowSumParameters {
+pub struct SglowSumParametersSeveral {
+    /// The light of each face of the map. (`array<SglowLight, 64>` at byte 0)
+    pub face_lights: [SglowLight; 64],
+    /// Columns and rows of the faces' tiles. (`vec2<u32>` at byte 5120)
+    pub grid: [u32; 2],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 8],
+    /// Positions are summed relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 5136)
+    pub origin: [f32; 3],
+    /// Number of clusters, 1 to 65536. (`u32` at byte 5148)
+    pub count: u32,
+    /// The least positional variance: about that of one texel's footprint. (`f32` at byte 5152)
+    pub minimum_variance: f32,
+    /// Length of the mean direction of a texel's diffuse emission, 0 to 1, as the moments pass takes it. (`f32` at byte 5156)
+    pub diffuse_mean_length: f32,
+    /// Not read by the shaders.
+    pub _padding_1: [u8; 8],
+}
+impl Default for SglowSumParametersSeveral {
+    /// All bytes zero.
+    fn default() -> Self {
+        bytemuck::Zeroable::zeroed()
+    }
+}
+const _: () = {
+    equal(size_of::<SglowSumParametersSeveral>(), 5168);
+    equal(core::mem::offset_of!(SglowSumParametersSeveral, face_lights), 0);
+    equal(core::mem::offset_of!(SglowSumParametersSeveral, grid), 5120);
+    equal(core::mem::offset_of!(SglowSumParametersSeveral, origin), 5136);
+    equal(core::mem::offset_of!(SglowSumParametersSeveral, count), 5148);
+    equal(core::mem::offset_of!(SglowSumParametersSeveral, minimum_variance), 5152);
+    equal(core::mem::offset_of!(SglowSumParametersSeveral, diffuse_mean_length), 5156);
+};
+/// `SglowSumParameters` of the variants with light = spot; or light = directional; or light = point; or light = camera.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct SglowSumParametersSpot {
     /// `SglowLight` at byte 0.
     pub light: SglowLight,
     /// Positions are summed relative to this, or their variance cancels far from the world's origin. (`vec3<f32>` at byte 80)
@@ -14419,19 +15618,19 @@ pub struct SglowSumParameters {
     /// Not read by the shaders.
     pub _padding_0: [u8; 8],
 }
-impl Default for SglowSumParameters {
+impl Default for SglowSumParametersSpot {
     /// All bytes zero.
     fn default() -> Self {
         bytemuck::Zeroable::zeroed()
     }
 }
 const _: () = {
-    equal(size_of::<SglowSumParameters>(), 112);
-    equal(core::mem::offset_of!(SglowSumParameters, light), 0);
-    equal(core::mem::offset_of!(SglowSumParameters, origin), 80);
-    equal(core::mem::offset_of!(SglowSumParameters, count), 92);
-    equal(core::mem::offset_of!(SglowSumParameters, minimum_variance), 96);
-    equal(core::mem::offset_of!(SglowSumParameters, diffuse_mean_length), 100);
+    equal(size_of::<SglowSumParametersSpot>(), 112);
+    equal(core::mem::offset_of!(SglowSumParametersSpot, light), 0);
+    equal(core::mem::offset_of!(SglowSumParametersSpot, origin), 80);
+    equal(core::mem::offset_of!(SglowSumParametersSpot, count), 92);
+    equal(core::mem::offset_of!(SglowSumParametersSpot, minimum_variance), 96);
+    equal(core::mem::offset_of!(SglowSumParametersSpot, diffuse_mean_length), 100);
 };
 /// `SglowTreeParameters` of the shaders.
 #[repr(C)]
