@@ -106,7 +106,7 @@ const WITHIN: f64 = 0.25;
 /// What must not be concluded.
 const DOES_NOT_SHOW: &[&str] = &[
     "Times on a software driver compare variants and do not predict those of GPUs.",
-    "One light, one bounce, one camera; pictures are small, and times of passes over pixels grow with them.",
+    "One bounce, one camera; pictures are small, and times of passes over pixels grow with them.",
 ];
 
 /// Loads a scene and derives what it needs.

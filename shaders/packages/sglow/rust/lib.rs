@@ -2233,7 +2233,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "centres-warped-world",
         pass: centres::PASS,
         text: include_str!("../wgsl/centres-space_world.wgsl"),
-        sha256: "b2450efb804b54c4662a8fc40374cf9621f498c333e314cc35001411055aaa68",
+        sha256: "a45019dbac55e7e85b5903ae357898f4ce589baa5baeff1ac46acc0667e4af95",
     },
     Embedded {
         id: "check-both-f16",
@@ -2347,19 +2347,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cluster_sum-light_several-specular_power_albedo.wgsl"
         ),
-        sha256: "877077cb8c123970c3f92701f3d46716cbb39f7f40e8ac91170a71402e24aab3",
+        sha256: "dd5086ecd8e0c692c653ed5682f6088597abfb280cef002521cf28f9f59ef314",
     },
     Embedded {
         id: "cluster_sum-several-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_several.wgsl"),
-        sha256: "255381c28c05c0b99c7ebaea8536096e776063e70dd9438e860162d5ae800b5d",
+        sha256: "bc004fcdfb8c1f5e108be3dfd553ec4d92268b1fdbce62a68685e349838756c7",
     },
     Embedded {
         id: "cluster_sum-several-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_several-lobes_diffuse.wgsl"),
-        sha256: "58beccc42b74039de0460c95f6781c0d67139e1d314211bd1ce355777bcc42d4",
+        sha256: "0aedf9ce41a50d4f8132f43ef0a304769384baeda69feb2e0bf308a51ded89bb",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-both-albedo",
@@ -2471,19 +2471,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_leaves-light_several-specular_power_albedo.wgsl"
         ),
-        sha256: "561434487569463e73e8c03f468a069680daf4e4b1ef58ecee65cf8b26a0fff5",
+        sha256: "642ef4345d64a7e49aa5c48d3467c3716f543feed9c6a64085a77597c7290529",
     },
     Embedded {
         id: "cut_leaves-several-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_several.wgsl"),
-        sha256: "42b4b76360e9dc3d6bb67f83c54bbe630e34ad1fbc7bf72c2f1a16df0f7a17c0",
+        sha256: "404f5cde3dc506c2332b87dab224d39b4db9ae2504e060abb78a81da3780f95a",
     },
     Embedded {
         id: "cut_leaves-several-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_several-lobes_diffuse.wgsl"),
-        sha256: "2e49851fed37b5d32ded7462fad37f5ae312d11105fb82721eb8ee73938b51c2",
+        sha256: "ab6f693b69f2b7dd5609f69aa85af32bf06a570d1e9bb18a010183d42080912e",
     },
     Embedded {
         id: "cut_leaves-spot-both-albedo-exact",
@@ -2569,19 +2569,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_lit-several-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several-specular_power_albedo.wgsl"),
-        sha256: "ca1e6e6d9a4ae738a755bcbea6c8144c567c042dd3fd23f463f4f2c6b04c911b",
+        sha256: "d4195a9cc3a65cba10923fa293a543ae5edfcaa696f829b2d41309cb976b1bc6",
     },
     Embedded {
         id: "cut_lit-several-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several.wgsl"),
-        sha256: "036fb12d6acaae2d65634056a0b5c5b7d7c7d633b25cd7c23ecfc64b0327b38b",
+        sha256: "4923afea2d58b043a9560aac8a533981959134be820a85baf40e654dfd05b9f9",
     },
     Embedded {
         id: "cut_lit-several-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several-lobes_diffuse.wgsl"),
-        sha256: "d1ca8fe7483e5f08a9b7d9f1fe5d14ed008e2683f459cda37847e0e70cf719e1",
+        sha256: "780b3af7ca34e904add14787dba46e16875297d7f944661cac4700baf995b9d7",
     },
     Embedded {
         id: "cut_lit-spot-both-albedo",
@@ -3205,13 +3205,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-specular_power_albedo-precision_f16.wgsl"
         ),
-        sha256: "d9abdc3915ea9cfdc3c028c67224151f56c0da29c6baf3fc9fc0d2c614c0bf74",
+        sha256: "d4e40497f34e55095838ba562304917ca53c2bf62f6fcdb6cc333a85572c8ccd",
     },
     Embedded {
         id: "moments-several-both-albedo-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several-specular_power_albedo.wgsl"),
-        sha256: "1e471617e0bdfcef5f6bfe425757039f70c5532c17d4a88d3eb36ad9025cf45f",
+        sha256: "cfea145f8306f60bc3513e6c64130653d67a31b7cd16b46f8b32e68556aab441",
     },
     Embedded {
         id: "moments-several-both-albedo-toksvig-f16",
@@ -3219,7 +3219,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "d53c8e57fbad0cb6734e309c9ccc56d89544255df9ea00be91591a75a9f4cdd3",
+        sha256: "a051d809fcb35a218aa179a3088b3c0338538f0f4a97763c1428392acbd40b6a",
     },
     Embedded {
         id: "moments-several-both-albedo-toksvig-f32",
@@ -3227,19 +3227,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-specular_power_albedo-sharpness_toksvig.wgsl"
         ),
-        sha256: "84b977794095f3e1f949bf413c6f571c26bfe8ae0ed2e49fdcf34fceb8c587a5",
+        sha256: "0a167c1a795a6f4c16ae174a29de8729af4767c8d83506dfb71f15455a2ebef7",
     },
     Embedded {
         id: "moments-several-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several-precision_f16.wgsl"),
-        sha256: "6861c93a0507d71169f0805ed147ef5af7748d032f0ed5b6f35dfb3cf41851c2",
+        sha256: "a1412699dd0a2d644a902d26caa25086a1f120e2e4d08730a24cb3c72e7fafbc",
     },
     Embedded {
         id: "moments-several-both-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several.wgsl"),
-        sha256: "ac26d1bff6e565b44ece55bd926ef26092a643e947ecd633d768e294cb87f6bc",
+        sha256: "eb7ae09e27f07cd303863caff58bef83f031a1e1c32543847f41784eff0f6998",
     },
     Embedded {
         id: "moments-several-both-f0-toksvig-f16",
@@ -3247,13 +3247,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "aa6abdbd5987eade3a691ef8fe3ae1b9fc366ef8ac1709413d425f6e5e9a989d",
+        sha256: "6bd42abda506f3b35dca12f18163be57ee493b04424a7725258aa99b63cd2a13",
     },
     Embedded {
         id: "moments-several-both-f0-toksvig-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several-sharpness_toksvig.wgsl"),
-        sha256: "14fd2c24c801e24fc6513396c8402d08a7329ee537625e9ba9a78035702e6598",
+        sha256: "accb6ebf54e431ec894fba74db187c7c704a9ad95f78d75ca1d3169bfa24e231",
     },
     Embedded {
         id: "moments-several-diffuse-f0-exact-f16",
@@ -3261,13 +3261,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "805f8078bc9b42e213b8b09ebc59042d8c74022fac2e53d239a27722bf4aeec9",
+        sha256: "29fa13ea67c6e30d05a82c20841e81848319cc25090bfb50152149bab5544167",
     },
     Embedded {
         id: "moments-several-diffuse-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several-lobes_diffuse.wgsl"),
-        sha256: "189d7fe4c8038ccb06477aaec73a126fdff79092cafa826566cd9308360a811b",
+        sha256: "c794cd64004428c2fddd2fd7e25828661b00e7c3755fe606a93f3ebe0069891c",
     },
     Embedded {
         id: "moments-several-diffuse-f0-toksvig-f16",
@@ -3275,7 +3275,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "843c505a76b693a2e55d61fadc4e9c3099bb92c9975953f4af457e681b490312",
+        sha256: "b92ab11aaa324685320546a3e46a18a6f5b786e590994fcf7d1ff856eb96a994",
     },
     Embedded {
         id: "moments-several-diffuse-f0-toksvig-f32",
@@ -3283,7 +3283,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-lobes_diffuse-sharpness_toksvig.wgsl"
         ),
-        sha256: "ec9688353062933102ec2f34118799917ea28a731a957375cd2108234ad5116d",
+        sha256: "e26816f91ebc4861ba0dcd8559b8a8785f127f379a53e520c3fc0df31b8de429",
     },
     Embedded {
         id: "moments-spot-both-albedo-exact-f16",
@@ -3367,19 +3367,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "sample-warped-modified-bisection-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection.wgsl"),
-        sha256: "76802347b9cc2442eaa560a2065e508f32161a044a825235186dd5f925a96f58",
+        sha256: "89c4d1e6dc3803577c35c2c23b6017d0771f51c34ec98bb990672019fc3a2db9",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-lobes_diffuse.wgsl"),
-        sha256: "82404eb362d2b2be35d0e629bda2e9e42205bf0eba8e7983596416ee1f434a2a",
+        sha256: "2ca76b93edcfd4ef9e0eaff7c3f02c89a6b1006cc2b3ad5c5a0e720ac6de05a2",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-sharpness_toksvig.wgsl"),
-        sha256: "6efc5ed97b73f5babcfa7f5997ee23de4fd8b1b728243ead2eeb42b2d0deaeba",
+        sha256: "27ec2686df511317942d2baa5c1f78b63dbf9ca38de97e0ceec0cf9e3f6a0f84",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-toksvig-diffuse-f32",
@@ -3387,13 +3387,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "cc04b9e583c3e27f4fbdb24bf7b3b1f741ab2bd22733f0e9013702b754dd7a52",
+        sha256: "534f605a31c609fd55404829a1d2c61445e3179b5d3409702ed49cf470ab4f03",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-solver_bisection-filter_hardware.wgsl"),
-        sha256: "502b8b21d704363c31d1f128a71a0740757f59d2dd37f97a31127790ac73ce8a",
+        sha256: "ecb6b71df357dac7f637ea3ffbf46f38363070271866371d49c784ac2b4a4058",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-exact-diffuse-f32",
@@ -3401,7 +3401,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "5235cde9746ba1f002a6ab52137db58274df78d979edb0aed2149da1754cca29",
+        sha256: "5bf8527cb6322be27e7bfcb42376e0988dc2a7574f28e006ec4beec7cea56d49",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-both-f32",
@@ -3409,7 +3409,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig.wgsl"
         ),
-        sha256: "97ca4f2b83f432df13399397134ccf7f6ca5e6a13859a03538ec7f9a14cbe84b",
+        sha256: "be845246546b53e4a53ea682de2ba962e4bf952e94217657f26332008433ed20",
     },
     Embedded {
         id: "sample-warped-modified-bisection-hardware-trace-toksvig-diffuse-f32",
@@ -3417,49 +3417,49 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-solver_bisection-filter_hardware-sharpness_toksvig-lobes_diffuse.wgsl"
         ),
-        sha256: "52b639c44f0eb577cac5c0940a41b84390f689f3ce8ba29f593714bf345dcf4a",
+        sha256: "5fe3240d680de0a864193a45b644debe937575f7540755c042e4f4e0d39a58f6",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-precision_f16.wgsl"),
-        sha256: "1ad9b1fde4f49cfd3499821cbea905756fd66c2c74b7b444beeb8c4acba02313",
+        sha256: "881efd1b002f979934510a4ff7b4968c097b6d8cd3d9170a0574bc063e9e2e98",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample.wgsl"),
-        sha256: "fd96f1ed4108cefd4082031276039301eae2d33f6e3f90b44e95725185d4911b",
+        sha256: "e13dcbca1e6f774e5b0407d09fd768ecf92e894e14c3205c05c645aa10d953b2",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f16",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "e20861754e96ef530d00e3936b7bf3d932642bf08d30c22bccb22c248ccfae12",
+        sha256: "7337eaaa581b7ad89a4cb00799981aa423970bbf4602aa6821f73ccbbe624036",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-exact-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-lobes_diffuse.wgsl"),
-        sha256: "df36139b5d5aa8471263485f8f8803fa3893e1e6a429476a51b707e18ad1d8a2",
+        sha256: "57d3b58d1a7596f4e04e49d95abcbe10c5955f54ae1cd547ef44113e447783bd",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware.wgsl"),
-        sha256: "74cfdf78f66474a32b4eb9b309c9d889bf8878b515a1a37920563bb27ffd708e",
+        sha256: "9c1025afd71924283ea0bcd06a950c69c0aff78288bc1296cf252d91d406b44a",
     },
     Embedded {
         id: "sample-warped-modified-bracketed-hardware-trace-exact-diffuse-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-filter_hardware-lobes_diffuse.wgsl"),
-        sha256: "9fd01f1e5fb387732d6cde55332443e3d4ec4ae75e9a1317219af27337137f72",
+        sha256: "8500836361418016c301d688a4bf5e8b3fa787af48989409a5defd870ff25a1b",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-both-f32",
         pass: sample::PASS,
         text: include_str!("../wgsl/sample-kernel_previous-solver_none.wgsl"),
-        sha256: "c4b1fc06671ac16fbaeb31a69aa9c1af02ff2f8059a587a97016e48594d46036",
+        sha256: "9b6b195d897ec99f90730a1e8c4b672f7dbf3d245ffef8bb44f60ecf42c073a6",
     },
     Embedded {
         id: "sample-warped-previous-none-exact-trace-exact-diffuse-f32",
@@ -3467,7 +3467,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-lobes_diffuse.wgsl"
         ),
-        sha256: "d489d37707a8f258932389a196d3b6bdeb1cd7a83474fb90933c1f2e00e7352f",
+        sha256: "c459071fd769d5816e251a91bc64388ab1c4127b8822aaeb9479d65a568527c8",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-both-f32",
@@ -3475,7 +3475,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-filter_hardware.wgsl"
         ),
-        sha256: "cf67d66e19bf38d7f67fbdc28dce170c9fe63b46767c3f5cdf9c97b5b1ba9831",
+        sha256: "c5c8f4fd29006965b4fa5db5b5ba8e259efbf18b88a760b6188d28619ae6970e",
     },
     Embedded {
         id: "sample-warped-previous-none-hardware-trace-exact-diffuse-f32",
@@ -3483,7 +3483,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/sample-kernel_previous-solver_none-filter_hardware-lobes_diffuse.wgsl"
         ),
-        sha256: "2ad4ec18f372abfa809d3cd8c418f951c38f1ec0bb07069537ec070d605cb1f7",
+        sha256: "a61ee848d026a6cccee9757edca910eb4a5880938a8a483292cae48bdbcf85e0",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",

@@ -67,8 +67,8 @@ fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
 /// One of the centres that are distributed by a density.
 /// [Tokuyoshi 2016, Section 5, Section 6]
 ///
-/// density: means, a power-of-two square with all its levels; drawn: in [0, 1]^2, uniformly distributed if it is warped,
-/// with Markov chains where one is.
+/// density: means, a power-of-two square with all its levels; drawn: in [0, 1]^2, uniformly distributed if it is
+/// warped, else where a Markov chain is.
 fn sglow_draw(density: texture_2d_array<f32>, drawn: vec2<f32>) -> SglowCentre {
     return sglow_warp(density, drawn);
 }

@@ -400,14 +400,12 @@ fn sglow_texel_footprint(
     cosine: f32,
 ) -> f32 {
     if sglow_is_directional(light) {
-        let extent = 2.0 * light.half_extent / vec2<f32>(size);
-        return extent.x * extent.y / max(cosine, 0.05);
+        let side = 2.0 * light.half_extent / vec2<f32>(size);
+        return side.x * side.y / max(cosine, 0.05);
     }
-    {
-        let extent = 2.0 * light.tan_half_angle / vec2<f32>(size);
-        let at = (vec2<f32>(texel) + 0.5) * extent - light.tan_half_angle;
-        return sglow_texel_solid_angle(at, extent) * squared / max(cosine, 0.05);
-    }
+    let extent = 2.0 * light.tan_half_angle / vec2<f32>(size);
+    let at = (vec2<f32>(texel) + 0.5) * extent - light.tan_half_angle;
+    return sglow_texel_solid_angle(at, extent) * squared / max(cosine, 0.05);
 }
 
 /// The solid angle of an image's texel: its area on the plane at unit distance times the cube of the cosine.
@@ -422,16 +420,14 @@ fn sglow_texel_solid_angle(at: vec2<f32>, extent: vec2<f32>) -> f32 {
 /// texel: below size; size: of the whole map. Result: watts (or lumens) per channel.
 fn sglow_photon_power(light: SglowLight, texel: vec2<u32>, size: vec2<u32>) -> vec3<f32> {
     if sglow_is_directional(light) {
-        let extent = 2.0 * light.half_extent / vec2<f32>(size);
-        return light.intensity * (extent.x * extent.y);
+        let side = 2.0 * light.half_extent / vec2<f32>(size);
+        return light.intensity * (side.x * side.y);
     }
     // A face of a point light is the image of a spot light without a cone.
-    {
-        let extent = 2.0 * light.tan_half_angle / vec2<f32>(size);
-        let at = (vec2<f32>(texel) + 0.5) * extent - light.tan_half_angle;
-        let cosine = inverseSqrt(1.0 + dot(at, at));
-        return sglow_spot_intensity(light, cosine) * sglow_texel_solid_angle(at, extent);
-    }
+    let extent = 2.0 * light.tan_half_angle / vec2<f32>(size);
+    let at = (vec2<f32>(texel) + 0.5) * extent - light.tan_half_angle;
+    let cosine = inverseSqrt(1.0 + dot(at, at));
+    return sglow_spot_intensity(light, cosine) * sglow_texel_solid_angle(at, extent);
 }
 
 /// Whether a light among several is directional: of the others the half extent is 0.

@@ -118,7 +118,7 @@ fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
 /// there can be several roots, or none; what each solver gives then stands beside it. Eq. (5) keeps its total all the
 /// same, for its numerator and denominator share the kernel.
 ///
-/// drawn: what sglow_draw takes; count: number of kernels, at least 1; size_factor: K, above 0.
+/// drawn: in [0, 1]^2; count: number of kernels, at least 1; size_factor: K, above 0.
 fn sglow_kernel(density: texture_2d_array<f32>, drawn: vec2<f32>, count: u32, size_factor: f32) -> SglowKernel {
     let top = i32(textureNumLevels(density)) - 1;
     let size = vec2<f32>(textureDimensions(density, 0));
@@ -137,8 +137,8 @@ fn sglow_kernel(density: texture_2d_array<f32>, drawn: vec2<f32>, count: u32, si
 /// One of the centres that are distributed by a density.
 /// [Tokuyoshi 2016, Section 5, Section 6]
 ///
-/// density: means, a power-of-two square with all its levels; drawn: in [0, 1]^2, uniformly distributed if it is warped,
-/// with Markov chains where one is.
+/// density: means, a power-of-two square with all its levels; drawn: in [0, 1]^2, uniformly distributed if it is
+/// warped, else where a Markov chain is.
 fn sglow_draw(density: texture_2d_array<f32>, drawn: vec2<f32>) -> SglowCentre {
     return sglow_warp(density, drawn);
 }

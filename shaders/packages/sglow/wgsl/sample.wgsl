@@ -115,7 +115,7 @@ fn sglow_lattice_point(index: u32, count: u32) -> vec2<f32> {
 /// there can be several roots, or none; what each solver gives then stands beside it. Eq. (5) keeps its total all the
 /// same, for its numerator and denominator share the kernel.
 ///
-/// drawn: what sglow_draw takes; count: number of kernels, at least 1; size_factor: K, above 0.
+/// drawn: in [0, 1]^2; count: number of kernels, at least 1; size_factor: K, above 0.
 fn sglow_kernel(density: texture_2d_array<f32>, drawn: vec2<f32>, count: u32, size_factor: f32) -> SglowKernel {
     let top = i32(textureNumLevels(density)) - 1;
     let size = vec2<f32>(textureDimensions(density, 0));
@@ -134,8 +134,8 @@ fn sglow_kernel(density: texture_2d_array<f32>, drawn: vec2<f32>, count: u32, si
 
 /// One of the centres that are distributed by a density, with what the levels above it say of a mass.
 ///
-/// drawn: as above; inverse_mean: one over the top level's texel, which is above 0; mass: above 0, in texels of mean
-/// density.
+/// drawn: in [0, 1]^2, as for one centre alone; inverse_mean: one over the top texel, above 0; mass: above 0, in
+/// texels of mean density.
 fn sglow_draw_guided(
     density: texture_2d_array<f32>,
     drawn: vec2<f32>,
