@@ -180,7 +180,7 @@ fn kernels_and_clusters_take_their_centres_from_the_chains() {
     let (kernels, chains) = centres(whole_space());
     assert_eq!(kernels, chains);
     let id = "sample-metropolis-modified-bracketed-exact-trace-exact-both-f32";
-    let (kernels, chains) = centres(&broken(id, "sglow_chains[index]", "sglow_chains[index / 2u]"));
+    let (kernels, chains) = centres(&broken(id, "sglow_chains[id.x]", "sglow_chains[id.x / 2u]"));
     assert_ne!(kernels, chains, "other chains go unnoticed");
 
     let size = [SIZE; 2];

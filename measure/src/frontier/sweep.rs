@@ -163,7 +163,8 @@ fn at(
     settings: &Settings,
 ) -> Result<At, FrontierError> {
     let name = format!("{} {} {}", settings.solver, settings.iterations, settings.size_factor);
-    let name = format!("{} {name}", settings.filter);
+    let name =
+        format!("{} {name} {} {} {}", settings.filter, settings.space, settings.cut, settings.map);
     cache.get(&subject.key("sweep", &name, settings)?, || {
         let Drawn { renderer, frame, .. } = subject.drawn()?;
         let (maps, _) = subject.maps(settings, 0)?;
