@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use sglow_oracle::cut::LightTree;
 use sglow_oracle::cut::estimate::SLACK;
 use sglow_oracle::cut::tile::{self, How, SIDE};
+use sglow_oracle::metrics::luminance;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_renderer::device::{DeviceError, Gpu};
 use sglow_renderer::frame::{Frame, Renderer};
@@ -17,7 +18,7 @@ use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shaders::{Cut, Emitter, Lobes, Ndf, Space, Specular, Visibility};
 
-use crate::light_maps::LightMapsError;
+use crate::light_maps::{LightMapsError, indirect};
 
 /// The built-in scenes that are measured.
 pub const SCENES: [&str; 3] = ["cornell", "columns", "atrium"];
@@ -160,21 +161,10 @@ impl Lists {
     }
 }
 
-fn indirect(frame: &Frame) -> Radiance {
-    let pixels = frame.gbuffer.position.len();
-    let mut sum = vec![[0.0; 3]; pixels];
-    for layer in [&frame.indirect_diffuse, &frame.indirect_specular].into_iter().flatten() {
-        for (sum, texel) in sum.iter_mut().zip(layer) {
-            sum.iter_mut().zip(texel).for_each(|(sum, part)| *sum += part);
-        }
-    }
-    sum
-}
-
 /// A cut's picture against that of all texels.
 fn error(cut: &Frame, all: &Frame, size: [u32; 2]) -> CutError {
     let surfaces: Vec<SurfaceTexel> = reference::texels(&cut.gbuffer);
-    let (picture, whole) = (indirect(cut), indirect(all));
+    let [picture, whole] = [cut, all].map(indirect);
     let present: Vec<usize> =
         (0..surfaces.len()).filter(|&pixel| surfaces[pixel].present).collect();
     let pair = Pair {
@@ -195,8 +185,7 @@ const SAME: (f64, f64) = (0.99, 0.05);
 /// The largest change of the relative error between neighbours on one surface. In the dark, errors are in parts of a
 /// hundredth of the mean.
 fn jump(surfaces: &[SurfaceTexel], picture: &Radiance, all: &Radiance, width: usize) -> f64 {
-    let luminance =
-        |[r, g, b]: [f32; 3]| 0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b);
+    let luminance = |pixel: [f32; 3]| luminance(pixel.map(f64::from));
     let mean = all.iter().map(|&pixel| luminance(pixel)).sum::<f64>() / all.len() as f64;
     let relative = |at: usize| {
         let (found, exact) = (luminance(picture[at]), luminance(all[at]));

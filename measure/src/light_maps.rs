@@ -62,6 +62,12 @@ fn layers(layers: &[Option<&Vec<[f32; 4]>>], pixels: usize) -> Radiance {
     })
 }
 
+/// The indirect light of a frame.
+pub(crate) fn indirect(frame: &Frame) -> Radiance {
+    let parts = [frame.indirect_diffuse.as_ref(), frame.indirect_specular.as_ref()];
+    layers(&parts, frame.direct.len())
+}
+
 impl Case {
     /// Draws the reference of a scene, with `paths` for each pixel.
     ///
@@ -112,8 +118,7 @@ impl Case {
         let renderer = Renderer::new(gpu, package, &self.scene, &settings, 0)?;
         renderer.render()?;
         let frame: Frame = renderer.read()?;
-        let parts = [frame.indirect_diffuse.as_ref(), frame.indirect_specular.as_ref()];
-        let picture = layers(&parts, self.fixed.len());
+        let picture = indirect(&frame);
         let whole = self.halves.each_ref().map(|half| sum(&self.fixed, half));
         Ok(compare(&Pair {
             size: settings.size,

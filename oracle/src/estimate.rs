@@ -52,7 +52,7 @@ impl Estimate {
 impl core::ops::Add for Estimate {
     type Output = Self;
 
-    /// The sum of two independent estimates of one pixel, as by the light of two lamps, and its noise.
+    /// The sum of two independent estimates of one pixel, as of the light of two lights, and its noise.
     fn add(self, other: Self) -> Self {
         let noise = |a: Vector3, b: Vector3| (a.times(a) + b.times(b)).map(f64::sqrt);
         let [own, its] = [&self.standard_errors, &other.standard_errors];
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_light_of_two_lamps_adds_up_and_its_noise_by_its_squares() {
+    fn estimates_of_two_lights_add_up_and_their_noise_by_its_squares() {
         let of = |mean: f64, noise: f64| Estimate {
             mean: Reflected { diffuse: Vector3::splat(mean), specular: Vector3::splat(1.0) },
             standard_errors: Reflected { diffuse: Vector3::splat(noise), ..Reflected::none() },

@@ -3,11 +3,11 @@
 //!
 //! Brute force in f64, with the real BRDF at both ends of every path and without visibility: what the virtual spherical
 //! Gaussian lights approximate. A texel is the piece of its surface's plane that the light's rays through its corners
-//! cut out ([`crate::light::Light::quad`]); what falls on it is spread evenly, and its front reflects it. Far from a receiver it is a
-//! point, and the sum is that over virtual point lights [Keller 1997, Dachsbacher 2005]. The inverse square of the
-//! distance has no finite integral over the surface, so that near a receiver points are bright spots: there a texel is
-//! a flat quadrilateral of even radiance, whose irradiance is exact, cut off at the receiver's horizon. Where a lobe
-//! is narrower than a texel, it is cut into pieces.
+//! cut out ([`crate::light::Light::quad`]); what falls on it is spread evenly, and its front reflects it. Far from a
+//! receiver it is a point, and the sum is that over virtual point lights [Keller 1997, Dachsbacher 2005]. The inverse
+//! square of the distance has no finite integral over the surface, so that near a receiver points are bright spots:
+//! there a texel is a flat quadrilateral of even radiance, whose irradiance is exact, cut off at the receiver's
+//! horizon. Where a lobe is narrower than a texel, it is cut into pieces.
 //!
 //! What remains is the map itself: one position, normal and material for each texel. So the error is that of the map's
 //! resolution, and it is found by comparing maps.

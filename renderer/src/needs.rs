@@ -90,9 +90,10 @@ pub fn least_limits() -> wgpu::Limits {
     wgpu::Limits::default()
 }
 
-/// What a scene needs, lit by its light number `light` (the first if there is no such light), or by all if the requested
-/// light is several, of the numbers of the requested settings. What a device with these limits could not do is brought within them: how large things are, the frame
-/// of the `description` says. Settings of which it makes no frame stay as they are; its evaluation says what is wrong.
+/// What a scene needs, lit by its light number `light` (the first if there is no such light), or by all if the
+/// requested light is several, of the numbers of the requested settings. What a device with these limits could not do
+/// is brought within them: how large things are, the frame of the `description` says. Settings of which it makes no
+/// frame stay as they are; its evaluation says what is wrong.
 pub fn needs(
     description: &Description,
     scene: &Scene,

@@ -1,6 +1,8 @@
 //! The image that the reflective shadow map of a light is, or of several: its projections, and what the shaders know of the
 //! lights.
 
+use std::slice;
+
 use glam::camera::rh::proj::directx::orthographic;
 use glam::camera::rh::view::look_to_mat4;
 use glam::{DVec3, Mat4, Vec3, Vec4};
@@ -290,7 +292,7 @@ impl LightView {
 
     /// Each light, one of them by itself.
     pub fn each(&self) -> &[Self] {
-        if self.lights.is_empty() { std::slice::from_ref(self) } else { &self.lights }
+        if self.lights.is_empty() { slice::from_ref(self) } else { &self.lights }
     }
 
     /// The light of each face, with the axes of the face; those of a point light have no other cone than their image.
@@ -318,7 +320,7 @@ impl LightView {
         uniform(inputs, input::LIGHT, &self.uniform);
         if self.kind == Light::Several {
             let mut lights: Vec<f32> = self.face_lights().iter().flat_map(numbers).collect();
-            lights.resize(MAXIMUM_FACES * numbers(&self.uniform).len(), 0.0);
+            lights.resize(MAXIMUM_FACES * numbers(&self.uniform).count(), 0.0);
             matrices.resize(MAXIMUM_FACES * 16, 0.0);
             inputs.set(input::FACE_LIGHTS, Input::F32(lights));
         }
@@ -349,37 +351,30 @@ pub fn grid(faces: u32) -> [u32; 2] {
     [1 << bits.div_ceil(2), 1 << (bits / 2)]
 }
 
+/// The members of a light in their order.
+fn members(light: &SglowLight) -> [(&'static str, &[f32]); 9] {
+    [
+        ("position", &light.position),
+        ("tan_half_angle", slice::from_ref(&light.tan_half_angle)),
+        ("right", &light.right),
+        ("half_extent", slice::from_ref(&light.half_extent)),
+        ("up", &light.up),
+        ("cone_scale", slice::from_ref(&light.cone_scale)),
+        ("forward", &light.forward),
+        ("cone_offset", slice::from_ref(&light.cone_offset)),
+        ("intensity", &light.intensity),
+    ]
+}
+
 /// The numbers of a light, member by member.
-fn numbers(light: &SglowLight) -> [f32; 19] {
-    let mut all = [0.0; 19];
-    let parts: [&[f32]; 9] = [
-        &light.position,
-        &[light.tan_half_angle],
-        &light.right,
-        &[light.half_extent],
-        &light.up,
-        &[light.cone_scale],
-        &light.forward,
-        &[light.cone_offset],
-        &light.intensity,
-    ];
-    for (to, from) in all.iter_mut().zip(parts.into_iter().flatten()) {
-        *to = *from;
-    }
-    all
+fn numbers(light: &SglowLight) -> impl Iterator<Item = f32> {
+    members(light).into_iter().flat_map(|(_, numbers)| numbers).copied()
 }
 
 fn uniform(inputs: &mut Inputs<'_>, name: &'static str, light: &SglowLight) {
-    inputs
-        .member(name, "position", light.position)
-        .member(name, "tan_half_angle", light.tan_half_angle)
-        .member(name, "right", light.right)
-        .member(name, "half_extent", light.half_extent)
-        .member(name, "up", light.up)
-        .member(name, "cone_scale", light.cone_scale)
-        .member(name, "forward", light.forward)
-        .member(name, "cone_offset", light.cone_offset)
-        .member(name, "intensity", light.intensity);
+    for (member, numbers) in members(light) {
+        inputs.member(name, member, Input::F32(numbers.to_vec()));
+    }
 }
 
 /// A right-handed perspective projection with depth 0 at the near plane and 1 at the far one.

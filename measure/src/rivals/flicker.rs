@@ -127,8 +127,8 @@ fn shares(one: &Settings, other: &Settings) -> bool {
     drawn_by(one) == drawn_by(other)
 }
 
-/// Moves the first light of a scene, while others stay, and follows every contender. The density of the first one is computed once for all
-/// that draw by the same.
+/// Moves the first light of a scene, while others stay, and follows every contender. The density of the first one is
+/// computed once for all that draw by the same.
 ///
 /// `progress` receives the number of frames that are done.
 ///

@@ -3489,43 +3489,43 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "ed1ef44403b16f0c6a9a895aa5560b259a9c7ef51fc64d06e63018ea21424904",
+        sha256: "9b906ec9f46490dc93a8f982a891aef46bfae72c8b68740e718015cf54f84852",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "67348ea8ae215c1297ae76560b35a421b0db1854e6892831ddc660e3593c9fc1",
+        sha256: "bfc3fb0d11e677ef447437d7bed355c987477ca5db2afa7e4c82076394e4c2c6",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "818406041d68fb1c6249055802009ce27e6368353416040d501dd0876336d305",
+        sha256: "6fed7848640fa3fac32a5d4a27f5d0fe0bede096636a8842ec162d44195af7e0",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "697a37bc158dd9b7f44f45719d85112ab90560971ac6f8dba82ca7631887298d",
+        sha256: "314228ab930247a3c9742da330aaba573fbf005a3b54ea2ffe853fa3652c35c3",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "ae969ea1257fecccc161397810a40ee8c0c206b80be46f7edf937b2eb74d4729",
+        sha256: "0dd9aff9c79db7ffb8af802c985b1a059fb193d0da528a12f820b03d97d93672",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "e8c47a9234abb6ba0b5e7508dd4c9093eb722d2f08661cc55dbbd0858126ac3f",
+        sha256: "780ba02f5c5c6bf3332d587d6ed6a97e25cc4273a35121021cabe0f7c998d703",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "6608a46bcb25d0e339694a33f2e9c46231d6d12e2dd4fb8071accc50d6626c28",
+        sha256: "7830de258b4f2838681cc8c6ea9aaa7e37991b40ee479b982765560a38f323eb",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -3533,31 +3533,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "c6f840a0587c264eea041bf0f955d358d87a938a4e3d7553b0583973c955de96",
+        sha256: "1bf6a76961d9b5f8e2e24bcc5e7b4cb7675760c315a43e284fdf70066355bef4",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "39f0858ab084edf905e54b401ccb5406f74bfa91d839e4e5a084dc80cf2d3c8e",
+        sha256: "a6643a6e0976b7771e2d2b5dde47a00606d636471d44b6f2179c2adffee60618",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "1cce279ad67a654cebbc26ea80fc184e854cf8c66e44aa874d3a12264e125bc8",
+        sha256: "4010f8233fe3012b3b11c912c38584d08bf9ab5124b02cc70f44162ccba0373f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "26bf81c5a3f8c789353d4b3298db4812959b4b140821a29bf85174ea1fd89de7",
+        sha256: "85acffba3f25aeb527ed6cba6d0d564c9139c3e10b278db7f0e6d7b44a08d343",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "617572bb1562bc789ab637e218a8aeaabf27b5ced4cc035c941e0695f85103a4",
+        sha256: "30ea1af75e0b5aa0b86eed7f02bbc9f329e73c49f39a0742db19759d3b10cac3",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3565,13 +3565,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "d4e6592eaf624e82eb683d788166c737b8fdb22ad44c7494e469cbca61fead69",
+        sha256: "2da00d2e78e986e1874f6e928ea645f37290ecd902164e24e45cf157c2a1848b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "644dacfe8a434b27601a9d16c3c1627a1882f4254ae1d77e53101f22f21f935b",
+        sha256: "c3af4df987fc99e0ecdfd5b85c723e00fd46cfd1617921f260e8a8b103898645",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3579,7 +3579,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "b505596a774ed12aee1778f64f8bebc9018308e621956e85b92f834161a4a385",
+        sha256: "ac66bf0602913c171497cbb9141e3d1892d8b2ece318896a930e451b000baec5",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3587,13 +3587,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "62ca85554e1df3412225c7a24486aceae5ed455f5b6f54d8912e4d195dd1bd08",
+        sha256: "72f32d0f4d229eed728aeb636f05299069ee41eaa05543d60983e2743dbcc9e5",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "c97e2f9a1cb77977e89fa4200b57b73425e1798d08c917059a619e07b80879b7",
+        sha256: "c9ca273fc10ceaf927db7e33b861a3a40beb47b2027e6ecad1757eb467d9c1d0",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3601,13 +3601,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "e6047361839b722d5cb8889de092e823e4ec4ac625729735cb16e88794adebc3",
+        sha256: "7106d74be9bbc813ce0ea87cf25c2b4f213c60d6b4d0baef94d2a2ab78d90f04",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "179d74a512cf6dbc7ba3befdaea17b2e91d31362b1f1693a2110ea37e8b75974",
+        sha256: "c847be7c79dc2f73d08ce57311575a2127bf1eaf043cff54637f349cb6972152",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -3615,7 +3615,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "54a7f718be59242954ad875ed238ab9ccc596e2b29bfb4c2acc5fd94601f7c8c",
+        sha256: "c78679d9e2949af570abb6503bc6c484b0c18868ab2a54fdd78f2bd7c06faec3",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -3623,13 +3623,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "85534be4c7092b2d1fa08770ea57b60b03986010ed5cab4d9b5c00430bbda347",
+        sha256: "e357c457c9eab57af44be5332cfecdbf639db5f80f3710d2f1133b3154946d94",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "6ae9e134b13a856b7f99b76837e3a3c7dba5d4307be1829ea210d5ee8ca02493",
+        sha256: "1274203fe605adef413d65bed9d2406fad575f66f6168dc1bef41f1b5e650723",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -3637,7 +3637,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "2ac032feda182073e941c6964fd7aea3795aa7127e2067ad97a94a43e403e743",
+        sha256: "299be28c1ce257def2c4ce59cd5628c13523f60d1d778a5e4e589c9f47b757c3",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -3645,7 +3645,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "abed82d3c5c8c1fdbbc4b37f4181b7d3f6ee168ef4dccc095c6af8d7b389dd9c",
+        sha256: "2e25955758ca6f6cc13cbca06c438be2d0afbf54bd9b87bb19b7b6539354e71b",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3653,7 +3653,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "92f813f85cd5125780d36a1c646b97bc5657dcd93c5a82bbf2e7a09feccc9fab",
+        sha256: "a0fd46e5610d38351b09a714e9aca4f75f235964ea89bc24c4fb1bb5249ef8ed",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -3661,7 +3661,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "bd261a1ed48f98d4455eee5db0b64b81b4a1eb5f8ae536c69903f05724122352",
+        sha256: "77dd424d84229e033ab50229503752186079622aa82e5d2d9398db9f619b538d",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -3669,13 +3669,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "70bebe5efcb21831711e40fff77fc80e9369e7fd482fec4a807d515c308833a1",
+        sha256: "387da46a13e36bd163984e68973439e50d7a0f1d808f4d16bf640c74a9a2c9c8",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "5e05fc8fcf16429978bcacb5fac73b82568ee2189c259968f225ed177fe44c08",
+        sha256: "3032873684728d9d2212a024d729687c774a2cb9e63e86317628191bea97950c",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -3683,7 +3683,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "298d578483863f00d72a2f744c249f600d437ebdac9062505f10a1a313b57727",
+        sha256: "178be3309c5b969674f7a2536332c768993ae61be43b65098228ec69c8d6b7d7",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -3691,37 +3691,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "2ba0efba33458c0d98bf43916ed3845a67c0c48c929a15196f822f986d31edbc",
+        sha256: "c32f1415e7f7d7a4f9ec9ccfa45441702756e32ecc37a2e77e71a0ad643e2125",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "e55e182b7008eb2ef67b88707eaa10ce8dd56eceffd1027ae3827521de82e206",
+        sha256: "79a2ccd1a49cb438c732e98c55e85ff40364b231e6034142c72c87efaf22731c",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "79c9ac1598448e8e6396293b9f2a47725a3c7be08c0c234a3eb5b4fa23c99262",
+        sha256: "f5b4969d979b0036975e52c89d59e159d2a262c989d12f7ebede4346c6b92948",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "75f6136c3ff8505a9ffec4c336b1493b2077a9d561191421f01276ea1a2c8f79",
+        sha256: "62606e1d8b3b427406ec19ea4cc5093171bf9ec15abf3d9daf8628b3059e9ec8",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "625c11b90e7a104a853c9f63d053d15b5e4959b127eb1c6699b72dd2c45568f8",
+        sha256: "1bfb0ce358e911c9359bc15aa07778c89caa23dd348f1d5244f8afeb01184483",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "e46868c095945f257d37b10653a9fbf31d58cfbc66655fea90e571382a4e5f0f",
+        sha256: "26c3230014e2d523d9198fbd9b13fcceeac7a3304a2f63b4da07b635e11162e8",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3729,31 +3729,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "b84a6a9c260f2177ea1211124cd3d044a671e1af028698f74748c7481f90901d",
+        sha256: "78918291c25c8bd025e05539ac95ddd8132979a2852186df647d95fdfbcef3e7",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "88a7f7e7e614197011d4e3a105c3149c01f3a6a277133952cda63410ffc659aa",
+        sha256: "51411ad4422a9fb3733d54473e5a8b653b05198caf7ad6f96b12bb5638739731",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "ea458c9556af823ffd977a82dda9a68f94015ab83358f3bed0ed82194e89c915",
+        sha256: "76856a73ecdb82c6aed8b6e4fb7675212e112efb2110d7eabfc9dc4d8f1e9201",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "b5aa69c298a926fb9710ec2503fc856f8b171eca7683632a3ffa442f74b6b761",
+        sha256: "671b062cf0975562adb1e23e2b39689b63ed78685f047641970b5dc8734684bf",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "8e1324e2beedf14f517b85372c323978792c0b2cbe9a067e16839bbe773d524d",
+        sha256: "06db120441b2d633294fc8a5ca41561f3305827d7b797882955144ab00342425",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3761,7 +3761,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "308964a7c63d573e9af39d2730e0611cf0d0586cf6e0494be3900dbf0f091b9e",
+        sha256: "201fa608bd9d6ad65f3de5fc2b12264eae88f3e71520fdb6194351e8561c6047",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3769,13 +3769,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "287ed472b74f67bc144031760daf01a354d8aeebd7d7e606a713ea73361a21c6",
+        sha256: "2dcae70043131ad7381b9e1a537bad174c52a84024eca50f538c0853ab392db5",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "0fa9920345c13a56bb1ca61deb7128c70c87bb6b23a5c24756d2a68973e9a059",
+        sha256: "8ee3497bb45d794f0108c678b37a998a7da6d0e664f21e451e7e480b92118eff",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
@@ -3789,7 +3789,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "8ea7708810ad8dc6fc4b380fc4174b841851a6942fad2476329911327b4707e3",
+        sha256: "36c72083324fbe472b6fe34828944488cfc810b474159e8858ad841603c71e1d",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3803,25 +3803,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "a180eaaea3775feb392963872a3f6ee82e6af9299928e7f55e445d846822a642",
+        sha256: "8cd7d24b18786bdfab06890ff15ac454d68c27ba338728418249ea7432f9dd26",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "42ec00fb595dfcb6d94a24782c168503abe7aa82a716f3ece44abd69fcc628d4",
+        sha256: "67bd2394821214e2710abbc0ae3bec0ee4ea5aaf8fdf1a134b382f54b307034f",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "31a83d2dfcbff2e6074b1acb6d8777f40e9fd9b8d2c31a654d5e9dffbbabda0e",
+        sha256: "3de8a5084d1c8c3705423b3022bb095b85848a92c78324169eb3e084d707ee70",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "c5e71de79ad0bd6cc509ca6251e99927019484a473d70903d980fe450c53b8cc",
+        sha256: "55b944df691d91b8cb4fe1fc05077db5b2268298634b3b5d1b7a1af1d408e5f4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3829,7 +3829,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "00942f1a8d32d2329742bda402956e053feb0ab10e4c01c99492d32d24fa5f83",
+        sha256: "fe3f34fb50845ec6237c3ae9b6dd7474170b9e566d5a2c867bab899400e4e8cc",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3837,7 +3837,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "37d678767236c56d7b5884893474de4f7d435174cdf37e23a73cb036f7ac2e49",
+        sha256: "db3725f782569fb3cd927bdf09820dd6e57f86e3d8d965147fa5577472a16b31",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3845,7 +3845,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "bdf9d2993f03afd03d81345412ef2352ad42866350e552c77f602029367598d0",
+        sha256: "4ea46d4aec300220c73a429c8019330ec2d066033ed054169420e8ce423e8305",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3853,19 +3853,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "3a8cbac711539074eb5bcca7297c21f5815d911d3e4f51d2e4b4ef1b8771299a",
+        sha256: "076d0181ba01c7a1d796ebf7bca8f296f0a2779f0678de68d9f88f11677b308a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "d3f86ad0833598897397aceb0e92ca077ac5c0f1ae1ee170f33c8ae7e066e555",
+        sha256: "bf7b9f12188b8e3b9b2b207df81ca927e3210faa5f8f8a51f23da8b174a35706",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "4f839ec5b20e33a5068e483e9d488aff9d2797cab3ffb78eb7ade9021d7c2c01",
+        sha256: "c9e8bb36c7b408edb6c62d6354278a84c0ef4ee58062a2ef65bdd1ff8e1e9e6b",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3873,7 +3873,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "1547c85f655e7b19f83e8717d72841703b41cd61ae50d4410f951e7c3fe0d3fb",
+        sha256: "f140e08f7728a14fb0244604b98d53229a134e5ab4156349c6e4684f0381b4a9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3881,7 +3881,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "273f1db27b52126da77b8509ea427fd7af213446058d47a149bf90e2f3d410a2",
+        sha256: "9cef4b86ec1cfee4163bf5461ec6a6d313711ee2c32298f90711710c8ec876fa",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3889,7 +3889,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "51eb5bb2ec197e5e74b996e712c451e1b6a7a26361926e1f061f525370ee0d37",
+        sha256: "676ab9c8782933c05aaad9d8f80740ed4bbbaef7f31e236c2041a6e6f09c7b17",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3897,7 +3897,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "d6acabd507e8f4804bfa2ebb80d42ba75c0e0c22be1c79019fc9af1ba7105d5e",
+        sha256: "4ef4a21369904e6981094ad3de2e2b41415550af783b9c30e18eaebc687f83e4",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3905,7 +3905,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "51340bde78bd9e1dd9b7c5684e6c74bf82ed77aa9072fe49034670da81b8ea06",
+        sha256: "b9de9c8965922389370d5debaa9280ac0906d8a0901ef0319260bc0dab7f170a",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3913,7 +3913,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "444841361c003618593d7e20dbbf8b4fef40af3ff40ee4eaddff49a33ccea7ce",
+        sha256: "2fb3f8b52229c250a51391cfe2b046860da0f78b0f86a41e1c220e5e557ae34e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3921,7 +3921,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "9fb3270cbbcb392a900547214e288952aa82551feffa6715009d9751eec83f8a",
+        sha256: "23b3e8ae01956bcbe152e6e1f8ce318381feaeea18ff4b8c982b3732b2775cbd",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3929,7 +3929,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "f850683b68e40d8c649a8da259b55439aa9334ed30fc8a182fb0b1d7cebcd116",
+        sha256: "d8fc621a1b5a4070f349ca170c3cb2f17b67efeb225e1af00af5c69b65947f42",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3937,7 +3937,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "8c63d013e7c69a26dc906f41393327a6c4be5c153b243421533d91e0d5362a6e",
+        sha256: "9251cd4c733e2c51b8172a13eb136182c82ede2b29c608acfc0d75ae60c7bb7b",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3945,7 +3945,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "0f7a669d1043aa09cbffc4fed11e1aed765c61c74b983cc2cd6a0bfc57b13380",
+        sha256: "4f8928af95a05fab1553c358811ac88973377544bfb23ca66c1711b2e0598be7",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3953,7 +3953,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "1cf7cb48b5f938b034713dc6070dc14fa476f61f88721d35621ac5b4388732df",
+        sha256: "080455289d27b21b9954471922e1275cc44707e452a5d148997346610e283dd6",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3961,7 +3961,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "f8bbc9d9c7de3c726b9f689e90e5fe24af65ae8b3f1fecfbd8a75ac60816fed8",
+        sha256: "e4f84484303c5d91ad079d423575697aa246abdc00cbf24fed98765e64006973",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3969,13 +3969,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "b18d1083706c4f5c44510c7144180a0ca45de0db794223c6002d181ef39582f7",
+        sha256: "5ede24597b94bd6cbb61420715b4d44dc16ee5f49272134e0bc2016caa299119",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "53a703a27b3bca9a70d7714883be162f52657877f2a72c5542a32ca79dfc0ad4",
+        sha256: "bb781e593b7b20ece3b4ded993c4f7578f3761f909362cdda5d6c7e701bc8044",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3983,7 +3983,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "18c8c0acc450f0f8e630b3fa6fd79c6b9786b0e50e9a48e3f3d9ad4ae84ea14a",
+        sha256: "001160c9b4e3439a8079354fec6f9f81ccfc793a1465a4af444392938852e171",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3991,7 +3991,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "a82902b40525039b6e8da9c33386b5f0a780537eb30a9d982f7008313bcf2ca7",
+        sha256: "efcff3c171acba183e99bd7dea96424adfd4251f57fa7fbc0647a16314aac182",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3999,7 +3999,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "6689d529ec1cfce46b86b30f4f6dab91e67862f0905baeecac8ddfe0f6cdabf8",
+        sha256: "c05f074a84255bf7e7183f92fb486b839facb3593960393498a199a067bc2cb4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -4007,7 +4007,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "be9abcc80a77c4eb72ce98a256aae25108aec934ad8a6dcb51c514338f7cc466",
+        sha256: "e04694e96748f9de37182fd81cfb7201559df03a9e959faebcca6b2e8e753579",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4015,7 +4015,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "5fdfe7b1a8e8f65fad4b3ad172208c52e54defb085a4d319576a8b1b87b24784",
+        sha256: "d44dfe1535b9e0ece99b6f277bf9743c5f9f556caf1b3fc6ecb5c8f6608798ff",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4023,7 +4023,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "7bb221b9d0be93590b9ff3775dbde917303eafe33ef237b234e5c8ac85f7c45b",
+        sha256: "815d230dc44c43f8c95f475f581024757069773c816b5b89f3c15f1f2da934be",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -4031,7 +4031,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "99595b510ade9eb0b3049b985f310e94ba0140b1b99cd50f14ad623ea191ad5e",
+        sha256: "6058262bf8c8c505997019384ad9cef9f33863ff9d2dee0ca8ebd8be7af9c7b7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -4039,7 +4039,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "0d69f8473827ae3c0001dfe03f0133c8eb0f5986224286aaa1fd309a271427bb",
+        sha256: "87a28de4ae98c79c35af4914b1ceb7b59b43df33923d6e5e7191ef2c0becab47",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4047,7 +4047,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9147f245a626e6b1020baf3a3ee878bb489c8f9bff30887dfeed8485890a1013",
+        sha256: "60a032f4be8063788248195a7dac9bbcff3316def04eb4dadc73c6b64210625c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -4055,7 +4055,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "89a219efdea8f21600b747a4ec0ee4cb91247b354a35b5464928a42b785a6928",
+        sha256: "290ba161bb0963717308dde24d7e0952b3e6859f89aae911d3f77ce61b78ef7e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -4063,7 +4063,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "d4a165f9085a20d7545be67b2a47778cf4de553cefb7abe2dd3434c031b84709",
+        sha256: "b21c027f030a4f39ded879766132b65251c9d16ef80154001f5c32fcbc10e4c4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4071,7 +4071,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "db15f2ca0e2ed824ccbd22c262862f82f0cec43204a29eb7a8598a0a015de68e",
+        sha256: "6f0dc080eac0df4d471c8a18f7023a83be4b806ecd6223631c9e90d9e82fac43",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -4123,19 +4123,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "4d0536420356c09d1ef7c4de799458d911fe623d102ec7810d70a8f46350c21a",
+        sha256: "6d2c6f5e8709ad5341ca38fbb3c53658d9646e6dce589d0ef439140f4325aa49",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "ecd32bda5e1a3e3e5b776dd4e68576ff6fd9de5839be087a1197dd9ceb488bd4",
+        sha256: "b76b162b80f774223f2bac695df9cb49c894a97da00dcc1d32f06e1dbf2fe12a",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "fb76d286d0f63afe347ed4aee2067589a3ba93ff4d9da27c75f5442b1ea5d2ee",
+        sha256: "043fe3ef7851eda391e41fb94c2e9fc043344e3b9c1d89617e55a14f724b7254",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -4143,13 +4143,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "2839663983f682bf190bfa5fd597b4f57d3f9a73280b658bb484957fcb5081f9",
+        sha256: "b7423e93e925d03b5c3ca6d7938d636558e0e7c5bf84c37b9f95ecfa49b44b3a",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "5299f6cfdb909b23b56e7c99a0f0b69bb435a05f08752fd88b2895eb492e2688",
+        sha256: "f4a08e51a7c788a47359ee5a1c9e3ea6f3b57d107a5bb5f9b0828214a14cb1d0",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -4157,7 +4157,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "e5f2863e657424ffad285adedb3a3675beabdb52ffcddd69e866bbc8eb7f0623",
+        sha256: "a5c1dc80f93cc2a0a16ce90e301266d88fb278028487a2f4ed4abfea44910128",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -4165,7 +4165,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "a82e4dfc6b2e3ad8a77a0a07546203c1456d11785715a04ed7098cdb4d60feac",
+        sha256: "7e52362c2d376f4194e84979ade10be2c0bd942467dd805c8c1a765f51c8a652",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -4173,7 +4173,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "b216bbd08fd9c3f0c394e0af51b073ad4b18e6fe3f2c84a8d691fe5fa4f1685c",
+        sha256: "d51a78b4f609f3a0b50c15b7b7a4144d50947dae9e8b43cc70a8cd569af07975",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -4181,7 +4181,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "e604d2ce1118aacdc4ac08bf00c1a51178e922e081f2f3b58a08ff863958b349",
+        sha256: "a29ee202674264c679eff56b22e3b60cc37eba2aba851d6aa6c83ab6199201db",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -4189,7 +4189,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "5ba832ac325d0e087016ddeb101bc4c1a7526b04502306b142f661013a6bcf19",
+        sha256: "148b98b81c768a9f94eb877c50922812a5ba505e92f905b806ea46ddf69720e3",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -4197,13 +4197,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "91b29dc3766198e83829061b9e5484f089abb98cb7e09eff076c8245ca4b2842",
+        sha256: "4b63b18e81600a33e526ba418ef4ffac9e665e727712e5c66612696c43969c6a",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "4e8a12ffb09bb2e586df0450b1a2909420331550b9adbc146a94cb3ee503c1da",
+        sha256: "e73a98d58238cd84ea0664df3e248c306d7e0ab374360ce0f95822b47af4fbc0",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -4211,7 +4211,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "64465a8ca5a10227af96530023d8ffe0e78986d71ca38c7220df99186e1f5ae4",
+        sha256: "7b569095b2f732385aa609997258d16bf095c44946797a6f5a6df2eff6cca5f5",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -4219,7 +4219,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "5eadd8dae9268784f07d277e589564e88f45d31e29471e4242357d535f234a2d",
+        sha256: "1ff07fc1d9d59b188cb9e3f93ad1f8365b4a7970f8a044c4e362189a853cd52e",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -4227,7 +4227,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "9997720f25ecef36c2dd5a01580b2f077bd8bf5cf0d3e02bac1ab81f8ebbdbc4",
+        sha256: "db772e53bb291a4e4b11000353b9bdcddd591ae7cb1ae7e5aad29dad58bb6045",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -4235,19 +4235,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "4abe1c8b5ef90ee491eb20be472a52bbff4c9adb20cb4f581a04c992b626a1c6",
+        sha256: "02edae547edd20cfcd9e51dfb18030c7de720451182e1d058bb0ef95cdd513d9",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "f3b116a8e82a9c39880aaaa22b65ed6c71a1f0a03a1439312192fadb71f5d559",
+        sha256: "b56cedd6bc55e2f1bfb38e84b397a2d6f73b37981be27781a02771b235227a14",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "e1d2254433fb476e369d82d7f555e9d84c6d8a3585c30e9faeeecbfbd69e0acc",
+        sha256: "62feff683253fde7ca0ecff6362d24b5264cbda86c1db42b43b5ddc04ba424ec",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",

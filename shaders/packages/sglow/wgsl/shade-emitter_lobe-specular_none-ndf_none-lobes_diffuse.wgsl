@@ -181,7 +181,7 @@ fn sglow_sg_cosine_dark_side(
     let inverse = inverseSqrt(numerator * denominator);
     // Beyond x = 12 nothing is left, and the square of a large x would be infinite.
     let x = min(SGLOW_INV_SQRT_PI * odd * (numerator * inverse) * abs(z), 12.0);
-    let dark = SGLOW_HALF_SQRT_PI * (denominator * inverse) * (exp(-x * x) * sglow_erfc_integral_scaled_near(x));
+    let dark = SGLOW_HALF_SQRT_PI * (denominator * inverse) * (exp(-x * x) * sglow_erfc_integral_scaled_unclamped(x));
     return SGLOW_TWO_PI * y * (odd * max(z, 0.0) + dark);
 }
 
@@ -205,11 +205,11 @@ fn sglow_sg_cosine_fitted_of_odd(z: f32, l: f32, y: f32, odd: f32) -> f32 {
     return sglow_sg_cosine_dark_side(z, u, y, odd, top, bottom, flat, 0.9423444);
 }
 
-/// The integral of erfc from x to infinity without its decay, 1/sqrt(pi) - x exp(x^2) erfc(x).
+/// The integral of erfc from x to infinity without its decay, 1/sqrt(pi) - t exp(t^2) erfc(t).
 ///
-/// x: t, 0 to 1e5. Result: 0 to 0.5642, relative error 9e-8 before rounding.
-/// Contract: an x out of range or NaN gives anything, finite or not; no loop.
-fn sglow_erfc_integral_scaled_near(t: f32) -> f32 {
+/// t: 0 to 1e5. Result: 0 to 0.5642, relative error 9e-8 before rounding.
+/// Contract: a t out of range or NaN gives anything, finite or not; no loop.
+fn sglow_erfc_integral_scaled_unclamped(t: f32) -> f32 {
     // The difference in the definition cancels for large x. This is a fit of its own, least relative error over x >= 0,
     // by oracle/examples/fit_erf.rs: 8.6e-8. All coefficients are positive.
     let top = 0.56418955 + t * (0.61072344 + t * (0.3254253 + t * (0.09657228 + t * 0.014330696)));
