@@ -11,6 +11,7 @@ use sglow_results::check::{Check, Relation};
 use sglow_results::progress::Progress;
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::package::{self, Options, Target};
+use sglow_shader_gen::prune::Whole;
 
 use crate::chromium::{self, Browser};
 use crate::hosts::{self, Hosts};
@@ -185,11 +186,12 @@ fn shaders(request: &Request<'_>, report: &mut Report, missing: &mut Vec<Missing
     report.detail("read", read)
 }
 
-/// Writes every legal variant of the library as a package to `out`.
+/// Writes every legal variant of the library as a package to `out`, each proved against the whole of its modules.
 fn generate_space(out: &Path, progress: &dyn Progress) -> Result<PathBuf> {
     let mut options = Options::new(out);
     options.targets = BTreeSet::from([Target::Wgsl]);
     options.variants = Some(Library::load(&library_folder())?.variants());
+    options.whole = Whole::Modules;
     progress.start("generating every variant of the space", 0);
     package::generate(&library_folder(), &options, &mut |_| ())?;
     progress.end();

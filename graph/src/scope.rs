@@ -123,7 +123,7 @@ impl<'a> Env<'a> {
     /// The value of an axis: of the draw, configured, or the default.
     pub(crate) fn axis(&self, name: &str) -> Option<&'a String> {
         let own = self.axes.and_then(|axes| axes.get(name));
-        if own.is_none() {
+        if own.is_none() && !self.of.frame.borrow().reads.contains(name) {
             self.of.frame.borrow_mut().reads.insert(name.to_owned());
         }
         let given = own.or_else(|| self.of.configuration.axes.get(name));

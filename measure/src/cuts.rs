@@ -7,7 +7,7 @@ use sglow_oracle::cut::tile::{self, How, SIDE};
 use sglow_oracle::metrics::luminance;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_renderer::device::{DeviceError, Gpu};
-use sglow_renderer::frame::{Frame, Renderer};
+use sglow_renderer::frame::Renderer;
 use sglow_renderer::reference;
 use sglow_renderer::reference::tree::TreeBuffers;
 use sglow_results::cuts::{CutError, CutOfMap, CutsOnScene};
@@ -23,9 +23,13 @@ use crate::light_maps::{LightMapsError, indirect};
 /// The built-in scenes that are measured.
 pub const SCENES: [&str; 3] = ["cornell", "columns", "atrium"];
 /// Widths and heights of the map in texels.
-pub const MAPS: [u32; 5] = [64, 128, 256, 512, 1024];
+pub const MAPS: [u32; 3] = [64, 256, 1024];
 /// The largest map whose texels can all be lights.
 const ALL_TEXELS: u32 = 256;
+/// Width and height of the picture whose parts are measured.
+pub const WHOLE: [u32; 2] = [1920, 1080];
+/// Middles of these parts, within -1 to 1; each is an eighth as wide and as high.
+const WINDOWS: [[f32; 2]; 4] = [[-0.5, 0.5], [0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]];
 
 /// Diffuse reflection without visibility, which changes no list's length by more than the maps darken.
 #[must_use]
@@ -44,6 +48,13 @@ pub fn base() -> Settings {
     }
 }
 
+/// Parts of a scene's picture, in its full detail.
+fn windows(scene: &Scene) -> Vec<Scene> {
+    let aspect = WHOLE[0] as f32 / WHOLE[1] as f32;
+    let view = |at| Scene { camera: scene.camera.window(at, 0.125, aspect), ..scene.clone() };
+    WINDOWS.map(view).into()
+}
+
 /// Measures each map on all of [`SCENES`].
 ///
 /// # Errors
@@ -57,10 +68,11 @@ pub fn all(
     let mut found = Vec::new();
     for name in SCENES {
         let scene = Scene::load(name)?;
+        let views = windows(&scene);
         let mut maps = Vec::new();
         for map in MAPS {
             let settings = Settings { map, ..base() };
-            maps.push(of_map(gpu, package, &scene, &settings)?);
+            maps.push(of_map(gpu, package, &views, &settings)?);
             progress.done(found.len() * MAPS.len() + maps.len());
         }
         found.push(CutsOnScene { scene: name.to_owned(), maps });
@@ -69,46 +81,72 @@ pub fn all(
     Ok(found)
 }
 
-/// Measures one cut.
+/// Measures one cut of a light's map by the pictures of some cameras.
 ///
 /// # Errors
-/// [`LightMapsError`] when the scene does not render.
+/// [`LightMapsError`] when a picture does not render.
 pub fn of_map(
     gpu: &Gpu,
     package: &Package,
-    scene: &Scene,
+    views: &[Scene],
     settings: &Settings,
 ) -> Result<CutOfMap, LightMapsError> {
-    let renderer = Renderer::new(gpu, package, scene, settings, 0)?;
-    renderer.render()?;
-    let frame = renderer.read()?;
-    let buffers = TreeBuffers::read(gpu, renderer.indirect()).map_err(frame_error)?;
-    let (tree, leaves) =
-        buffers.map_or_else(Default::default, |buffers| (buffers.tree(), buffers.leaves));
-    let eye = reference::vector(renderer.eye());
-    drop(renderer);
-    let surfaces: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
-    let model = reference::model(settings);
-    let how = How { tolerance: settings.tolerance.into(), slack: SLACK, model: &model, eye };
-    let size = settings.size.map(|side| side as usize);
-    let lists = Lists::of(&tree, &surfaces, size, &how);
-    let error = (settings.map <= ALL_TEXELS)
-        .then(|| {
-            let (cut, lights) = (Cut::None, settings.map * settings.map);
-            let all = Settings { cut, lights, ..settings.clone() };
-            let renderer = Renderer::new(gpu, package, scene, &all, 0)?;
-            renderer.render()?;
-            Ok::<_, LightMapsError>(error(&frame, &renderer.read()?, settings.size))
-        })
-        .transpose()?;
+    let seen: Vec<Seen> = views
+        .iter()
+        .map(|view| Seen::of(gpu, package, view, settings))
+        .collect::<Result<_, LightMapsError>>()?;
+    let mut nodes: Vec<usize> = seen.iter().flat_map(|seen| seen.lists.nodes.clone()).collect();
+    nodes.sort_unstable();
+    let at = (0.95 * nodes.len() as f64) as usize;
     Ok(CutOfMap {
         map: settings.map,
-        leaves,
-        nodes_mean: lists.mean(),
-        nodes_95: lists.below(0.95),
-        longest: lists.longest,
-        error,
+        leaves: seen.first().map_or(0, |seen| seen.leaves),
+        nodes_mean: nodes.iter().sum::<usize>() as f64 / nodes.len().max(1) as f64,
+        nodes_95: nodes.get(at.min(nodes.len().saturating_sub(1))).copied().unwrap_or(0),
+        longest: seen.iter().map(|seen| seen.lists.longest).max().unwrap_or(0),
+        error: (settings.map <= ALL_TEXELS).then(|| error(&seen, settings.size)),
     })
+}
+
+/// The picture of one camera.
+struct Seen {
+    surfaces: Vec<SurfaceTexel>,
+    lists: Lists,
+    /// Lit texels.
+    leaves: usize,
+    /// Radiance by the cut, and of all texels as lights unless they are too many.
+    pictures: [Radiance; 2],
+}
+
+impl Seen {
+    fn of(
+        gpu: &Gpu,
+        package: &Package,
+        scene: &Scene,
+        settings: &Settings,
+    ) -> Result<Self, LightMapsError> {
+        let renderer = Renderer::new(gpu, package, scene, settings, 0)?;
+        renderer.render()?;
+        let frame = renderer.read()?;
+        let buffers = TreeBuffers::read(gpu, renderer.indirect()).map_err(frame_error)?;
+        let (tree, leaves) =
+            buffers.map_or_else(Default::default, |buffers| (buffers.tree(), buffers.leaves));
+        let eye = reference::vector(renderer.eye());
+        drop(renderer);
+        let surfaces: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
+        let model = reference::model(settings);
+        let how = How { tolerance: settings.tolerance.into(), slack: SLACK, model: &model, eye };
+        let lists = Lists::of(&tree, &surfaces, settings.size.map(|side| side as usize), &how);
+        let mut all = Radiance::new();
+        if settings.map <= ALL_TEXELS {
+            let lights = settings.map * settings.map;
+            let settings = Settings { cut: Cut::None, lights, ..settings.clone() };
+            let renderer = Renderer::new(gpu, package, scene, &settings, 0)?;
+            renderer.render()?;
+            all = indirect(&renderer.read()?);
+        }
+        Ok(Self { surfaces, lists, leaves, pictures: [indirect(&frame), all] })
+    }
 }
 
 fn frame_error(error: DeviceError) -> LightMapsError {
@@ -117,7 +155,7 @@ fn frame_error(error: DeviceError) -> LightMapsError {
 
 /// The lists of a picture's tiles, by the oracle from the device's tree.
 struct Lists {
-    /// Number of nodes that each pixel with a surface takes, in increasing order.
+    /// Number of nodes that each pixel with a surface takes.
     nodes: Vec<usize>,
     /// Number of nodes in the longest list.
     longest: usize,
@@ -146,29 +184,21 @@ impl Lists {
             })
             .collect();
         let longest = each.iter().map(|(length, _)| *length).max().unwrap_or(0);
-        let mut nodes: Vec<usize> = each.into_iter().flat_map(|(_, nodes)| nodes).collect();
-        nodes.sort_unstable();
-        Self { nodes, longest }
-    }
-
-    fn mean(&self) -> f64 {
-        self.nodes.iter().sum::<usize>() as f64 / self.nodes.len().max(1) as f64
-    }
-
-    fn below(&self, share: f64) -> usize {
-        let at = (share * self.nodes.len() as f64) as usize;
-        self.nodes.get(at.min(self.nodes.len().saturating_sub(1))).copied().unwrap_or(0)
+        Self { nodes: each.into_iter().flat_map(|(_, nodes)| nodes).collect(), longest }
     }
 }
 
-/// A cut's picture against that of all texels.
-fn error(cut: &Frame, all: &Frame, size: [u32; 2]) -> CutError {
-    let surfaces: Vec<SurfaceTexel> = reference::texels(&cut.gbuffer);
-    let [picture, whole] = [cut, all].map(indirect);
+/// Pictures of a cut, one below the other, against those of all texels.
+fn error(seen: &[Seen], size: [u32; 2]) -> CutError {
+    let joined = |which: usize| -> Radiance {
+        seen.iter().flat_map(|seen| seen.pictures[which].iter().copied()).collect()
+    };
+    let [picture, whole] = [joined(0), joined(1)];
+    let surfaces = seen.iter().flat_map(|seen| &seen.surfaces);
     let present: Vec<usize> =
-        (0..surfaces.len()).filter(|&pixel| surfaces[pixel].present).collect();
+        surfaces.enumerate().filter(|(_, surface)| surface.present).map(|(at, _)| at).collect();
     let pair = Pair {
-        size,
+        size: [size[0], size[1] * seen.len() as u32],
         present: Some(&present),
         picture: &picture,
         halves: [&whole; 2],
@@ -176,29 +206,43 @@ fn error(cut: &Frame, all: &Frame, size: [u32; 2]) -> CutError {
         whole_halves: [&whole; 2],
         display: Display::Automatic,
     };
-    CutError { picture: compare(&pair), jump: jump(&surfaces, &picture, &whole, size[0] as usize) }
+    let relative = relative(&picture, &whole);
+    let pixels = (size[0] * size[1]) as usize;
+    let mut jumps: Vec<f64> = seen
+        .iter()
+        .zip(relative.chunks(pixels))
+        .flat_map(|(seen, relative)| jumps(&seen.surfaces, relative, size[0] as usize))
+        .collect();
+    jumps.sort_unstable_by(f64::total_cmp);
+    let at = (0.999 * jumps.len() as f64) as usize;
+    CutError {
+        picture: compare(&pair),
+        jump: jumps.last().copied().unwrap_or(0.0),
+        jump_999: jumps.get(at).copied().unwrap_or(0.0),
+    }
+}
+
+/// The relative error of each pixel; in the dark in parts of a hundredth of the mean.
+fn relative(picture: &Radiance, all: &Radiance) -> Vec<f64> {
+    let of = |pixel: &[f32; 3]| luminance(pixel.map(f64::from));
+    let mean = all.iter().map(of).sum::<f64>() / all.len() as f64;
+    let pairs = picture.iter().map(of).zip(all.iter().map(of));
+    pairs.map(|(found, exact)| (found - exact) / exact.max(0.01 * mean)).collect()
 }
 
 /// The least cosine of the normals, and the largest slope from a plane, of two pixels of one surface.
 const SAME: (f64, f64) = (0.99, 0.05);
 
-/// The largest change of the relative error between neighbours on one surface. In the dark, errors are in parts of a
-/// hundredth of the mean.
-fn jump(surfaces: &[SurfaceTexel], picture: &Radiance, all: &Radiance, width: usize) -> f64 {
-    let luminance = |pixel: [f32; 3]| luminance(pixel.map(f64::from));
-    let mean = all.iter().map(|&pixel| luminance(pixel)).sum::<f64>() / all.len() as f64;
-    let relative = |at: usize| {
-        let (found, exact) = (luminance(picture[at]), luminance(all[at]));
-        (found - exact) / exact.max(0.01 * mean)
-    };
+/// The change of the relative error between all neighbours on one surface.
+fn jumps(surfaces: &[SurfaceTexel], relative: &[f64], width: usize) -> Vec<f64> {
     let same = |one: usize, other: usize| {
         let (one, other) = (&surfaces[one], &surfaces[other]);
         let apart = one.position - other.position;
-        let slope = apart.dot(one.normal).abs() / apart.length().max(1e-30);
+        let slope = apart.dot(one.normal).abs() / apart.length().max(f64::MIN_POSITIVE);
         one.present && other.present && one.normal.dot(other.normal) > SAME.0 && slope < SAME.1
     };
     let right = (0..surfaces.len()).filter(|at| at % width + 1 < width).map(|at| (at, at + 1));
     let below = (0..surfaces.len().saturating_sub(width)).map(|at| (at, at + width));
-    let steps = right.chain(below).filter(|&(one, other)| same(one, other));
-    steps.map(|(one, other)| (relative(one) - relative(other)).abs()).fold(0.0, f64::max)
+    let neighbours = right.chain(below).filter(|&(one, other)| same(one, other));
+    neighbours.map(|(one, other)| (relative[one] - relative[other]).abs()).collect()
 }

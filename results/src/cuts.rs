@@ -28,6 +28,8 @@ pub struct CutError {
     pub picture: PictureError,
     /// The largest change of the cut's relative error between neighbouring pixels of one surface, tile borders included.
     pub jump: f64,
+    /// What that change is below for 99.9 % of these neighbours.
+    pub jump_999: f64,
 }
 
 /// Cuts of one scene.

@@ -56,6 +56,27 @@ impl Camera {
         Self::along(position.into(), -from, Vec3::Y, VERTICAL_FOV)
     }
 
+    /// A camera whose picture is a part of this one's: its middle at `at`, within -1 to 1 from left to right and from the
+    /// lower edge to the upper one, `share` as wide and as high. Its plane is turned to that middle, so that it is
+    /// exact in the middle alone.
+    ///
+    /// ```
+    /// use sglow_scene::Camera;
+    /// let camera = Camera::look_at([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], 1.0);
+    /// let same = camera.window([0.0; 2], 1.0, 1.5);
+    /// assert!((same.vertical_fov - camera.vertical_fov).abs() < 1e-6 && same.forward == camera.forward);
+    /// ```
+    #[must_use]
+    pub fn window(&self, at: [f32; 2], share: f32, aspect: f32) -> Self {
+        let (forward, up) = (Vec3::from(self.forward), Vec3::from(self.up));
+        let half = (0.5 * self.vertical_fov).tan();
+        let toward = forward + half * (at[0] * aspect * forward.cross(up) + at[1] * up);
+        // What is seen along the middle is as much nearer than the plane as that is turned away.
+        let own = share * half / toward.length();
+        let window = Self::along(self.position, toward.normalize_or(forward), up, 2.0 * own.atan());
+        Self { near: self.near, far: self.far, ..window }
+    }
+
     /// What is wrong with the camera, if anything.
     pub(super) fn fault(&self, file: &Path) -> Option<SceneError> {
         let angle = self.vertical_fov;

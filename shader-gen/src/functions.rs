@@ -4,8 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::assemble::{Assembled, Order};
+use crate::deep::deep;
 use crate::error::{Code, Diagnostic, Report};
-use crate::generate;
 use crate::library::{FunctionLibrary, Library};
 use crate::parse::Kind;
 use crate::prune::reachable;
@@ -38,7 +38,7 @@ pub fn functions(library: &Library) -> Result<Option<Functions>, Report> {
     if library.package.lib.is_empty() {
         return Ok(None);
     }
-    generate::deep(|| generated(library))
+    deep(|| generated(library))
         .map(Some)
         .map_err(|errors| Report::new(errors, library.sources().clone()))
 }

@@ -1,30 +1,15 @@
 //! From a library and a list of variants to texts that are pruned, proved and valid.
 
-use std::sync::OnceLock;
-
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::assemble::Assembled;
+use crate::deep::deep;
 use crate::error::{Code, Diagnostic, Report, merge};
 use crate::library::{Library, Pass};
 use crate::matrix::Variant;
 use crate::parse::Kind;
 use crate::prune::{Difference, Whole, prove, prune};
 use crate::validate::{Validated, validate};
-
-/// Bytes of the stack of a thread: naga recurses into nested expressions and blocks, with large stack frames.
-const STACK: usize = 64 << 20;
-
-/// Runs `work` on threads with [`STACK`], one for each core.
-pub(crate) fn deep<R: Send>(work: impl FnOnce() -> R + Send) -> R {
-    static POOL: OnceLock<Option<ThreadPool>> = OnceLock::new();
-    let pool = || ThreadPoolBuilder::new().stack_size(STACK).build().ok();
-    match POOL.get_or_init(pool) {
-        Some(pool) => pool.install(work),
-        None => work(),
-    }
-}
 
 /// Generates `variants`, on all cores, in their order, each compared with what it imports.
 ///

@@ -8,6 +8,7 @@
 
 pub mod assemble;
 pub mod condition;
+mod deep;
 pub mod error;
 pub mod frame;
 pub mod functions;

@@ -105,8 +105,13 @@ impl Library {
     /// Every legal variant, pass by pass, in the order of the axes and of their values.
     #[must_use]
     pub fn variants(&self) -> Vec<Variant> {
+        self.legal(&|_, _| true)
+    }
+
+    /// Those of [`Self::variants`] whose value on each axis `allowed` has.
+    fn legal(&self, allowed: &dyn Fn(&str, &str) -> bool) -> Vec<Variant> {
         let legal = |variant: &Variant| self.exclusion_of(variant).is_none();
-        self.pass.iter().flat_map(|pass| self.combinations(pass)).filter(legal).collect()
+        self.pass.iter().flat_map(|pass| self.combinations(pass, allowed)).filter(legal).collect()
     }
 
     /// Every combination that a rule excludes, with that rule.
@@ -116,7 +121,11 @@ impl Library {
             let rule = self.exclusion_of(&variant)?;
             Some(Excluded { variant, exclusion: rule.name.clone(), reason: rule.reason.clone() })
         };
-        self.pass.iter().flat_map(|pass| self.combinations(pass)).filter_map(excluded).collect()
+        self.pass
+            .iter()
+            .flat_map(|pass| self.combinations(pass, &|_, _| true))
+            .filter_map(excluded)
+            .collect()
     }
 
     /// The variant of `pass` with `values` on its axes and the default on every other axis.
@@ -239,18 +248,19 @@ impl Library {
     #[must_use]
     pub fn remaining(&self, allowed: &AllowedValues) -> (Vec<Variant>, Vec<Absent>) {
         let mut absent = Vec::new();
-        let mut variants = self.variants();
+        let fits = |axis: &str, value: &str| {
+            let of_axis = allowed.get(axis);
+            of_axis.is_none_or(|allowed| allowed.values.iter().any(|known| known == value))
+        };
+        let mut variants = self.legal(&fits);
         variants.retain(|variant| {
-            let fits = variant.values.iter().all(|(axis, value)| {
-                allowed.get(axis).is_none_or(|allowed| allowed.values.contains(value))
-            });
-            let rule = fits.then(|| self.absence_of(variant, allowed)).flatten();
+            let rule = self.absence_of(variant, allowed);
             absent.extend(rule.map(|rule| Absent {
                 variant: variant.clone(),
                 presence: rule.name.clone(),
                 reason: rule.reason.clone(),
             }));
-            fits && rule.is_none()
+            rule.is_none()
         });
         (variants, absent)
     }
@@ -321,7 +331,7 @@ impl Library {
         })
     }
 
-    fn combinations(&self, pass: &Pass) -> Vec<Variant> {
+    fn combinations(&self, pass: &Pass, allowed: &dyn Fn(&str, &str) -> bool) -> Vec<Variant> {
         let mut variants = vec![Vec::new()];
         for name in &pass.axes {
             let Some(axis) = self.axis.get(name) else {
@@ -333,7 +343,8 @@ impl Library {
                     values.push((name.clone(), value.name.clone()));
                     values
                 };
-                axis.value.iter().map(with).collect::<Vec<_>>()
+                let values = axis.value.iter().filter(|value| allowed(name, &value.name));
+                values.map(with).collect::<Vec<_>>()
             };
             variants = variants.iter().flat_map(extend).collect();
         }

@@ -25,6 +25,7 @@ use self::folder::{mend, remember, remembered};
 pub use self::json::json;
 pub use self::options::{Options, Parts, Purpose, Target, UnknownTarget};
 use crate::bindings;
+use crate::deep::deep;
 use crate::emit::{spirv, wgsl};
 use crate::frame;
 use crate::functions::functions;
@@ -86,7 +87,7 @@ pub fn generate(
     }
     progress(Progress::Variants(variants.len()));
     // A check takes the time to prove each variant against everything that its modules declare.
-    let whole = if options.check { Whole::Modules } else { Whole::Imports };
+    let whole = if options.check { Whole::Modules } else { options.whole };
     let validated = generate::variants_against(&library, &variants, whole)?;
     let functions = functions(&library)?;
     progress(Progress::Targets(variants.len()));
@@ -207,7 +208,7 @@ pub fn build(
     targets: &BTreeSet<Target>,
 ) -> Result<BTreeMap<String, Vec<u8>>, Error> {
     let library = parts.library;
-    let results: Vec<_> = generate::deep(|| {
+    let results: Vec<_> = deep(|| {
         parts.variants.par_iter().map(|validated| one(library, validated, targets)).collect()
     });
     let (mut written, mut errors) = (Vec::new(), Vec::new());

@@ -29,10 +29,20 @@ pub(crate) fn gpu() -> &'static Gpu {
     })
 }
 
+/// The library and its legal variants, which are read once.
+fn known() -> &'static (Library, Vec<Variant>) {
+    static KNOWN: OnceLock<(Library, Vec<Variant>)> = OnceLock::new();
+    KNOWN.get_or_init(|| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
+        let library = Library::load(folder.as_ref()).unwrap();
+        let variants = library.variants();
+        (library, variants)
+    })
+}
+
 /// The library.
 pub(crate) fn library() -> Library {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
-    Library::load(folder.as_ref()).unwrap()
+    known().0.clone()
 }
 
 /// Every legal variant, committed or not, generated in memory. Of the shading variants that store halves, which differ from
@@ -40,7 +50,7 @@ pub(crate) fn library() -> Library {
 pub(crate) fn whole_space() -> &'static Package {
     static PACKAGE: OnceLock<Package> = OnceLock::new();
     PACKAGE.get_or_init(|| {
-        let (library, mut variants) = (library(), library().variants());
+        let (library, mut variants) = known().clone();
         let committed: BTreeSet<Variant> = library.selected().into_iter().collect();
         variants.retain(|one| {
             let halves = one.pass == "shade" && one.value("output") == Some("rgba16float");
@@ -60,10 +70,11 @@ pub(crate) fn packaged(origin: &str, library: &Library, variants: &[Variant]) ->
 
 /// The variants of these identifiers.
 pub(crate) fn package_of(wanted: &BTreeSet<String>) -> Package {
-    let library = library();
-    let mut variants = library.variants();
-    variants.retain(|variant| wanted.contains(&variant.id()));
-    packaged("some variants of the library", &library, &variants)
+    let (library, variants) = known();
+    let mut wanted = wanted.clone();
+    let variants: Vec<_> =
+        variants.iter().filter(|variant| wanted.remove(&variant.id())).cloned().collect();
+    packaged("some variants of the library", library, &variants)
 }
 
 /// Comparisons of measured numbers with values and their tolerances.

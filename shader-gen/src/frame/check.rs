@@ -2,10 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rayon::prelude::*;
 use serde_json::{Map, Value};
 use sglow_graph::Description;
 use sglow_graph::frame::{Action, Binding, Draw, Frame, Kind, Step, Variant as Runs, View};
 
+use crate::deep::deep;
 use crate::error::{Code, Diagnostic, Report};
 use crate::library::Library;
 use crate::manifest::{Access, Described, Dimension, Resource, SampleType};
@@ -27,10 +29,14 @@ pub fn check(library: &Library, variants: &[Described]) -> Result<(), Report> {
         found: BTreeSet::new(),
         bound: BTreeMap::new(),
     };
-    for configuration in described.configurations(3) {
+    // Evaluated on all cores, a few at a time: together they would take gigabytes.
+    for configurations in described.configurations(3).chunks(512) {
+        let evaluated: Vec<_> = deep(|| {
+            configurations.par_iter().map(|one| described.description.evaluate(one)).collect()
+        });
         // What does not evaluate is among the faults, or no legal configuration.
-        if let Ok(frame) = described.description.evaluate(&configuration) {
-            checker.frame(&frame);
+        for frame in evaluated.iter().flatten() {
+            checker.frame(frame);
         }
     }
     let legal = library.variants();

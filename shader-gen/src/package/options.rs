@@ -9,6 +9,7 @@ use crate::functions::Functions;
 use crate::library::Library;
 use crate::manifest;
 use crate::matrix::Variant;
+use crate::prune::Whole;
 use crate::validate::Validated;
 
 /// A language that packages are written in.
@@ -79,6 +80,8 @@ pub struct Options {
     pub variants: Option<Vec<Variant>>,
     /// What the variants were chosen for; any input if absent.
     pub purpose: Option<Purpose>,
+    /// What each variant is proved against to have lost nothing. A check proves against whole modules in any case.
+    pub whole: Whole,
     /// Compares the folder with what would be written, and writes nothing.
     pub check: bool,
     /// A folder to remember in that nothing has changed; nothing is remembered if absent.
@@ -94,6 +97,7 @@ impl Options {
             targets: BTreeSet::from([Target::Wgsl, Target::Rust]),
             variants: None,
             purpose: None,
+            whole: Whole::default(),
             check: false,
             cache: None,
         }

@@ -2649,7 +2649,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
         ),
-        sha256: "e3ae484a17ea003576873c15ce5bb21c17ae62b07cbce1b729024a886d652af6",
+        sha256: "0cba4a2fc422727d0b6a464f6495fb27ce8148f173d83c417dbbcf50301ffa06",
     },
     Embedded {
         id: "density-bidirectional-cosine-both-f0-each",
@@ -2657,7 +2657,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-incidence_each.wgsl"
         ),
-        sha256: "283aaf523cd9f79619cc68ed2b1534c94cd22fb84f49436d77ee7a618948a96b",
+        sha256: "19d4618a42a92f31babe1deda829602c09b53f8925ddc04a11410e7f281331c6",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2665,7 +2665,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
         ),
-        sha256: "197c6b5025a11e421643949badcc2e44e89e32ea3526c6de083ad35c9e16e80a",
+        sha256: "1c363ec10a8cdfec9fe96bf2ea091c287e2c9e1e814d94171b1fb9db74073398",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0-each",
@@ -2673,7 +2673,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse-incidence_each.wgsl"
         ),
-        sha256: "d7800d6e95ab75792adff98d0055cb5f68ed1820cf5e1eadaab770f3ce3e2584",
+        sha256: "57227045901e5407db7b9ab020d692a86b84657d6796c52b0be0f7725ee5fa7d",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
@@ -3501,25 +3501,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "6fed7848640fa3fac32a5d4a27f5d0fe0bede096636a8842ec162d44195af7e0",
+        sha256: "529fc135d408cd7de3673f35b09f8de2ec4b16b99e1c0eb967b5c16bd77c50ab",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "314228ab930247a3c9742da330aaba573fbf005a3b54ea2ffe853fa3652c35c3",
+        sha256: "fd4caa9de1ecb23da63d565e62eae79353bf1b37901947fb3d5efd35d9ac6d01",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "0dd9aff9c79db7ffb8af802c985b1a059fb193d0da528a12f820b03d97d93672",
+        sha256: "6ffa5b596b76cc05a490c5121056dc884239861cce0905ceffad8bd08a9fc465",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "780ba02f5c5c6bf3332d587d6ed6a97e25cc4273a35121021cabe0f7c998d703",
+        sha256: "ed09e534e31578d5ce7db4a1391e7c308cb027c7703e75b219efa23c8262e69f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
@@ -3539,25 +3539,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "a6643a6e0976b7771e2d2b5dde47a00606d636471d44b6f2179c2adffee60618",
+        sha256: "ff3b6291de746336c633e696610d7f8d00ba1486b48f15d73945802eedd6151f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "4010f8233fe3012b3b11c912c38584d08bf9ab5124b02cc70f44162ccba0373f",
+        sha256: "81a86324b7212fe1c5324c297bb9eb5e80e4698ff41466ec1fda0780356661cb",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "85acffba3f25aeb527ed6cba6d0d564c9139c3e10b278db7f0e6d7b44a08d343",
+        sha256: "a67d272f7a50758ac1335e59b207899d761398dc9d3c8cd8e9ca19c90e92f625",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "30ea1af75e0b5aa0b86eed7f02bbc9f329e73c49f39a0742db19759d3b10cac3",
+        sha256: "1024cd4d2cebc3d74f20eee0351012675c5c9af4d89616dcac4a4a611191ae3b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3565,13 +3565,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "2da00d2e78e986e1874f6e928ea645f37290ecd902164e24e45cf157c2a1848b",
+        sha256: "18a3f93353c615dc5c3d3e2d00e86a62c80a2d9a1066b1e7d25653a4f22a6c16",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "c3af4df987fc99e0ecdfd5b85c723e00fd46cfd1617921f260e8a8b103898645",
+        sha256: "ed24b1f6266066fe1209d2e1e07a64b3cd66072bfccf5569d2a6a62b08daee60",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3579,7 +3579,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "ac66bf0602913c171497cbb9141e3d1892d8b2ece318896a930e451b000baec5",
+        sha256: "cb28bde9c2927a6945ac8b8551c837721fc490e3bf6d351e0c22e05a177b98fd",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3587,13 +3587,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "72f32d0f4d229eed728aeb636f05299069ee41eaa05543d60983e2743dbcc9e5",
+        sha256: "3544472c2b8019197ef97047ed4ca34c2de1742b6143829ee467de6f1d915612",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "c9ca273fc10ceaf927db7e33b861a3a40beb47b2027e6ecad1757eb467d9c1d0",
+        sha256: "fb84a722e21ef68efdf79f50e657e2b22c25355f5dc96f6485632e0b80c0d46a",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3601,7 +3601,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "7106d74be9bbc813ce0ea87cf25c2b4f213c60d6b4d0baef94d2a2ab78d90f04",
+        sha256: "4d941592567ac86491ccd8779b51e116b8b9e775a109a7857f44c57c8d0c4a93",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
@@ -3623,13 +3623,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "e357c457c9eab57af44be5332cfecdbf639db5f80f3710d2f1133b3154946d94",
+        sha256: "b8e99fb55ba6a0cbba8d4a4b0442772f7a4d1f9c1d1c8e74fb81b11a384b6ba1",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "1274203fe605adef413d65bed9d2406fad575f66f6168dc1bef41f1b5e650723",
+        sha256: "f39354973f0f549d4e0c87dc46f3b1c2ca53faae6410fa1b98c8fffa07b3802a",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -3637,7 +3637,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "299be28c1ce257def2c4ce59cd5628c13523f60d1d778a5e4e589c9f47b757c3",
+        sha256: "5f0ffe566e44ea650f72071dc427f119258d5adc08ab0a444de6787bd5183db1",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -3645,7 +3645,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "2e25955758ca6f6cc13cbca06c438be2d0afbf54bd9b87bb19b7b6539354e71b",
+        sha256: "fce2409a9fe91757d8bff9d6b4114544b8aee856310ba942c0fde626910f0450",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3669,13 +3669,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "387da46a13e36bd163984e68973439e50d7a0f1d808f4d16bf640c74a9a2c9c8",
+        sha256: "4e755b45f76db5ab557e918beffa70a47884f63babea55f323496dc76c768c61",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "3032873684728d9d2212a024d729687c774a2cb9e63e86317628191bea97950c",
+        sha256: "d1ea1b7ee2859770cfeb6689d339b79bc23d45ae6b5fb656b8903282d242fbd9",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -3683,7 +3683,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "178be3309c5b969674f7a2536332c768993ae61be43b65098228ec69c8d6b7d7",
+        sha256: "72be98827f8e0250a8d6cf4697def43a3727e86c1d0deba2929bb75572084f83",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -3691,37 +3691,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "c32f1415e7f7d7a4f9ec9ccfa45441702756e32ecc37a2e77e71a0ad643e2125",
+        sha256: "1bb415ef165b224ca9e0777ec09b5bd808b51a32dbc5efdc0d14d72e46a393b6",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "79a2ccd1a49cb438c732e98c55e85ff40364b231e6034142c72c87efaf22731c",
+        sha256: "285e6124a2e310d5c03ffc2bbc434d77b222d4051a8995948c9e6d4b4d5e1e13",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "f5b4969d979b0036975e52c89d59e159d2a262c989d12f7ebede4346c6b92948",
+        sha256: "e9e513f19ac9a024ee847e9d8a061ebc424396bcca8256983fac9527ccdf03d0",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "62606e1d8b3b427406ec19ea4cc5093171bf9ec15abf3d9daf8628b3059e9ec8",
+        sha256: "a3bf147e751f5770e6bd03bd010fd8d9441674f8210673c322d4717729d90b4c",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "1bfb0ce358e911c9359bc15aa07778c89caa23dd348f1d5244f8afeb01184483",
+        sha256: "c0fbeebb196c8761e7dc8c8df3597550ce142be45952680034ae509cf4ee5090",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "26c3230014e2d523d9198fbd9b13fcceeac7a3304a2f63b4da07b635e11162e8",
+        sha256: "c6cd01f8fceecc12c04a86cbc3a64a5d6c0e838e89febb18dbbadd217b8714cd",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3729,31 +3729,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "78918291c25c8bd025e05539ac95ddd8132979a2852186df647d95fdfbcef3e7",
+        sha256: "af527c9164bfd06ded72d1a0bd5f7b673f757d79acd9ab677d5bab8790622a22",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "51411ad4422a9fb3733d54473e5a8b653b05198caf7ad6f96b12bb5638739731",
+        sha256: "a741a81390682a7edd3a4a9f43ddeaea9f44227ea162d2cfc4ea216831d5bc59",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "76856a73ecdb82c6aed8b6e4fb7675212e112efb2110d7eabfc9dc4d8f1e9201",
+        sha256: "4a31e33379edbc55df65fc0e9e808b46e956b8e5bd33b24d694328301fba55e7",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "671b062cf0975562adb1e23e2b39689b63ed78685f047641970b5dc8734684bf",
+        sha256: "d26bd01c77073e3be9188d9f2f23880fce1b2e7f655f650411f2ee38a362d2d6",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "06db120441b2d633294fc8a5ca41561f3305827d7b797882955144ab00342425",
+        sha256: "a5d3c7a44f2f51cbb10a78cdc9016a8ab8375357fdff655d583eb8806cc8b40b",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3761,7 +3761,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "201fa608bd9d6ad65f3de5fc2b12264eae88f3e71520fdb6194351e8561c6047",
+        sha256: "d9daa8235ee63daaf33fa5411344505fd701e3ce5f045fbbf32e428609abd457",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3769,7 +3769,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "2dcae70043131ad7381b9e1a537bad174c52a84024eca50f538c0853ab392db5",
+        sha256: "4af6f905a496cdcc8c8acacce399489fc90ac1793485445d5d14a43056736920",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
@@ -3803,25 +3803,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "8cd7d24b18786bdfab06890ff15ac454d68c27ba338728418249ea7432f9dd26",
+        sha256: "ce99320e1a308bd70b09ee8423e2760a20afe63cb368a6a2e243f49d73559afa",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "67bd2394821214e2710abbc0ae3bec0ee4ea5aaf8fdf1a134b382f54b307034f",
+        sha256: "72d867eb8365a35ac6c8318a241d1e4ffe93c981c9562c13b4388a9e7bcf4db7",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "3de8a5084d1c8c3705423b3022bb095b85848a92c78324169eb3e084d707ee70",
+        sha256: "6778236e9920b6dd9778a3d4cd81755204e66cf95940dc0a0fbb3767e4cc9e39",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "55b944df691d91b8cb4fe1fc05077db5b2268298634b3b5d1b7a1af1d408e5f4",
+        sha256: "9eb5cf2fd18838bd75c3e391f69990b1534b18ae4ff1a77a0c344c29b2ddef8a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3829,7 +3829,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "fe3f34fb50845ec6237c3ae9b6dd7474170b9e566d5a2c867bab899400e4e8cc",
+        sha256: "1aa02086e4595da156553092e02675be1330e1b7550edd7bcbc4a290554faac9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3837,7 +3837,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "db3725f782569fb3cd927bdf09820dd6e57f86e3d8d965147fa5577472a16b31",
+        sha256: "8ec68cb57b699f0b6f69230a37db6f6971b04f3bd8dcdf581d35d1728056c1fb",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3845,7 +3845,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "4ea46d4aec300220c73a429c8019330ec2d066033ed054169420e8ce423e8305",
+        sha256: "2547690b32432bb119d1a4527e30abc9a1fd81e4a749fb17a19253a79506cbd4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3853,19 +3853,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "076d0181ba01c7a1d796ebf7bca8f296f0a2779f0678de68d9f88f11677b308a",
+        sha256: "5418144d3bcf5b04a25f42b07278d0e5dc0f03234b6dfc74f8e7f114ad6708a5",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "bf7b9f12188b8e3b9b2b207df81ca927e3210faa5f8f8a51f23da8b174a35706",
+        sha256: "7a454774a77158d4aaebd30a0ea8f2c2c3710d2c01d78848c76fe4af89a46929",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "c9e8bb36c7b408edb6c62d6354278a84c0ef4ee58062a2ef65bdd1ff8e1e9e6b",
+        sha256: "bfe1be6b8700f6a4c21a2a5fd0b2a92f41db75540cc805f703f9261885daa7c3",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3873,7 +3873,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "f140e08f7728a14fb0244604b98d53229a134e5ab4156349c6e4684f0381b4a9",
+        sha256: "77d1000fb0f7d70d0047898cd9845d14806c36128170e2937bc4ce5d839ffc0b",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3881,7 +3881,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "9cef4b86ec1cfee4163bf5461ec6a6d313711ee2c32298f90711710c8ec876fa",
+        sha256: "6a492b415e3cca945d515eca6bff9e3c2c178d55bd4a36620d196c8780db8ecf",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3889,7 +3889,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "676ab9c8782933c05aaad9d8f80740ed4bbbaef7f31e236c2041a6e6f09c7b17",
+        sha256: "ce7f99d46cc2f224916f0bd5cb8557bfefc0860cf2f7a4ed609ca3dd2d728f77",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3897,7 +3897,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "4ef4a21369904e6981094ad3de2e2b41415550af783b9c30e18eaebc687f83e4",
+        sha256: "8a33394f64ce9e725ce7beb3c2ac3705643da6becbd1a83b2525a3aa6cf83bf5",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3905,7 +3905,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "b9de9c8965922389370d5debaa9280ac0906d8a0901ef0319260bc0dab7f170a",
+        sha256: "b8a63be67dec7a7792b247d8a271d55c4ca456517d7db08437e3656cab7263a5",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3913,7 +3913,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "2fb3f8b52229c250a51391cfe2b046860da0f78b0f86a41e1c220e5e557ae34e",
+        sha256: "b4c6464172d42c6f483432f60134bac70f2b8eb0495598bcd13ddd075ab0841c",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3921,7 +3921,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "23b3e8ae01956bcbe152e6e1f8ce318381feaeea18ff4b8c982b3732b2775cbd",
+        sha256: "759c2176e61746fd8fc7a4e67bea548ad30e89ff38ad9ccb1070bc14e3e04c63",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3929,7 +3929,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "d8fc621a1b5a4070f349ca170c3cb2f17b67efeb225e1af00af5c69b65947f42",
+        sha256: "f396bdae00545ad947cf4275681db5a113f0f5b03edc7555454a7dbf98b495cf",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3937,7 +3937,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "9251cd4c733e2c51b8172a13eb136182c82ede2b29c608acfc0d75ae60c7bb7b",
+        sha256: "cc3a4b819f044f86bf4193ff2da5ba42e252b7fec096702c5548846e72cdd861",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3945,7 +3945,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "4f8928af95a05fab1553c358811ac88973377544bfb23ca66c1711b2e0598be7",
+        sha256: "124cc83995bff6fcec9aa6a8db532691be1ee793f574cfedb03622bd088f44d8",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3953,7 +3953,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "080455289d27b21b9954471922e1275cc44707e452a5d148997346610e283dd6",
+        sha256: "47bb2f50a7e72af0c294e768e6175b86869b423d55052a8ac9ab17d846786b81",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3961,7 +3961,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "e4f84484303c5d91ad079d423575697aa246abdc00cbf24fed98765e64006973",
+        sha256: "43d2dfff77034e809f85dde7f21c46b8080633915b55d8d90ba38efc8c526154",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3969,13 +3969,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "5ede24597b94bd6cbb61420715b4d44dc16ee5f49272134e0bc2016caa299119",
+        sha256: "35dd4e53e13cb3756c06d2aa248afeec73b54e1f13df58f767a12ba4f76b284f",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "bb781e593b7b20ece3b4ded993c4f7578f3761f909362cdda5d6c7e701bc8044",
+        sha256: "4ef5eba4e9c5e65dcbb60f3285d42526416213a67b93d5136fdf8f68b3ab8ad6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3983,7 +3983,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "001160c9b4e3439a8079354fec6f9f81ccfc793a1465a4af444392938852e171",
+        sha256: "e5e36341c911a25eb1c5084e1b5b69dfbf8d178a2b808e713782ae305fa10578",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3991,7 +3991,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "efcff3c171acba183e99bd7dea96424adfd4251f57fa7fbc0647a16314aac182",
+        sha256: "4ecf163cdccc976a02b1dd4fb8f38c068265bf568a9265e1808dd88f25dabb1d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3999,7 +3999,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "c05f074a84255bf7e7183f92fb486b839facb3593960393498a199a067bc2cb4",
+        sha256: "0eef5b902a408e8c82f644f19623f4e007514979bd247e940b7e1073634a47f1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -4007,7 +4007,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e04694e96748f9de37182fd81cfb7201559df03a9e959faebcca6b2e8e753579",
+        sha256: "641b3611641820c826e12781678ed6f79108d1cbece564f4c8633bd7da84c775",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4015,7 +4015,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "d44dfe1535b9e0ece99b6f277bf9743c5f9f556caf1b3fc6ecb5c8f6608798ff",
+        sha256: "d4ad7256b5bc07210d3d81e98af8abbedc45cfb3ad875f2ee4f9e39ef7d4517f",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4023,7 +4023,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "815d230dc44c43f8c95f475f581024757069773c816b5b89f3c15f1f2da934be",
+        sha256: "ef1b2932f3322eacaa350cd673e4f68c68eae47dac24ee875c3562a29423cf5a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -4031,7 +4031,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "6058262bf8c8c505997019384ad9cef9f33863ff9d2dee0ca8ebd8be7af9c7b7",
+        sha256: "1479e8a274eb9ca41f1643ed216b1d1ac8560d5b54d96ab5d228542df87712ea",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -4039,7 +4039,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "87a28de4ae98c79c35af4914b1ceb7b59b43df33923d6e5e7191ef2c0becab47",
+        sha256: "d583df9e2b20da980e2bd768ba878d473c6b32be2ea4408b7d0ab72c8788db65",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4047,7 +4047,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "60a032f4be8063788248195a7dac9bbcff3316def04eb4dadc73c6b64210625c",
+        sha256: "9ea240d8ae4d8b21d2ece3912a07ee7d89108c9924254b16a337a7c4a13c621a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -4055,7 +4055,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "290ba161bb0963717308dde24d7e0952b3e6859f89aae911d3f77ce61b78ef7e",
+        sha256: "6d8f2e1a972f73b341df00a0af57947431eefc8d5f357e43ff84ad29e9add21d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -4063,7 +4063,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "b21c027f030a4f39ded879766132b65251c9d16ef80154001f5c32fcbc10e4c4",
+        sha256: "6851e40c764fe7e0e168576b9f7acb5714f1e87b8a6aaadd93f1809c862078b2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4071,7 +4071,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "6f0dc080eac0df4d471c8a18f7023a83be4b806ecd6223631c9e90d9e82fac43",
+        sha256: "9b31fde45fadecc56d26b67d519e23af4eb8bccafa5c8bfe8cf20ba52f5e03e4",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
