@@ -62,6 +62,7 @@
 
 pub mod authored;
 mod check;
+pub(crate) mod distinct;
 mod expand;
 pub(crate) mod formula;
 mod scope;

@@ -2,13 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rayon::prelude::*;
 use serde_json::{Map, Value};
 use sglow_graph::Description;
 use sglow_graph::frame::{Action, Binding, Draw, Frame, Kind, Step, Variant as Runs, View};
 
-use crate::deep::deep;
 use crate::error::{Code, Diagnostic, Report};
+use crate::frame::distinct::distinct;
 use crate::library::Library;
 use crate::manifest::{Access, Described, Dimension, Resource, SampleType};
 
@@ -29,16 +28,12 @@ pub fn check(library: &Library, variants: &[Described]) -> Result<(), Report> {
         found: BTreeSet::new(),
         bound: BTreeMap::new(),
     };
-    // Evaluated on all cores, a few at a time: together they would take gigabytes.
-    for configurations in described.configurations(3).chunks(512) {
-        let evaluated: Vec<_> = deep(|| {
-            configurations.par_iter().map(|one| described.description.evaluate(one)).collect()
-        });
+    distinct(&described.description, &described.configurations(3), |_, frame| {
         // What does not evaluate is among the faults, or no legal configuration.
-        for frame in evaluated.iter().flatten() {
-            checker.frame(frame);
+        if let Ok(frame) = frame {
+            checker.frame(&frame);
         }
-    }
+    });
     let legal = library.variants();
     for (pass, (names, places)) in std::mem::take(&mut checker.bound) {
         let of_pass = legal.iter().filter(|variant| variant.pass == pass);

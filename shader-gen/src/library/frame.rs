@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use rayon::prelude::*;
 use serde_json::Value;
 use sglow_graph::description::{self as flat, Axis, Number, Parameter, ParameterType, Preset};
 use sglow_graph::error::Kind;
@@ -14,9 +13,9 @@ use super::document::Read;
 use super::place::Places;
 use super::rule::Condition;
 use super::{Exclusion, Library};
-use crate::deep::deep;
 use crate::error::{Code, Diagnostic};
 use crate::frame::authored::{Authored, Template};
+use crate::frame::distinct::distinct;
 use crate::frame::{Expanded, Faults, Origin, expand, formula};
 use crate::source::{Sources, find, read, relative};
 
@@ -205,25 +204,21 @@ impl Frame {
         let zeros = description.parameter.iter().filter(|(_, of)| of.default == Number::Whole(0));
         let ones: BTreeMap<_, _> =
             zeros.map(|(name, _)| (name.clone(), Number::Whole(1))).collect();
-        let sets = [BTreeMap::new(), minima, ones];
-        let faults = |configuration: Configuration| {
-            let sets = sets.iter().map(|parameters| Configuration {
-                parameters: parameters.clone(),
-                ..configuration.clone()
-            });
-            // What is no legal configuration says nothing about the frame.
-            let errors = sets.filter_map(|one| description.evaluate(&one).err());
-            let errors = errors.filter(|errors| !errors.is_illegal()).flat_map(|errors| errors.0);
-            let errors: BTreeSet<_> = errors.collect();
-            (errors, configuration.axes)
-        };
         let mut found = BTreeMap::new();
-        let all: Vec<_> =
-            deep(|| self.configurations(differences).into_par_iter().map(faults).collect());
-        for (errors, axes) in all {
-            for error in errors {
-                found.entry(error).or_insert_with(|| axes.clone());
-            }
+        let all = self.configurations(differences);
+        for parameters in [BTreeMap::new(), minima, ones] {
+            let with = |one: &Configuration| Configuration {
+                parameters: parameters.clone(),
+                ..one.clone()
+            };
+            let all: Vec<_> = all.iter().map(with).collect();
+            distinct(description, &all, |configuration, frame| {
+                // What is no legal configuration says nothing about the frame.
+                let errors = frame.err().filter(|errors| !errors.is_illegal());
+                for error in errors.into_iter().flat_map(|errors| errors.0) {
+                    found.entry(error).or_insert_with(|| configuration.axes.clone());
+                }
+            });
         }
         let whole = serde_json::to_value(description).unwrap_or_default();
         let diagnostic = |(error, axes): (sglow_graph::Error, BTreeMap<String, String>)| {
