@@ -21,19 +21,18 @@ impl Description {
     ///
     /// # Errors
     ///
-    /// Everything that is wrong with the configuration, and with the description as far as a legal one shows it.
+    /// Everything that is wrong with the configuration, and with the description as far as the configuration shows it.
     pub fn evaluate(&self, configuration: &Configuration) -> Result<Frame, Errors> {
         let mut of = Evaluation::new(self, configuration);
         of.check();
-        let legal = !of.errors.get_mut().iter().any(|error| error.kind == Illegal);
         of.frame.get_mut().reads.clear();
-        for (name, resource) in self.resource.iter().filter(|_| legal) {
+        for (name, resource) in &self.resource {
             let made = Env::new(&of, &["resource", name]).made(name, resource);
             let resources = &mut of.frame.get_mut().resources;
             of.known.insert(name, made.is_some().then_some(resources.len()));
             resources.extend(made);
         }
-        Env::new(&of, &["step"]).steps(if legal { &self.step } else { &[] });
+        Env::new(&of, &["step"]).steps(&self.step);
         of.finish()
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct Evaluation<'d> {
     pub(crate) known: BTreeMap<&'d str, Option<usize>>,
     /// How often formulas have read the number of a round.
     pub(crate) rounds_read: Cell<u64>,
-    pub(crate) errors: RefCell<BTreeSet<Error>>,
+    errors: RefCell<BTreeSet<Error>>,
 }
 
 /// Where something stands, which says what its names mean.

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 mod comments;
 mod cost;
 mod layout;
-mod memory;
 mod omitted;
 mod purpose;
 pub mod reflect;
@@ -17,7 +16,6 @@ mod variant;
 
 pub use cost::Cost;
 pub use layout::{FieldType, Layout, LayoutField};
-pub use memory::in_memory;
 pub use omitted::Omissions;
 pub use purpose::{Assumed, LeftOut, MadeFor, Saved, Weight};
 pub use reflect::{Error, Reflection, reflect};

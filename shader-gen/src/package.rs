@@ -5,6 +5,7 @@ mod error;
 mod exchange;
 mod folder;
 mod json;
+mod memory;
 mod options;
 mod text;
 
@@ -23,6 +24,7 @@ pub use self::error::{Cause, Error, VariantError};
 pub use self::folder::{claim, compare, verify_hashes, write};
 use self::folder::{mend, remember, remembered};
 pub use self::json::json;
+pub use self::memory::{InMemory, in_memory};
 pub use self::options::{Options, Parts, Purpose, Target, UnknownTarget};
 use crate::bindings;
 use crate::deep::deep;

@@ -14,6 +14,7 @@ use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::Scene;
 use sglow_shader_gen::library::Library;
+use sglow_shader_gen::package::{InMemory, in_memory};
 
 /// Every axis and parameter, so that a change of defaults changes nothing here.
 const ALL: &str = "light=spot lobes=both specular_power=f0 precision=f32 density=power draw=warped kernel=modified \
@@ -52,10 +53,7 @@ fn package(settings: &Settings, scene: &Scene) -> Result<Package, Box<dyn std::e
     let wanted = Plan::new(&frame.description, settings, &surfaces)?.variants;
     let mut variants = library.variants();
     variants.retain(|variant| wanted.contains(&variant.id()));
-    let texts = sglow_shader_gen::generate::variants(&library, &variants)
-        .map_err(|report| report.to_string())?;
-    let manifest = sglow_shader_gen::manifest::in_memory(&library, &texts)?;
-    let texts = texts.into_iter().map(|one| (one.variant.id(), one.text));
+    let InMemory { texts, manifest } = in_memory(&library, &variants)?;
     Ok(Package::generated("the variants of one configuration", texts).with_manifest(&manifest)?)
 }
 

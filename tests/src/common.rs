@@ -20,6 +20,7 @@ use sglow_runtime::settings::Settings;
 use sglow_scene::{Bounds, Light, LightKind, Scene};
 use sglow_shader_gen::library::Library;
 use sglow_shader_gen::matrix::Variant;
+use sglow_shader_gen::package::{InMemory, in_memory};
 
 /// The device that all tests use.
 pub(crate) fn gpu() -> &'static Gpu {
@@ -62,9 +63,7 @@ pub(crate) fn whole_space() -> &'static Package {
 
 /// Variants of a library, generated in memory, with what a manifest would say of them and of the frame.
 pub(crate) fn packaged(origin: &str, library: &Library, variants: &[Variant]) -> Package {
-    let made = sglow_shader_gen::generate::variants(library, variants).unwrap();
-    let manifest = sglow_shader_gen::manifest::in_memory(library, &made).unwrap();
-    let texts = made.into_iter().map(|one| (one.variant.id(), one.text));
+    let InMemory { texts, manifest } = in_memory(library, variants).unwrap();
     Package::generated(origin, texts).with_manifest(&manifest).unwrap()
 }
 

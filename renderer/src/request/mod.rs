@@ -23,7 +23,7 @@ pub enum RequestError {
     /// Variants cannot be generated.
     #[error(transparent)]
     Generate(#[from] sglow_shader_gen::package::Error),
-    /// The manifest of generated variants cannot be written.
+    /// A variant binds what no manifest describes.
     #[error(transparent)]
     Manifest(#[from] sglow_shader_gen::manifest::Error),
     /// A package is not what its manifest says.

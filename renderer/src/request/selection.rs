@@ -4,10 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sglow_runtime::package::Package;
 use sglow_scene::Scene;
-use sglow_shader_gen::generate;
 use sglow_shader_gen::library::{Library, Parameter, Pass, Setting};
 use sglow_shader_gen::matrix::{Absent, AllowedValues, Because, Facts, Variant};
-use sglow_shader_gen::package::Purpose;
+use sglow_shader_gen::package::{InMemory, Purpose, in_memory};
 
 use crate::plan::{Plan, Storage};
 use crate::request::derivation::{Derivation, Request};
@@ -83,9 +82,7 @@ impl Derived {
 ///
 /// Everything that is wrong with the library or a variant.
 pub fn whole_space(library: &Library) -> Result<Package, RequestError> {
-    let variants = generate::variants(library, &library.variants())?;
-    let manifest = sglow_shader_gen::manifest::in_memory(library, &variants)?;
-    let texts = variants.into_iter().map(|one| (one.variant.id(), one.text));
+    let InMemory { texts, manifest } = in_memory(library, &library.variants())?;
     let names = library.overlays().iter().map(|overlay| format!(" with {}", overlay.name));
     let origin = format!("every variant of the library{}", names.collect::<String>());
     Ok(Package::generated(origin, texts).with_manifest(&manifest)?)

@@ -11,15 +11,21 @@ use crate::deep::deep;
 const AT_ONCE: usize = 512;
 
 /// Evaluates configurations that differ in axes and facts alone, on all cores, and lets `visit` see each frame in their
-/// order. What gives the same values to all that an earlier frame reads has the same frame and is left out.
+/// order. What gives the same values to all that an earlier frame reads has the same frame and is left out; so are illegal
+/// configurations.
 pub(crate) fn distinct(
     description: &Description,
     configurations: &[Configuration],
     mut visit: impl FnMut(&Configuration, Result<Frame, Errors>),
 ) {
+    // Without resources and steps, all that can be wrong is the configuration.
+    let empty =
+        Description { resource: Default::default(), step: Vec::new(), ..description.clone() };
+    let legal = |one: &Configuration| !empty.evaluate(one).is_err_and(|errors| errors.is_illegal());
     let mut seen = Seen::default();
     for configurations in configurations.chunks(AT_ONCE) {
-        let new: Vec<_> = configurations.iter().filter(|one| !seen.has(one)).collect();
+        let new = configurations.iter().filter(|one| !seen.has(one) && legal(one));
+        let new: Vec<_> = new.collect();
         let frames: Vec<_> = deep(|| new.par_iter().map(|one| description.evaluate(one)).collect());
         for (configuration, frame) in new.into_iter().zip(frames) {
             let new = match &frame {
