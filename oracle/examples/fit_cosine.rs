@@ -1,5 +1,5 @@
-//! Fits the constants of `sglow_sg_cosine_fitted` and `sglow_sg_cosine_fitted_fine` by least largest error over the
-//! largest value of the integral, prints them as `shaders/src/sg/cosine.wesl` and `oracle/src/sg/cosine.rs` have them,
+//! Fits the constants of `sglow_sg_cosine_quartic`, `sglow_sg_cosine_fitted` and `sglow_sg_cosine_fitted_fine` by least
+//! largest error over the largest value of the integral, prints them as `shaders/src/sg/cosine.wesl` and `oracle/src/sg/cosine.rs` have them,
 //! and a table of the errors of all forms.
 //!
 //! `cargo run --release -p sglow-oracle --example fit_cosine`
@@ -10,8 +10,9 @@ use core::f64::consts::PI;
 
 use minimax::{fit, largest};
 use rayon::prelude::*;
-use sglow_oracle::sg::cosine::{DarkSide, dark_side, quadrature};
-use sglow_oracle::sg::{Cosine, upper_cosine_integral};
+use sglow_oracle::sg::cosine::{DarkSide, Quartic, dark_side, quadrature, quartic, quartic_mean};
+use sglow_oracle::sg::{Cosine, integral, upper_cosine_integral};
+use sglow_oracle::vmf::{mean_length, mean_length_complement};
 
 /// A sharpness, a cosine, the reference and its largest value.
 type Sample = [f64; 4];
@@ -144,6 +145,58 @@ fn fit_form(name: &str, samples: &[Sample], shape: Shape, start: &[f64]) {
     println!("  parameters  {parameters:?}");
 }
 
+/// The six free numbers of the quartic: both limits of the horizon and that of the mean length for small sharpness are
+/// kept.
+fn quartic_of(parameters: &[f64]) -> Quartic {
+    let &[h1, h2, bend, a, b, p] = parameters else { unreachable!("six numbers") };
+    let sharp = 0.5 / PI;
+    let horizon = [sharp, h1, h2, 0.0625 - sharp - h1 - h2];
+    Quartic { horizon, bend, complement: [a, b, p, 3.0 * b] }
+}
+
+/// The errors with a mean length that is known, and with the fitted one.
+fn quartic_residuals(samples: &[Sample], constants: Quartic) -> Vec<f64> {
+    samples
+        .iter()
+        .flat_map(|&[sharpness, cosine, quadrature, upper]| {
+            let (length, rest) = (mean_length(sharpness), mean_length_complement(sharpness));
+            let known = integral(sharpness) * quartic_mean(cosine, length, rest, constants);
+            let fitted = quartic(cosine, sharpness, constants);
+            [known, fitted].map(|found| {
+                let error = (found - quadrature) / upper;
+                if error.is_finite() { error } else { 1.0 }
+            })
+        })
+        .collect()
+}
+
+fn fit_quartic(samples: &[Sample], start: &[f64]) {
+    // A mean length that is not exact is seen from the front as well.
+    let fronts = samples.iter().map(|&[sharpness, cosine, _, upper]| {
+        [sharpness, -cosine, quadrature(-cosine, sharpness), upper]
+    });
+    let all: Vec<Sample> = samples.iter().copied().chain(fronts).collect();
+    let (parameters, error) =
+        fit(|parameters| quartic_residuals(&all, quartic_of(parameters)), start, 160);
+    let found = quartic_of(&parameters);
+    let round = |v: f64| f64::from(v as f32);
+    let rounded = Quartic {
+        horizon: found.horizon.map(round),
+        bend: round(found.bend),
+        complement: found.complement.map(round),
+    };
+    let errors = quartic_residuals(&all, rounded);
+    let [known, fitted] = [0, 1]
+        .map(|first| largest(&errors.iter().skip(first).step_by(2).copied().collect::<Vec<_>>()));
+    println!(
+        "quartic: error {error:.3e}, as f32 {known:.3e} with the mean length, {fitted:.3e} without"
+    );
+    println!("  horizon     {:?}", found.horizon.map(|v| v as f32));
+    println!("  bend        {:?}", found.bend as f32);
+    println!("  complement  {:?}", found.complement.map(|v| v as f32));
+    println!("  parameters  {parameters:?}");
+}
+
 /// Largest and root mean square error of each form over all sharpness and angles, and for sharpness of at least 1.
 fn table() {
     let sharpness: Vec<f64> = geometric(1e-3, 1e6, 181).collect();
@@ -194,6 +247,7 @@ fn table() {
 
 fn main() {
     let samples = samples();
+    fit_quartic(&samples, &[-0.1428, 0.0577, 0.1232, 1.874, 3.666, 2.325]);
     // Starts: the value at the horizon fitted alone, the flattening from fits per sharpness.
     let two = [3.75, 0.31, 7.83, 7.96, 6.41, 1.74];
     let three = [10.8, 5.77, 0.91, 27.4, 31.5, 21.4, 11.7, 2.58];

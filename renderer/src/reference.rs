@@ -169,6 +169,7 @@ pub fn model(settings: &Settings) -> Model {
             Diffuse::Gaussian => Some(shade::Diffuse::Gaussian),
             Diffuse::Logistic => Some(shade::Diffuse::Logistic),
             Diffuse::Erf => Some(shade::Diffuse::Erf),
+            Diffuse::Quartic => Some(shade::Diffuse::Quartic),
             Diffuse::Fitted => Some(shade::Diffuse::Fitted),
             Diffuse::FittedFine => Some(shade::Diffuse::FittedFine),
         },

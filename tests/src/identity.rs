@@ -21,11 +21,12 @@ fn at(cosine: f64, sharpness: f64) -> Arguments {
     arguments
 }
 
-const FORMS: [(&str, Cosine); 6] = [
+const FORMS: [(&str, Cosine); 7] = [
     ("constant", Cosine::Constant),
     ("gaussian", Cosine::Gaussian),
     ("logistic", Cosine::Logistic),
     ("erf", Cosine::Erf),
+    ("quartic", Cosine::Quartic),
     ("fitted", Cosine::Fitted),
     ("fitted_fine", Cosine::FittedFine),
 ];
@@ -75,6 +76,7 @@ fn the_odd_part_is_exact() {
         ("erf", true),
         ("fitted", true),
         ("fitted_fine", true),
+        ("quartic", false),
         ("constant", false),
         ("gaussian", false),
     ] {
@@ -91,7 +93,7 @@ fn horizon_ends_and_energy_are_within_the_error_of_each_form() {
         Cosine::Constant => 3.0,
         Cosine::Gaussian => 0.15,
         Cosine::Logistic => 8.8e-3,
-        Cosine::Erf => 1.6e-3,
+        Cosine::Erf | Cosine::Quartic => 1.6e-3,
         Cosine::Fitted => 6.2e-5,
         Cosine::FittedFine => 1.7e-5,
     };
@@ -168,6 +170,7 @@ fn fitted_forms_grow_with_the_cosine_and_are_never_negative() {
         let bad = values.iter().filter(|value| !(value[0] >= 0.0 && value[0].is_finite()));
         (steps.count(), bad.count())
     };
+    assert_eq!(wrong("sg_cosine_quartic"), (0, 0));
     assert_eq!(wrong("sg_cosine_fitted"), (0, 0));
     assert_eq!(wrong("sg_cosine_fitted_fine"), (0, 0));
     // The negative control: the literal form is neither.

@@ -112,6 +112,16 @@ pub(super) const FUNCTIONS: &[Function] = &[
         peak: upper,
         monotone: COSINE_GROWS,
     ),
+    function!(sg_cosine_quartic(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_quartic,
+        reference: Some(cosine_reference),
+        peak: upper,
+        monotone: COSINE_GROWS,
+    ),
+    function!(cosine_quartic_mean(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_quartic_mean,
+        reference: Some(cosine_reference),
+        peak: upper,
+        monotone: COSINE_GROWS,
+    ),
     function!(sg_cosine_fitted(Sharpness @ 3, Cosine @ 0) -> ["integral"], cosine_fitted,
         reference: Some(cosine_reference),
         peak: upper,
@@ -213,6 +223,16 @@ fn cosine_logistic<R: Real>(x: Numbers<R>) -> Results<R> {
 
 fn cosine_erf<R: Real>(x: Numbers<R>) -> Results<R> {
     one(Cosine::Erf.integral(x[0], sharpness(x[3])))
+}
+
+fn cosine_quartic<R: Real>(x: Numbers<R>) -> Results<R> {
+    one(Cosine::Quartic.integral(x[0], sharpness(x[3])))
+}
+
+fn cosine_quartic_mean<R: Real>(x: Numbers<R>) -> Results<R> {
+    let sharpness = sharpness(x[3]);
+    let mean_length = sglow_oracle::vmf::mean_length(sharpness);
+    one(sg::cosine::quartic_known(x[0], sharpness, mean_length, sg::cosine::QUARTIC))
 }
 
 fn cosine_fitted<R: Real>(x: Numbers<R>) -> Results<R> {

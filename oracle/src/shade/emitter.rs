@@ -47,7 +47,11 @@ impl Emitter {
         let integral = if self == Self::CosineQuadratic {
             cosine_quadratic(cosine, emission.sharpness, light.diffuse_mean_length)
         } else {
-            diffuse.unwrap_or(Diffuse::Fitted).cosine_integral(cosine, emission.sharpness)
+            diffuse.unwrap_or(Diffuse::Fitted).cosine_integral_mean(
+                cosine,
+                emission.sharpness,
+                light.diffuse_mean_length,
+            )
         };
         // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions.
         let squared = (light.position - point).length_squared();

@@ -1618,6 +1618,62 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_25,
     },
     Variant {
+        id: "shade-cosine-quartic-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-cosine-quartic-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-cosine-quartic-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-cosine-quartic-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-cosine-quartic-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-cosine-quartic-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
+    },
+    Variant {
+        id: "shade-cosine-quartic-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_21,
+        binding_names: shade::NAMES_21,
+    },
+    Variant {
+        id: "shade-cosine-quartic-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_23,
+        binding_names: shade::NAMES_23,
+    },
+    Variant {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
@@ -1920,6 +1976,118 @@ pub static VARIANTS: &[Variant] = &[
     },
     Variant {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_41,
+        binding_names: shade::NAMES_41,
+    },
+    Variant {
+        id: "shade-disc-quartic-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_3,
+        binding_names: shade::NAMES_3,
+    },
+    Variant {
+        id: "shade-disc-quartic-asg-ggx-both-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_26,
+        binding_names: shade::NAMES_26,
+    },
+    Variant {
+        id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_5,
+        binding_names: shade::NAMES_5,
+    },
+    Variant {
+        id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_29,
+        binding_names: shade::NAMES_29,
+    },
+    Variant {
+        id: "shade-disc-quartic-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_9,
+        binding_names: shade::NAMES_9,
+    },
+    Variant {
+        id: "shade-disc-quartic-asg-ggx-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_30,
+        binding_names: shade::NAMES_30,
+    },
+    Variant {
+        id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_11,
+        binding_names: shade::NAMES_11,
+    },
+    Variant {
+        id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_33,
+        binding_names: shade::NAMES_33,
+    },
+    Variant {
+        id: "shade-disc-quartic-none-none-both-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_15,
+        binding_names: shade::NAMES_15,
+    },
+    Variant {
+        id: "shade-disc-quartic-none-none-both-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_34,
+        binding_names: shade::NAMES_34,
+    },
+    Variant {
+        id: "shade-disc-quartic-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_17,
+        binding_names: shade::NAMES_17,
+    },
+    Variant {
+        id: "shade-disc-quartic-none-none-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_37,
+        binding_names: shade::NAMES_37,
+    },
+    Variant {
+        id: "shade-disc-quartic-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_21,
+        binding_names: shade::NAMES_21,
+    },
+    Variant {
+        id: "shade-disc-quartic-none-none-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_38,
+        binding_names: shade::NAMES_38,
+    },
+    Variant {
+        id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        entry_points: shade::ENTRY_POINTS_0,
+        bind_groups: shade::LAYOUT_23,
+        binding_names: shade::NAMES_23,
+    },
+    Variant {
+        id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map-tile",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_41,
@@ -2649,7 +2817,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
         ),
-        sha256: "0cba4a2fc422727d0b6a464f6495fb27ce8148f173d83c417dbbcf50301ffa06",
+        sha256: "e3ae484a17ea003576873c15ce5bb21c17ae62b07cbce1b729024a886d652af6",
     },
     Embedded {
         id: "density-bidirectional-cosine-both-f0-each",
@@ -2657,7 +2825,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-incidence_each.wgsl"
         ),
-        sha256: "19d4618a42a92f31babe1deda829602c09b53f8925ddc04a11410e7f281331c6",
+        sha256: "283aaf523cd9f79619cc68ed2b1534c94cd22fb84f49436d77ee7a618948a96b",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2665,7 +2833,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
         ),
-        sha256: "1c363ec10a8cdfec9fe96bf2ea091c287e2c9e1e814d94171b1fb9db74073398",
+        sha256: "197c6b5025a11e421643949badcc2e44e89e32ea3526c6de083ad35c9e16e80a",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0-each",
@@ -2673,7 +2841,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse-incidence_each.wgsl"
         ),
-        sha256: "57227045901e5407db7b9ab020d692a86b84657d6796c52b0be0f7725ee5fa7d",
+        sha256: "d7800d6e95ab75792adff98d0055cb5f68ed1820cf5e1eadaab770f3ce3e2584",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
@@ -3489,43 +3657,43 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16.wgsl"),
-        sha256: "9b906ec9f46490dc93a8f982a891aef46bfae72c8b68740e718015cf54f84852",
+        sha256: "f88a1ba1f84cd985519b79c32a4f5f4379f2bb25cba946a953628ab926bd3424",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f16-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-precision_f16-output_rgba16float.wgsl"),
-        sha256: "bfc3fb0d11e677ef447437d7bed355c987477ca5db2afa7e4c82076394e4c2c6",
+        sha256: "14bb360296e88c84d5700ee4eaa2a0e3f1f8fcea31c0c5b9f3ef083c9e782f26",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "529fc135d408cd7de3673f35b09f8de2ec4b16b99e1c0eb967b5c16bd77c50ab",
+        sha256: "8b1b573ebf770c9f14dcb5e6a9d76466143f1d3cf3baf6e8947fa1c5ee03b5cb",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "fd4caa9de1ecb23da63d565e62eae79353bf1b37901947fb3d5efd35d9ac6d01",
+        sha256: "6c566d842106371c6a7d95db806549720a950978a465dea054c7418c250dd396",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "6ffa5b596b76cc05a490c5121056dc884239861cce0905ceffad8bd08a9fc465",
+        sha256: "acb81865a4015618113506e5c15ba20bbb50b8c0c6b72c41b73f65380667c2d2",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "ed09e534e31578d5ce7db4a1391e7c308cb027c7703e75b219efa23c8262e69f",
+        sha256: "10b49bd9fb9a7a3497f96c1c14ac67df3a686bf2adb0a049a6629ef70dee3514",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "7830de258b4f2838681cc8c6ea9aaa7e37991b40ee479b982765560a38f323eb",
+        sha256: "80638c5001d9dbfa1c9ea6b65ea90bb7c5dbd050ed1f0aae2324ce2f3ff3561d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none-rgba16float",
@@ -3533,31 +3701,31 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "1bf6a76961d9b5f8e2e24bcc5e7b4cb7675760c315a43e284fdf70066355bef4",
+        sha256: "42f8709367967058640fcfc55ac480ff85eef32c7a3beb83fc3ed0cde7487c71",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "ff3b6291de746336c633e696610d7f8d00ba1486b48f15d73945802eedd6151f",
+        sha256: "a6643a6e0976b7771e2d2b5dde47a00606d636471d44b6f2179c2adffee60618",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "81a86324b7212fe1c5324c297bb9eb5e80e4698ff41466ec1fda0780356661cb",
+        sha256: "4010f8233fe3012b3b11c912c38584d08bf9ab5124b02cc70f44162ccba0373f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "a67d272f7a50758ac1335e59b207899d761398dc9d3c8cd8e9ca19c90e92f625",
+        sha256: "85acffba3f25aeb527ed6cba6d0d564c9139c3e10b278db7f0e6d7b44a08d343",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "1024cd4d2cebc3d74f20eee0351012675c5c9af4d89616dcac4a4a611191ae3b",
+        sha256: "30ea1af75e0b5aa0b86eed7f02bbc9f329e73c49f39a0742db19759d3b10cac3",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3565,13 +3733,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "18a3f93353c615dc5c3d3e2d00e86a62c80a2d9a1066b1e7d25653a4f22a6c16",
+        sha256: "c1fff2c70f6d51c7473a9f2b17555a665b4e7f1e188e56be7044a9a5aecc79ae",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "ed24b1f6266066fe1209d2e1e07a64b3cd66072bfccf5569d2a6a62b08daee60",
+        sha256: "18f9d958f6a95ab928fc9e4cec37f47f2b2d39929bcb59e9ece7c721c936c366",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3579,7 +3747,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "cb28bde9c2927a6945ac8b8551c837721fc490e3bf6d351e0c22e05a177b98fd",
+        sha256: "919ef8f37e52cf1b3cef2308a3f7db17d6b9ca8c8bd6dc18f76a5b05eb4b3ee9",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3587,13 +3755,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "3544472c2b8019197ef97047ed4ca34c2de1742b6143829ee467de6f1d915612",
+        sha256: "72f32d0f4d229eed728aeb636f05299069ee41eaa05543d60983e2743dbcc9e5",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "fb84a722e21ef68efdf79f50e657e2b22c25355f5dc96f6485632e0b80c0d46a",
+        sha256: "c9ca273fc10ceaf927db7e33b861a3a40beb47b2027e6ecad1757eb467d9c1d0",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3601,13 +3769,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "4d941592567ac86491ccd8779b51e116b8b9e775a109a7857f44c57c8d0c4a93",
+        sha256: "7106d74be9bbc813ce0ea87cf25c2b4f213c60d6b4d0baef94d2a2ab78d90f04",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-precision_f16.wgsl"),
-        sha256: "c847be7c79dc2f73d08ce57311575a2127bf1eaf043cff54637f349cb6972152",
+        sha256: "fd07bc2ef39b5b41ba04180aad404d41a8dd458404ed20f8281d91d86c1c327b",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none-rgba16float",
@@ -3615,7 +3783,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "c78679d9e2949af570abb6503bc6c484b0c18868ab2a54fdd78f2bd7c06faec3",
+        sha256: "9bdd0b81b74d0c3924c9c5140f2e3d31c47d873c8eec4b98513ffb6ac6536d15",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-imperfect",
@@ -3623,13 +3791,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "b8e99fb55ba6a0cbba8d4a4b0442772f7a4d1f9c1d1c8e74fb81b11a384b6ba1",
+        sha256: "5153af4aaddcd93a5208ac8721826b89039d915319c073870e7e6247782cd3e2",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "f39354973f0f549d4e0c87dc46f3b1c2ca53faae6410fa1b98c8fffa07b3802a",
+        sha256: "0677b16207694617c7d613253dd219fb0b95753f88a4459594a00115d7c7251a",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -3637,7 +3805,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "5f0ffe566e44ea650f72071dc427f119258d5adc08ab0a444de6787bd5183db1",
+        sha256: "df12c771e918d1b7c003bc95557f7958709fe460ae10d9c9719faaa0db51ca54",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -3645,7 +3813,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "fce2409a9fe91757d8bff9d6b4114544b8aee856310ba942c0fde626910f0450",
+        sha256: "612dbbe39a0a35f0fcab60f79f193f5c1c13ec6eed47e28d4223b19d7d2cab26",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3653,7 +3821,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "a0fd46e5610d38351b09a714e9aca4f75f235964ea89bc24c4fb1bb5249ef8ed",
+        sha256: "ce6aa4dc3f5ac9832ef070508c0216118e3fc4668b26a593c501801f6d581d11",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none-rgba16float",
@@ -3661,7 +3829,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-precision_f16-output_rgba16float.wgsl"
         ),
-        sha256: "77dd424d84229e033ab50229503752186079622aa82e5d2d9398db9f619b538d",
+        sha256: "6d67b05aca81f2568e4737bc51affc8e875259aca285d1869ef0bf42561b0ea8",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-imperfect",
@@ -3669,13 +3837,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "4e755b45f76db5ab557e918beffa70a47884f63babea55f323496dc76c768c61",
+        sha256: "387da46a13e36bd163984e68973439e50d7a0f1d808f4d16bf640c74a9a2c9c8",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "d1ea1b7ee2859770cfeb6689d339b79bc23d45ae6b5fb656b8903282d242fbd9",
+        sha256: "3032873684728d9d2212a024d729687c774a2cb9e63e86317628191bea97950c",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -3683,7 +3851,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "72be98827f8e0250a8d6cf4697def43a3727e86c1d0deba2929bb75572084f83",
+        sha256: "178be3309c5b969674f7a2536332c768993ae61be43b65098228ec69c8d6b7d7",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -3691,37 +3859,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "1bb415ef165b224ca9e0777ec09b5bd808b51a32dbc5efdc0d14d72e46a393b6",
+        sha256: "c32f1415e7f7d7a4f9ec9ccfa45441702756e32ecc37a2e77e71a0ad643e2125",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "285e6124a2e310d5c03ffc2bbc434d77b222d4051a8995948c9e6d4b4d5e1e13",
+        sha256: "d683793164633a53833d1945615a764cda1397d024ec6b5b75eee15ab8cda11d",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "e9e513f19ac9a024ee847e9d8a061ebc424396bcca8256983fac9527ccdf03d0",
+        sha256: "f5b4969d979b0036975e52c89d59e159d2a262c989d12f7ebede4346c6b92948",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "a3bf147e751f5770e6bd03bd010fd8d9441674f8210673c322d4717729d90b4c",
+        sha256: "62606e1d8b3b427406ec19ea4cc5093171bf9ec15abf3d9daf8628b3059e9ec8",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "c0fbeebb196c8761e7dc8c8df3597550ce142be45952680034ae509cf4ee5090",
+        sha256: "1bfb0ce358e911c9359bc15aa07778c89caa23dd348f1d5244f8afeb01184483",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "c6cd01f8fceecc12c04a86cbc3a64a5d6c0e838e89febb18dbbadd217b8714cd",
+        sha256: "26c3230014e2d523d9198fbd9b13fcceeac7a3304a2f63b4da07b635e11162e8",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3729,31 +3897,87 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "af527c9164bfd06ded72d1a0bd5f7b673f757d79acd9ab677d5bab8790622a22",
+        sha256: "78918291c25c8bd025e05539ac95ddd8132979a2852186df647d95fdfbcef3e7",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "a741a81390682a7edd3a4a9f43ddeaea9f44227ea162d2cfc4ea216831d5bc59",
+        sha256: "51411ad4422a9fb3733d54473e5a8b653b05198caf7ad6f96b12bb5638739731",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "4a31e33379edbc55df65fc0e9e808b46e956b8e5bd33b24d694328301fba55e7",
+        sha256: "76856a73ecdb82c6aed8b6e4fb7675212e112efb2110d7eabfc9dc4d8f1e9201",
+    },
+    Embedded {
+        id: "shade-cosine-quartic-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-diffuse_quartic.wgsl"),
+        sha256: "f7d9cc829c2e6d36c72f049443d2449e7e0f7d2ffd51922ce915faf0451ee30f",
+    },
+    Embedded {
+        id: "shade-cosine-quartic-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-diffuse_quartic-visibility_shadow_map.wgsl"),
+        sha256: "1b275f46f5aa57216fb4eb105db3bb8c000693770c595c875e95fa3d194714de",
+    },
+    Embedded {
+        id: "shade-cosine-quartic-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-diffuse_quartic-lobes_diffuse.wgsl"),
+        sha256: "32ee61c1d8e030fc2b0fb954654ceb31caa5f286b94535f52178f13bb2c315f5",
+    },
+    Embedded {
+        id: "shade-cosine-quartic-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-diffuse_quartic-lobes_diffuse-visibility_shadow_map.wgsl"
+        ),
+        sha256: "f57a08df4d481285189876133b948819ad587de39bfb109ee5d99bd4782328d0",
+    },
+    Embedded {
+        id: "shade-cosine-quartic-none-none-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-diffuse_quartic-specular_none-ndf_none.wgsl"),
+        sha256: "530c715d86b85b20061ad5731ec90cef4d14261dd94deb40e0761b5c6d35c089",
+    },
+    Embedded {
+        id: "shade-cosine-quartic-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-diffuse_quartic-specular_none-ndf_none-visibility_shadow_map.wgsl"
+        ),
+        sha256: "bae2b6ef5b69b320897c3612df8e6abf0feab55e0ca7a542d8a3ae154d693819",
+    },
+    Embedded {
+        id: "shade-cosine-quartic-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-diffuse_quartic-specular_none-ndf_none-lobes_diffuse.wgsl"
+        ),
+        sha256: "e1d30d0c40b4135efe8a1b5f8291b67a6274f873366abf38dbe6d294cee8259c",
+    },
+    Embedded {
+        id: "shade-cosine-quartic-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
+        ),
+        sha256: "0c7b3603b590cc79304a302978606db486395380891e99fb2303b30030948c3f",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "d26bd01c77073e3be9188d9f2f23880fce1b2e7f655f650411f2ee38a362d2d6",
+        sha256: "73f647b40cb8e477519bf01d24c954633cc3e92f7f39a3022372e9168fb588fd",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "a5d3c7a44f2f51cbb10a78cdc9016a8ab8375357fdff655d583eb8806cc8b40b",
+        sha256: "cd3fb7712cb2a8f94ee8547e0d2cadb8cebc8a5ba2b9bd6e9ff934061561ac96",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3761,7 +3985,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "d9daa8235ee63daaf33fa5411344505fd701e3ce5f045fbbf32e428609abd457",
+        sha256: "3cbeba5de038fd3a87d76ce62a7f83fb77dd2ff7deaef39b9b3a224903c694f7",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3769,13 +3993,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "4af6f905a496cdcc8c8acacce399489fc90ac1793485445d5d14a43056736920",
+        sha256: "c04fe6552ebdd5c7c77594cea50eafeb67e9066fb08a4a104c172ad2e968527b",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_quadratic.wgsl"),
-        sha256: "8ee3497bb45d794f0108c678b37a998a7da6d0e664f21e451e7e480b92118eff",
+        sha256: "26f893ee06f50d77f8c4c2f29974c2af3133b6927b3b8aa1f1450adaf595f14f",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none",
@@ -3789,7 +4013,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_quadratic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "36c72083324fbe472b6fe34828944488cfc810b474159e8858ad841603c71e1d",
+        sha256: "a0caf23a7a6126c4ca012b09ec1ba3064cf8c3183d0603fc8a43d30775a9c4d8",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-none-none-diffuse-f32-none",
@@ -3803,25 +4027,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "ce99320e1a308bd70b09ee8423e2760a20afe63cb368a6a2e243f49d73559afa",
+        sha256: "f3de021da204f3f3618f9a3559281b6260a7746d192bc850feee80311293c72b",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "72d867eb8365a35ac6c8318a241d1e4ffe93c981c9562c13b4388a9e7bcf4db7",
+        sha256: "29089c759f4e99c31144141faacf4003960be5b79c13f7b1fc6749f85702809e",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "6778236e9920b6dd9778a3d4cd81755204e66cf95940dc0a0fbb3767e4cc9e39",
+        sha256: "1cc2aef97d3756c9ea1136702e0a3920c9e6df9390e194f765efef444c9213c9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "9eb5cf2fd18838bd75c3e391f69990b1534b18ae4ff1a77a0c344c29b2ddef8a",
+        sha256: "adb81c58b0e3653d4ad1516dffa08be260c861c9f3e05c695746a2ecb0c158b0",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -3829,7 +4053,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "1aa02086e4595da156553092e02675be1330e1b7550edd7bcbc4a290554faac9",
+        sha256: "b27238c5693a7f114bdebad5914819e41e60dd980fc46363f181c949acfcbf9c",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -3837,7 +4061,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "8ec68cb57b699f0b6f69230a37db6f6971b04f3bd8dcdf581d35d1728056c1fb",
+        sha256: "5835e5b4726f7a6d25baccf13b2da53b45938149cbcae118f900002873126bb2",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -3845,7 +4069,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "2547690b32432bb119d1a4527e30abc9a1fd81e4a749fb17a19253a79506cbd4",
+        sha256: "a25c5d880f3afefa17f2e75b4c805dc01ff712bc0c2b160c8eab87acfd192005",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -3853,19 +4077,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "5418144d3bcf5b04a25f42b07278d0e5dc0f03234b6dfc74f8e7f114ad6708a5",
+        sha256: "076d0181ba01c7a1d796ebf7bca8f296f0a2779f0678de68d9f88f11677b308a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "7a454774a77158d4aaebd30a0ea8f2c2c3710d2c01d78848c76fe4af89a46929",
+        sha256: "bf7b9f12188b8e3b9b2b207df81ca927e3210faa5f8f8a51f23da8b174a35706",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "bfe1be6b8700f6a4c21a2a5fd0b2a92f41db75540cc805f703f9261885daa7c3",
+        sha256: "c9e8bb36c7b408edb6c62d6354278a84c0ef4ee58062a2ef65bdd1ff8e1e9e6b",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -3873,7 +4097,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "77d1000fb0f7d70d0047898cd9845d14806c36128170e2937bc4ce5d839ffc0b",
+        sha256: "f140e08f7728a14fb0244604b98d53229a134e5ab4156349c6e4684f0381b4a9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -3881,7 +4105,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "6a492b415e3cca945d515eca6bff9e3c2c178d55bd4a36620d196c8780db8ecf",
+        sha256: "9cef4b86ec1cfee4163bf5461ec6a6d313711ee2c32298f90711710c8ec876fa",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -3889,7 +4113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "ce7f99d46cc2f224916f0bd5cb8557bfefc0860cf2f7a4ed609ca3dd2d728f77",
+        sha256: "676ab9c8782933c05aaad9d8f80740ed4bbbaef7f31e236c2041a6e6f09c7b17",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -3897,7 +4121,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "8a33394f64ce9e725ce7beb3c2ac3705643da6becbd1a83b2525a3aa6cf83bf5",
+        sha256: "4ef4a21369904e6981094ad3de2e2b41415550af783b9c30e18eaebc687f83e4",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3905,7 +4129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "b8a63be67dec7a7792b247d8a271d55c4ca456517d7db08437e3656cab7263a5",
+        sha256: "a809713abf76fdddb49a9374bcaf9a2f5826f59fd6990bd1c2bf3a3ee7a991ad",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -3913,7 +4137,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "b4c6464172d42c6f483432f60134bac70f2b8eb0495598bcd13ddd075ab0841c",
+        sha256: "1a65fc3b539be9bff56b765c87cd0df04ecd78b8d2e3a60fcd519120aa14a30b",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3921,7 +4145,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "759c2176e61746fd8fc7a4e67bea548ad30e89ff38ad9ccb1070bc14e3e04c63",
+        sha256: "84b127ccf84457a634a3a702317227ef265cf4e653acfa54ec6cf6713184ac41",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -3929,7 +4153,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "f396bdae00545ad947cf4275681db5a113f0f5b03edc7555454a7dbf98b495cf",
+        sha256: "4a81d856a8587ec9d77d47fd2defac96c4e1901ee36503d5a4317c82a7d1f530",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3937,7 +4161,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "cc3a4b819f044f86bf4193ff2da5ba42e252b7fec096702c5548846e72cdd861",
+        sha256: "9251cd4c733e2c51b8172a13eb136182c82ede2b29c608acfc0d75ae60c7bb7b",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -3945,7 +4169,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "124cc83995bff6fcec9aa6a8db532691be1ee793f574cfedb03622bd088f44d8",
+        sha256: "4f8928af95a05fab1553c358811ac88973377544bfb23ca66c1711b2e0598be7",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3953,7 +4177,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "47bb2f50a7e72af0c294e768e6175b86869b423d55052a8ac9ab17d846786b81",
+        sha256: "080455289d27b21b9954471922e1275cc44707e452a5d148997346610e283dd6",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -3961,7 +4185,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "43d2dfff77034e809f85dde7f21c46b8080633915b55d8d90ba38efc8c526154",
+        sha256: "e4f84484303c5d91ad079d423575697aa246abdc00cbf24fed98765e64006973",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -3969,13 +4193,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "35dd4e53e13cb3756c06d2aa248afeec73b54e1f13df58f767a12ba4f76b284f",
+        sha256: "098a0fa48092f0517a54440038079a4b99ed4009477d886fe29bc229870bf6b5",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "4ef5eba4e9c5e65dcbb60f3285d42526416213a67b93d5136fdf8f68b3ab8ad6",
+        sha256: "57701535491b83075c61ba21c231c509754b393f2cda60539623778f375ceb6a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -3983,7 +4207,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "e5e36341c911a25eb1c5084e1b5b69dfbf8d178a2b808e713782ae305fa10578",
+        sha256: "5cd6d28fc30a748d3fd883db8f785378bfa48efc2bffa319b355c3b788e03376",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -3991,7 +4215,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "4ecf163cdccc976a02b1dd4fb8f38c068265bf568a9265e1808dd88f25dabb1d",
+        sha256: "b4534ce36752a60e62c3d8d9295686574bafbddd6060266975179d48a1affae1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -3999,7 +4223,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "0eef5b902a408e8c82f644f19623f4e007514979bd247e940b7e1073634a47f1",
+        sha256: "02ddb1f1a3643512a97e635406d11e9bc3eac45bbf1e165b5804f12aed2a6b30",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -4007,7 +4231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "641b3611641820c826e12781678ed6f79108d1cbece564f4c8633bd7da84c775",
+        sha256: "b570dfb6096ae7761e0f0342fba6c0e3f96a3fca78897eed350e88e3fff047d6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4015,7 +4239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "d4ad7256b5bc07210d3d81e98af8abbedc45cfb3ad875f2ee4f9e39ef7d4517f",
+        sha256: "dbf92cf3b576f5e7bd27140a1ba9944d95c4d0e81dfdd3181fae269a59677736",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4023,7 +4247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "ef1b2932f3322eacaa350cd673e4f68c68eae47dac24ee875c3562a29423cf5a",
+        sha256: "815d230dc44c43f8c95f475f581024757069773c816b5b89f3c15f1f2da934be",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -4031,7 +4255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "1479e8a274eb9ca41f1643ed216b1d1ac8560d5b54d96ab5d228542df87712ea",
+        sha256: "6058262bf8c8c505997019384ad9cef9f33863ff9d2dee0ca8ebd8be7af9c7b7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -4039,7 +4263,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "d583df9e2b20da980e2bd768ba878d473c6b32be2ea4408b7d0ab72c8788db65",
+        sha256: "87a28de4ae98c79c35af4914b1ceb7b59b43df33923d6e5e7191ef2c0becab47",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4047,7 +4271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "9ea240d8ae4d8b21d2ece3912a07ee7d89108c9924254b16a337a7c4a13c621a",
+        sha256: "60a032f4be8063788248195a7dac9bbcff3316def04eb4dadc73c6b64210625c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -4055,7 +4279,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "6d8f2e1a972f73b341df00a0af57947431eefc8d5f357e43ff84ad29e9add21d",
+        sha256: "290ba161bb0963717308dde24d7e0952b3e6859f89aae911d3f77ce61b78ef7e",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -4063,7 +4287,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "6851e40c764fe7e0e168576b9f7acb5714f1e87b8a6aaadd93f1809c862078b2",
+        sha256: "b21c027f030a4f39ded879766132b65251c9d16ef80154001f5c32fcbc10e4c4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4071,7 +4295,131 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "9b31fde45fadecc56d26b67d519e23af4eb8bccafa5c8bfe8cf20ba52f5e03e4",
+        sha256: "6f0dc080eac0df4d471c8a18f7023a83be4b806ecd6223631c9e90d9e82fac43",
+    },
+    Embedded {
+        id: "shade-disc-quartic-asg-ggx-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-emitter_disc-diffuse_quartic.wgsl"),
+        sha256: "84163e8db98efac4153bd910be2f19c7b7efe23b5ca6fe34caeaea78be3c2c5d",
+    },
+    Embedded {
+        id: "shade-disc-quartic-asg-ggx-both-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!("../wgsl/shade-emitter_disc-diffuse_quartic-cut_tile.wgsl"),
+        sha256: "2796450a09204f7ddd271a45b70a4ceb9f5924b7958a097bd05cfca8a5f1c0ad",
+    },
+    Embedded {
+        id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-visibility_shadow_map.wgsl"
+        ),
+        sha256: "3434e9b21e65a24169a1b08e0d099b2a539666bd70742441781fbda946f3adec",
+    },
+    Embedded {
+        id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "57369dc895c027da2fbf61e189a257c43f552d9db2b8c12cc205ee660612d9f8",
+    },
+    Embedded {
+        id: "shade-disc-quartic-asg-ggx-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse.wgsl"
+        ),
+        sha256: "57f47e33b18c79fe5dedbcc3637ea55b368fd938ace8d6a40daa4a7d90246757",
+    },
+    Embedded {
+        id: "shade-disc-quartic-asg-ggx-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse-cut_tile.wgsl"
+        ),
+        sha256: "769d3fe669cb5e60c3e610b8970a09c9799b5658e94f437aea510df1db9afb7e",
+    },
+    Embedded {
+        id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse-visibility_shadow_map.wgsl"
+        ),
+        sha256: "17a7acc86b4641faecbd5d5fc4851cccabe02e31e64ae9b17a54c2d76111f70d",
+    },
+    Embedded {
+        id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "9d68c3232f05858394334402b61d42302b3c798f9be1255df8f88dd31cf1afcb",
+    },
+    Embedded {
+        id: "shade-disc-quartic-none-none-both-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none.wgsl"
+        ),
+        sha256: "0ca9acfa4871115c3e49e955c68a618a1d3bf1e7155256387dfadd0cde977a20",
+    },
+    Embedded {
+        id: "shade-disc-quartic-none-none-both-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-cut_tile.wgsl"
+        ),
+        sha256: "76b49f208fc733d39bfe50e52aeb17939be0901bff9fccc8279b89770d3b3f2b",
+    },
+    Embedded {
+        id: "shade-disc-quartic-none-none-both-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-visibility_shadow_map.wgsl"
+        ),
+        sha256: "366769866fbb423988e59285968d17f08094f0377d297ee6214176dc6df32391",
+    },
+    Embedded {
+        id: "shade-disc-quartic-none-none-both-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "eeb0209a8f02e4c0d1cad545bb63be92ba4c6f7e0fa183c6467aedf3ccede63a",
+    },
+    Embedded {
+        id: "shade-disc-quartic-none-none-diffuse-f32-none",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse.wgsl"
+        ),
+        sha256: "57f8f2eaa77064235ae5b0c555a9d34dcd10a241c3ed2d11f548658445f0811d",
+    },
+    Embedded {
+        id: "shade-disc-quartic-none-none-diffuse-f32-none-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
+        ),
+        sha256: "54383089259b4b285c298c9d333b9d4825d2461cb65699c7d683d8f8b9b68c73",
+    },
+    Embedded {
+        id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
+        ),
+        sha256: "0a05803e2c868ae2d984a0439728b73f446caf10817f65f28893be35a3ff31c7",
+    },
+    Embedded {
+        id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map-tile",
+        pass: shade::PASS,
+        text: include_str!(
+            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
+        ),
+        sha256: "1db90fb6432ddd39e9e36ab6b44e42ef359dbf9f2eba60023fb1749b7154504c",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -4123,19 +4471,19 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-lobe-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_imperfect.wgsl"),
-        sha256: "6d2c6f5e8709ad5341ca38fbb3c53658d9646e6dce589d0ef439140f4325aa49",
+        sha256: "b356cccc8664bb4df5be79da2d68d4b57865f0dd6d5925b0344c7e7ced053806",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe.wgsl"),
-        sha256: "b76b162b80f774223f2bac695df9cb49c894a97da00dcc1d32f06e1dbf2fe12a",
+        sha256: "f04205f15353298ede1b0a6d01939675dee4dd8068e53fa5fc6facdca80c8a68",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-visibility_shadow_map.wgsl"),
-        sha256: "043fe3ef7851eda391e41fb94c2e9fc043344e3b9c1d89617e55a14f724b7254",
+        sha256: "5453b3c472cca2783ecf95a107e48a0eb7e8cc67fc7427f682f543c7d02e9abf",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -4143,13 +4491,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "b7423e93e925d03b5c3ca6d7938d636558e0e7c5bf84c37b9f95ecfa49b44b3a",
+        sha256: "3918a89773e62503a1cf0cbfecbe4c2d5c500de75bfa5b3e0c3713fa13c1ef7b",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-lobes_diffuse.wgsl"),
-        sha256: "f4a08e51a7c788a47359ee5a1c9e3ea6f3b57d107a5bb5f9b0828214a14cb1d0",
+        sha256: "68e2d935050830cdf175eaca190f751f41b1b2a90d7d54c46123d57eeea1e02f",
     },
     Embedded {
         id: "shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -4157,7 +4505,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "a5c1dc80f93cc2a0a16ce90e301266d88fb278028487a2f4ed4abfea44910128",
+        sha256: "e42ca4fb79bb1b8c0bc265b8dd4f9eca05d067df50cf0c119e5c1c2db7c84420",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -4165,7 +4513,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "7e52362c2d376f4194e84979ade10be2c0bd942467dd805c8c1a765f51c8a652",
+        sha256: "003e3db51597202dbe368f9a8737ee13497befb8f6057967544704497a15df1e",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -4173,7 +4521,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "d51a78b4f609f3a0b50c15b7b7a4144d50947dae9e8b43cc70a8cd569af07975",
+        sha256: "1f2a01d0b7fc9842efc6c0afd400c97dd2d4d3c5ed6c84db2f484eab636b2949",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -4181,7 +4529,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "a29ee202674264c679eff56b22e3b60cc37eba2aba851d6aa6c83ab6199201db",
+        sha256: "fcda5f38ba1d3bee24306307978fc68f2926619cbc2220a5abfa97a004e1d285",
     },
     Embedded {
         id: "shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -4189,7 +4537,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "148b98b81c768a9f94eb877c50922812a5ba505e92f905b806ea46ddf69720e3",
+        sha256: "382b7e5b9ffe24adc55a6df0c694ed69ea0a89fc04907e05bd8fadb8b78694ee",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-imperfect",
@@ -4197,13 +4545,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "4b63b18e81600a33e526ba418ef4ffac9e665e727712e5c66612696c43969c6a",
+        sha256: "726220026ccda5d29d62ee2f992115c644e085e3a69ed95c98f2b1541b9d3909",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_none-ndf_none.wgsl"),
-        sha256: "e73a98d58238cd84ea0664df3e248c306d7e0ab374360ce0f95822b47af4fbc0",
+        sha256: "0a40bd3c7853dc7e347a44247fe375a2231f12b56eeab478af3a9aa27bdaebf1",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-both-f32-shadow_map",
@@ -4211,7 +4559,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "7b569095b2f732385aa609997258d16bf095c44946797a6f5a6df2eff6cca5f5",
+        sha256: "9c3d79d1ad1339e71698d6981c15857bd2464616d10e991fd183eb75d0917ddf",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-imperfect",
@@ -4219,7 +4567,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "1ff07fc1d9d59b188cb9e3f93ad1f8365b4a7970f8a044c4e362189a853cd52e",
+        sha256: "e62b4b5569f01a52c2e62918e097eb3301a34ae7e5a6df3e31c501df5b7fd3d4",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-none",
@@ -4227,7 +4575,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "db772e53bb291a4e4b11000353b9bdcddd591ae7cb1ae7e5aad29dad58bb6045",
+        sha256: "3941bdf75773ae5ab21e99b2314f2bb9c16a53f564eb73a715990781246c1cc9",
     },
     Embedded {
         id: "shade-lobe-fitted-none-none-diffuse-f32-shadow_map",
@@ -4235,19 +4583,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_lobe-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "02edae547edd20cfcd9e51dfb18030c7de720451182e1d058bb0ef95cdd513d9",
+        sha256: "a60c7a8e29c37add3ff7928a1b7f34845308b3bfd1aec0ade56565cf9ced0226",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg.wgsl"),
-        sha256: "b56cedd6bc55e2f1bfb38e84b397a2d6f73b37981be27781a02771b235227a14",
+        sha256: "90ceb8f3d7b8642b4407eccbc6300e6093352cfab691e15c502de2a34daf2485",
     },
     Embedded {
         id: "shade-lobe-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_lobe-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "62feff683253fde7ca0ecff6362d24b5264cbda86c1db42b43b5ddc04ba424ec",
+        sha256: "8fe858b97d1a80129f5f333f25100bc7f53f20eb6ccbc25dd5c3fe7c3f0ee484",
     },
     Embedded {
         id: "shade-lobe-gaussian-asg-ggx-both-f32-none",
@@ -4582,9 +4930,9 @@ macro_rules! settings {
         r" The names of the values on an axis, in the library's order; none if there is no such axis."]
         pub fn values(axis : & str) -> & 'static [& 'static str] { match axis { "cut" =>
         & ["none", "tile"], "density" => & ["power", "reflectance", "bidirectional"],
-        "diffuse" => & ["none", "constant", "gaussian", "logistic", "erf", "fitted",
-        "fitted_fine"], "draw" => & ["warped", "metropolis"], "emitter" => & ["lobe",
-        "cosine", "cosine_convolved", "cosine_quadratic", "disc"], "filter" => &
+        "diffuse" => & ["none", "constant", "gaussian", "logistic", "erf", "quartic",
+        "fitted", "fitted_fine"], "draw" => & ["warped", "metropolis"], "emitter" => &
+        ["lobe", "cosine", "cosine_convolved", "cosine_quadratic", "disc"], "filter" => &
         ["exact", "hardware"], "kernel" => & ["previous", "modified"], "light" => &
         ["spot", "directional", "point", "several", "camera"], "lobes" => & ["diffuse",
         "both"], "ndf" => & ["none", "ggx", "beckmann"], "output" => & ["rgba32float",
@@ -5192,6 +5540,8 @@ pub enum Diffuse {
     Logistic,
     /// The cosine integral by an error function, largest error 1.6e-3 \[Tokuyoshi 2024\].
     Erf,
+    /// The cosine integral by a fourth power, without an exponential, largest error 1.6e-3.
+    Quartic,
     /// The cosine integral from its exact odd part and a fit, largest error 6.0e-5.
     #[default]
     Fitted,
@@ -5202,12 +5552,13 @@ impl Diffuse {
     /// The name of the axis.
     pub const AXIS: &str = "diffuse";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::None,
         Self::Constant,
         Self::Gaussian,
         Self::Logistic,
         Self::Erf,
+        Self::Quartic,
         Self::Fitted,
         Self::FittedFine,
     ];
@@ -5219,6 +5570,7 @@ impl Diffuse {
             Self::Gaussian => "gaussian",
             Self::Logistic => "logistic",
             Self::Erf => "erf",
+            Self::Quartic => "quartic",
             Self::Fitted => "fitted",
             Self::FittedFine => "fitted_fine",
         }
@@ -5469,6 +5821,10 @@ pub enum Function {
     SgCosineLogisticLiteral,
     /// By the error function.
     SgCosineErf,
+    /// By a fourth power.
+    SgCosineQuartic,
+    /// By a fourth power, with the mean length of directions.
+    CosineQuarticMean,
     /// By a fit.
     SgCosineFitted,
     /// By a fit, with the mean length of directions.
@@ -5534,7 +5890,7 @@ impl Function {
     /// The name of the axis.
     pub const AXIS: &str = "function";
     /// Every value, in the library's order.
-    pub const ALL: [Self; 54] = [
+    pub const ALL: [Self; 56] = [
         Self::None,
         Self::Erf,
         Self::Erfc,
@@ -5559,6 +5915,8 @@ impl Function {
         Self::SgCosineLogistic,
         Self::SgCosineLogisticLiteral,
         Self::SgCosineErf,
+        Self::SgCosineQuartic,
+        Self::CosineQuarticMean,
         Self::SgCosineFitted,
         Self::CosineFittedMean,
         Self::SgCosineFittedFine,
@@ -5617,6 +5975,8 @@ impl Function {
             Self::SgCosineLogistic => "sg_cosine_logistic",
             Self::SgCosineLogisticLiteral => "sg_cosine_logistic_literal",
             Self::SgCosineErf => "sg_cosine_erf",
+            Self::SgCosineQuartic => "sg_cosine_quartic",
+            Self::CosineQuarticMean => "cosine_quartic_mean",
             Self::SgCosineFitted => "sg_cosine_fitted",
             Self::CosineFittedMean => "cosine_fitted_mean",
             Self::SgCosineFittedFine => "sg_cosine_fitted_fine",
@@ -11348,7 +11708,7 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-cosine-fitted-asg-ggx-both-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-none`, `shade-cosine-fitted-sg-ggx-both-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-both-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-both-f32-none`, `shade-disc-fitted-asg-ggx-both-f32-none`, `shade-lobe-constant-asg-ggx-both-f32-none`, `shade-lobe-constant-sg-ggx-both-f32-none`, `shade-lobe-fitted-asg-ggx-both-f32-none`, `shade-lobe-fitted-sg-ggx-both-f32-none`, `shade-lobe-gaussian-asg-ggx-both-f32-none`, `shade-lobe-gaussian-sg-ggx-both-f32-none`.
+    /// `shade-cosine-fitted-asg-ggx-both-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-none`, `shade-cosine-fitted-sg-ggx-both-f32-none`, `shade-cosine-quartic-asg-ggx-both-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-both-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-both-f32-none`, `shade-disc-fitted-asg-ggx-both-f32-none`, `shade-disc-quartic-asg-ggx-both-f32-none`, `shade-lobe-constant-asg-ggx-both-f32-none`, `shade-lobe-constant-sg-ggx-both-f32-none`, `shade-lobe-fitted-asg-ggx-both-f32-none`, `shade-lobe-fitted-sg-ggx-both-f32-none`, `shade-lobe-gaussian-asg-ggx-both-f32-none`, `shade-lobe-gaussian-sg-ggx-both-f32-none`.
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -11466,7 +11826,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-cosine-fitted-asg-ggx-both-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-disc-fitted-asg-ggx-both-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-both-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map`.
+    /// `shade-cosine-fitted-asg-ggx-both-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-cosine-quartic-asg-ggx-both-f32-shadow_map`, `shade-disc-fitted-asg-ggx-both-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map`, `shade-disc-quartic-asg-ggx-both-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-both-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-both-f32-shadow_map`.
     pub(super) const LAYOUT_5: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -11724,7 +12084,7 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none`, `shade-cosine-fitted-sg-ggx-diffuse-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none`, `shade-disc-fitted-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-sg-ggx-diffuse-f32-none`, `shade-lobe-fitted-asg-ggx-diffuse-f32-none`, `shade-lobe-fitted-sg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-asg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-sg-ggx-diffuse-f32-none`.
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none`, `shade-cosine-fitted-sg-ggx-diffuse-f32-none`, `shade-cosine-quartic-asg-ggx-diffuse-f32-none`, `shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none`, `shade-cosine_quadratic-fitted-asg-ggx-diffuse-f32-none`, `shade-disc-fitted-asg-ggx-diffuse-f32-none`, `shade-disc-quartic-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-asg-ggx-diffuse-f32-none`, `shade-lobe-constant-sg-ggx-diffuse-f32-none`, `shade-lobe-fitted-asg-ggx-diffuse-f32-none`, `shade-lobe-fitted-sg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-asg-ggx-diffuse-f32-none`, `shade-lobe-gaussian-sg-ggx-diffuse-f32-none`.
     pub(super) const LAYOUT_9: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -11842,7 +12202,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`.
+    /// `shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-cosine-quartic-asg-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`, `shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-asg-ggx-diffuse-f32-shadow_map`, `shade-lobe-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map`.
     pub(super) const LAYOUT_11: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -12076,7 +12436,7 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-cosine-fitted-none-none-both-f32-none`, `shade-cosine_convolved-fitted-none-none-both-f32-none`, `shade-cosine_quadratic-fitted-none-none-both-f32-none`, `shade-disc-fitted-none-none-both-f32-none`, `shade-lobe-constant-none-none-both-f32-none`, `shade-lobe-fitted-none-none-both-f32-none`, `shade-lobe-gaussian-none-none-both-f32-none`.
+    /// `shade-cosine-fitted-none-none-both-f32-none`, `shade-cosine-quartic-none-none-both-f32-none`, `shade-cosine_convolved-fitted-none-none-both-f32-none`, `shade-cosine_quadratic-fitted-none-none-both-f32-none`, `shade-disc-fitted-none-none-both-f32-none`, `shade-disc-quartic-none-none-both-f32-none`, `shade-lobe-constant-none-none-both-f32-none`, `shade-lobe-fitted-none-none-both-f32-none`, `shade-lobe-gaussian-none-none-both-f32-none`.
     pub(super) const LAYOUT_15: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -12178,7 +12538,7 @@ pub mod shade {
             "sglow_diffuse_output",
         ],
     ];
-    /// `shade-cosine-fitted-none-none-both-f32-shadow_map`, `shade-disc-fitted-none-none-both-f32-shadow_map`, `shade-lobe-fitted-none-none-both-f32-shadow_map`.
+    /// `shade-cosine-fitted-none-none-both-f32-shadow_map`, `shade-cosine-quartic-none-none-both-f32-shadow_map`, `shade-disc-fitted-none-none-both-f32-shadow_map`, `shade-disc-quartic-none-none-both-f32-shadow_map`, `shade-lobe-fitted-none-none-both-f32-shadow_map`.
     pub(super) const LAYOUT_17: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -12404,7 +12764,7 @@ pub mod shade {
             "sglow_light_atlas",
         ],
     ];
-    /// `shade-cosine-fitted-none-none-diffuse-f32-none`, `shade-cosine_convolved-fitted-none-none-diffuse-f32-none`, `shade-cosine_quadratic-fitted-none-none-diffuse-f32-none`, `shade-disc-fitted-none-none-diffuse-f32-none`, `shade-lobe-constant-none-none-diffuse-f32-none`, `shade-lobe-fitted-none-none-diffuse-f32-none`, `shade-lobe-gaussian-none-none-diffuse-f32-none`.
+    /// `shade-cosine-fitted-none-none-diffuse-f32-none`, `shade-cosine-quartic-none-none-diffuse-f32-none`, `shade-cosine_convolved-fitted-none-none-diffuse-f32-none`, `shade-cosine_quadratic-fitted-none-none-diffuse-f32-none`, `shade-disc-fitted-none-none-diffuse-f32-none`, `shade-disc-quartic-none-none-diffuse-f32-none`, `shade-lobe-constant-none-none-diffuse-f32-none`, `shade-lobe-fitted-none-none-diffuse-f32-none`, `shade-lobe-gaussian-none-none-diffuse-f32-none`.
     pub(super) const LAYOUT_21: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -12506,7 +12866,7 @@ pub mod shade {
             "sglow_diffuse_output",
         ],
     ];
-    /// `shade-cosine-fitted-none-none-diffuse-f32-shadow_map`, `shade-disc-fitted-none-none-diffuse-f32-shadow_map`, `shade-lobe-fitted-none-none-diffuse-f32-shadow_map`.
+    /// `shade-cosine-fitted-none-none-diffuse-f32-shadow_map`, `shade-cosine-quartic-none-none-diffuse-f32-shadow_map`, `shade-disc-fitted-none-none-diffuse-f32-shadow_map`, `shade-disc-quartic-none-none-diffuse-f32-shadow_map`, `shade-lobe-fitted-none-none-diffuse-f32-shadow_map`.
     pub(super) const LAYOUT_23: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 16),
@@ -12669,7 +13029,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-both-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile`.
+    /// `shade-disc-fitted-asg-ggx-both-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile`, `shade-disc-quartic-asg-ggx-both-f32-none-tile`.
     pub(super) const LAYOUT_26: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -12876,7 +13236,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile`, `shade-disc-quartic-asg-ggx-both-f32-shadow_map-tile`.
     pub(super) const LAYOUT_29: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -12951,7 +13311,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-diffuse-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile`.
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile`, `shade-disc-quartic-asg-ggx-diffuse-f32-none-tile`.
     pub(super) const LAYOUT_30: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13158,7 +13518,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile`, `shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map-tile`.
     pub(super) const LAYOUT_33: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13233,7 +13593,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-both-f32-none-tile`.
+    /// `shade-disc-fitted-none-none-both-f32-none-tile`, `shade-disc-quartic-none-none-both-f32-none-tile`.
     pub(super) const LAYOUT_34: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13416,7 +13776,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-both-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-none-none-both-f32-shadow_map-tile`, `shade-disc-quartic-none-none-both-f32-shadow_map-tile`.
     pub(super) const LAYOUT_37: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13483,7 +13843,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-diffuse-f32-none-tile`.
+    /// `shade-disc-fitted-none-none-diffuse-f32-none-tile`, `shade-disc-quartic-none-none-diffuse-f32-none-tile`.
     pub(super) const LAYOUT_38: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13666,7 +14026,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile`, `shade-disc-quartic-none-none-diffuse-f32-shadow_map-tile`.
     pub(super) const LAYOUT_41: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),

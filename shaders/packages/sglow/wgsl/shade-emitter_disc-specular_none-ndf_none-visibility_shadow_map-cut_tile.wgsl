@@ -760,7 +760,7 @@ fn sglow_cosine_integral_mean(cosine: f32, sharpness: f32, mean_length: f32) -> 
 }
 
 /// Diffuse reflection of incoming light per unit reflectance: its integral with the cosine.
-/// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the fitted forms are ours.
+/// [Meder 2018, Eq. (15)-(18)] for logistic, [Tokuyoshi 2024] for erf; the others are ours.
 fn sglow_diffuse(incoming: SglowIncoming, normal: vec3<f32>) -> vec3<f32> {
     let integral = sglow_cosine_integral(dot(incoming.axis, normal), incoming.sharpness);
     return incoming.coefficient * (incoming.scale * (SGLOW_INV_PI * integral));

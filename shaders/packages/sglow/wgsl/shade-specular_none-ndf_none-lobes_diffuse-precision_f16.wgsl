@@ -208,7 +208,7 @@ fn sglow_surface(position: vec4<f32>, normal: vec4<f32>, base_color: vec4<f32>) 
 fn sglow_emitted(offset: vec3<f32>, vsgl: SglowVsgl) -> SglowIncoming {
     let extent = sglow_extent(offset, vsgl.variance);
     let cosine = -dot(extent.towards, vsgl.diffuse_axis);
-    // Lights of 16 bits have no mean length but where the emitter cannot do without.
+    // Lights of 16 bits have no mean length but where the emitter or the form cannot do without.
     let integral = sglow_cosine_integral(cosine, vsgl.diffuse_sharpness);
     // 1/pi of a Lambertian emitter, 1/(2 pi variance) of the distribution of positions: 1/(2 pi^2).
     let scale = SGLOW_INV_TWO_PI_SQUARED * integral * extent.density;
