@@ -18,6 +18,7 @@ use sglow_results::static_cost::StaticCost;
 
 use crate::machine::{apt, repository, vulkan};
 use crate::subject::{EntryPoint, Subject, read_package};
+use crate::turns;
 
 /// The families of GPUs that are compiled for unless others are named: RDNA 2 and GCN 5.
 pub const FAMILIES: [&str; 2] = ["navi21", "vega10"];
@@ -62,6 +63,14 @@ pub fn run(
         costs.skipped.extend(skipped.clone());
         costs.skipped.sort_by(|a, b| a.id.cmp(&b.id));
         check(family, &costs, only, replace, report)?;
+        if only.is_empty() {
+            let (agreement, count) = turns::agreement(&costs)?;
+            let name = format!("{family}: rank correlation of the manifest's turns");
+            let check = Check::new(name, agreement, "", Bound::AtLeast, turns::AGREEMENT);
+            report.check(
+                check.note(format!("with the longest innermost loops of {count} entry points")),
+            );
+        }
         report.detail(family, &costs)?;
         let title = format!("{}, {}", costs.compiler.driver, costs.compiler.device);
         tables.push((title, shown(&costs)));
@@ -96,7 +105,7 @@ pub fn committed(scenes: &[SceneReport]) -> Result<Vec<StaticCost>> {
 }
 
 /// The committed figures of a family, if there are any.
-fn of_family(family: &str) -> Result<Option<Costs>> {
+pub(crate) fn of_family(family: &str) -> Result<Option<Costs>> {
     let name = format!("docs/costs/{family}.json");
     match std::fs::read_to_string(repository().join(&name)) {
         Ok(text) => Ok(Some(serde_json::from_str(&text).context(&name)?)),

@@ -11,4 +11,5 @@ pub mod machine;
 pub mod spirv_val;
 pub mod subject;
 pub mod tint;
+mod turns;
 pub mod verify;

@@ -1,9 +1,8 @@
 //! The lists of a cut for each tile and their error, by the size of the light's map. `docs/numerics.md` shows them.
 
-use rayon::prelude::*;
 use sglow_oracle::cut::LightTree;
 use sglow_oracle::cut::estimate::SLACK;
-use sglow_oracle::cut::tile::{self, How, SIDE};
+use sglow_oracle::cut::tile::How;
 use sglow_oracle::metrics::luminance;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_renderer::device::{DeviceError, Gpu};
@@ -19,6 +18,7 @@ use sglow_scene::Scene;
 use sglow_shaders::{Cut, Emitter, Lobes, Ndf, Space, Specular, Visibility};
 
 use crate::light_maps::{LightMapsError, indirect};
+use crate::tile_lists;
 
 /// The built-in scenes that are measured.
 pub const SCENES: [&str; 3] = ["cornell", "columns", "atrium"];
@@ -163,26 +163,9 @@ struct Lists {
 
 impl Lists {
     fn of(tree: &LightTree, surfaces: &[SurfaceTexel], size: [usize; 2], how: &How<'_>) -> Self {
-        let columns = size[0].div_ceil(SIDE);
-        let tiles = columns * size[1].div_ceil(SIDE);
-        let each: Vec<(usize, Vec<usize>)> = (0..tiles)
-            .into_par_iter()
-            .map(|at| {
-                let tile = [at % columns, at / columns];
-                let voters = tile::voters(tile, size, &|pixel| surfaces[pixel].present);
-                let votes = voters.map(|pixel| surfaces[pixel]);
-                let entries = tile::list(tree, &votes, how);
-                let taken = |at: usize| {
-                    let within = [at % SIDE, at / SIDE];
-                    let [x, y] = [0, 1].map(|axis| SIDE * tile[axis] + within[axis]);
-                    let surface = (x < size[0] && y < size[1]).then(|| &surfaces[y * size[0] + x]);
-                    let surface = surface.filter(|surface| surface.present)?;
-                    let shares = tile::shares(within, surface, &votes);
-                    Some(entries.iter().filter(|entry| entry.weight(&shares) > 0.0).count())
-                };
-                (entries.len(), (0..SIDE * SIDE).filter_map(taken).collect())
-            })
-            .collect();
+        let tiles = tile_lists::each(tree, surfaces, size, how).into_iter();
+        let each: Vec<(usize, Vec<usize>)> =
+            tiles.map(|tile| (tile.length, tile.taken.into_iter().flatten().collect())).collect();
         let longest = each.iter().map(|(length, _)| *length).max().unwrap_or(0);
         Self { nodes: each.into_iter().flat_map(|(_, nodes)| nodes).collect(), longest }
     }

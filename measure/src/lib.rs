@@ -27,5 +27,6 @@ pub mod rivals;
 pub mod saved;
 pub mod specular;
 pub mod stability;
+pub mod tile_lists;
 #[cfg(test)]
 mod tokens;

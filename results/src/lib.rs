@@ -20,4 +20,5 @@ pub mod saved;
 pub mod specular;
 pub mod stability;
 pub mod static_cost;
+pub mod tile_lists;
 pub mod time;

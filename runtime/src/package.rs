@@ -82,7 +82,7 @@ impl Requested {
 }
 
 /// The format of manifests that is read.
-const SCHEMA_VERSION: u32 = 6;
+const SCHEMA_VERSION: u32 = 7;
 
 /// What is read of a manifest.
 #[derive(Debug, Default)]

@@ -37,7 +37,7 @@ const WORDS: [&[u8]; 24] = [
     b"\"value\": ",
     b"\"step\": [",
     b"\"steps\": [",
-    b"\"schema_version\": 6",
+    b"\"schema_version\": 7",
     b"\"kind\": \"uniform\"",
     b"\"type\": \"array<array<array<f32, 60000>, 60000>, 60000>\"",
     b"\"min_size\": 18446744073709551615",

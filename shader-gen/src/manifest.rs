@@ -14,7 +14,7 @@ pub mod reflect;
 mod shared;
 mod variant;
 
-pub use cost::Cost;
+pub use cost::{Cost, LoopCost, Operations};
 pub use layout::{FieldType, Layout, LayoutField};
 pub use omitted::Omissions;
 pub use purpose::{Assumed, LeftOut, MadeFor, Saved, Weight};
@@ -23,7 +23,7 @@ pub use shared::Shared;
 pub use variant::{Described, variant};
 
 /// The version of what [`Manifest`] says; it grows when a reader of the version before would misread it.
-pub const SCHEMA_VERSION: u32 = 6;
+pub const SCHEMA_VERSION: u32 = 7;
 
 /// A package of shaders: what it contains, by what it was made, and of what.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -153,7 +153,7 @@ pub struct Variant {
     pub axes: BTreeMap<String, String>,
     /// Keys of its entry points.
     pub entry_points: Vec<String>,
-    /// The static operations that each of them reaches, by its name.
+    /// The static operations that each of them reaches, outside loops and for each turn of its loops, by its name.
     pub cost: BTreeMap<String, Cost>,
     /// Keys of what it binds, by group and number.
     pub bindings: Vec<String>,

@@ -180,9 +180,7 @@ pub fn weigh(
             Ok(reflection) => {
                 let operations = reflection.cost.values();
                 let weight = manifest::Weight {
-                    static_operations: operations
-                        .map(|cost| cost.arithmetic + cost.transcendental)
-                        .sum(),
+                    static_operations: operations.map(|cost| cost.text().scalars()).sum(),
                     bindings: reflection.bindings.len() as u64,
                     shader_bytes: wgsl::variant(library, &one.variant, &one.text).len() as u64,
                     ..manifest::Weight::default()

@@ -468,14 +468,14 @@ fn a_package_for_a_scene_refuses_one_that_needs_more_and_says_what_left_a_varian
     // A manifest of another format is not read as if it were of this one.
     let manifest = folder.path().join("manifest.json");
     let text = std::fs::read_to_string(&manifest).unwrap();
-    let other = text.replacen("\"schema_version\": 6", "\"schema_version\": 5", 1);
+    let other = text.replacen("\"schema_version\": 7", "\"schema_version\": 6", 1);
     assert_ne!(text, other);
     // Whether the rest can be read as this format or not.
-    for other in [other.as_str(), r#"{"schema_version": 5, "variants": [{"id": "mip"}]}"#] {
+    for other in [other.as_str(), r#"{"schema_version": 6, "variants": [{"id": "mip"}]}"#] {
         std::fs::write(&manifest, other).unwrap();
         reseal(folder.path());
         let error = Package::load(folder.path()).unwrap_err()[0].to_string();
-        for part in ["is of format 5", "reads format 6", "`cargo xtask gen-shaders`"] {
+        for part in ["is of format 6", "reads format 7", "`cargo xtask gen-shaders`"] {
             assert!(error.contains(part), "{part}: {error}");
         }
     }

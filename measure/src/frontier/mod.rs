@@ -8,6 +8,7 @@ pub mod configuration;
 pub mod depends;
 pub mod evaluate;
 pub mod found;
+mod lists;
 mod measure;
 pub mod named;
 pub mod offer;

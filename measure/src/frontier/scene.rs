@@ -13,7 +13,7 @@ use super::evaluate::Evaluator;
 use super::references::{References, references};
 use super::subject::{Drawn, FrontierError, Subject};
 use super::together::{self, Named};
-use super::{configuration, measure, prune, straddling, sweep};
+use super::{configuration, lists, measure, prune, straddling, sweep};
 use crate::cache::Cache;
 
 /// Measures a scene by each of `configurations`, those called as in `close` as closely as the frontier; what was
@@ -37,7 +37,11 @@ pub fn scene(
     let mut measured = measure::every(subject, configurations, &references, cache, progress)?;
     rank::mark(&mut measured.configurations);
     let chosen = chosen(&measured.configurations, configurations, close, &subject.base);
-    let pictures = pictures(subject, &chosen, &references, cache)?;
+    let (lists, nodes) = lists::lists(subject, cache)?.unzip();
+    let pictures = Pictures {
+        nodes: nodes.unwrap_or_default(),
+        ..pictures(subject, &chosen, &references, cache)?
+    };
     again(subject, &chosen, close, &mut measured.configurations, cache, progress)?;
     let base = &subject.base;
     Ok((
@@ -55,6 +59,7 @@ pub fn scene(
             reference: references.reference.clone(),
             configurations: measured.configurations,
             sweeps: sweep::sweeps(subject, &references, cache, progress)?,
+            lists,
             straddling: straddling::straddling(subject, &references, cache)?,
             screening: None,
             pruned: prune::pruned(subject, cache, progress)?,
@@ -97,6 +102,7 @@ fn pictures(
         reference: cache
             .get(&subject.scene_key("reference picture")?, || whole(&references.indirect))?,
         configurations: BTreeMap::new(),
+        nodes: Vec::new(),
     };
     for (name, settings) in chosen {
         let picture = cache.get(&subject.key("picture", name, settings)?, || {

@@ -101,13 +101,23 @@ fn receiver(surface: &SurfaceTexel, how: &How<'_>) -> Receiver {
 /// The list of a tile's nodes: breadth first, in the order in which they are looked at.
 #[must_use]
 pub fn list(tree: &LightTree, votes: &[SurfaceTexel; 5], how: &How<'_>) -> Vec<Entry> {
+    list_and_unrefined(tree, votes, how).0
+}
+
+/// The list of a tile's nodes, and how many of them the votes would refine, had the list room for their children.
+#[must_use]
+pub fn list_and_unrefined(
+    tree: &LightTree,
+    votes: &[SurfaceTexel; 5],
+    how: &How<'_>,
+) -> (Vec<Entry>, usize) {
     let limits = limits(tree, votes, how);
     let receivers = votes.each_ref().map(|surface| receiver(surface, how));
     let mut queue: std::collections::VecDeque<(usize, usize, Votes)> = (0..)
         .zip(&tree.roots)
         .filter_map(|(root, node)| Some((node.as_ref().copied()?, root, [ALL; 6])))
         .collect();
-    let mut list = Vec::new();
+    let (mut list, mut unrefined) = (Vec::new(), 0);
     while !queue.is_empty() {
         let batch: Vec<_> = queue.drain(..queue.len().min(BATCH)).collect();
         let own: Vec<Votes> = batch
@@ -133,6 +143,7 @@ pub fn list(tree: &LightTree, votes: &[SurfaceTexel; 5], how: &How<'_>) -> Vec<E
         let mut room = (NODES - queue.len() - batch.len() - list.len()) / 2;
         for ((node, root, above), mut own) in batch.into_iter().zip(own) {
             if own[5] > 0 {
+                unrefined += usize::from(room == 0);
                 own = if room > 0 { own } else { [0; 6] };
                 room = room.saturating_sub(1);
             }
@@ -146,7 +157,7 @@ pub fn list(tree: &LightTree, votes: &[SurfaceTexel; 5], how: &How<'_>) -> Vec<E
             }
         }
     }
-    list
+    (list, unrefined)
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]

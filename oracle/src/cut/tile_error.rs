@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::estimate::SLACK;
 use super::room::Room;
-use super::tile::{Entry, How, SIDE, list, shares, voters};
+use super::tile::{Entry, How, NODES, SIDE, list, list_and_unrefined, shares, voters};
 use super::{LightTree, cut};
 use crate::Vector3;
 use crate::brdf::Ndf;
@@ -189,6 +189,28 @@ fn tolerances_at_their_ends_are_all_leaves_and_the_global_cut() {
     assert_eq!(coarsest.most, 8);
     assert!(apart(&finest.picture, &all) < 1e-12, "{}", apart(&finest.picture, &all));
     assert!(apart(&coarsest.picture, &all) > 0.02);
+}
+
+/// A tolerance of 0 refines until the list has no more room; what was left is counted.
+#[test]
+fn what_has_no_room_is_counted() {
+    let counted = |map: usize| {
+        let room = Room::boxes(map);
+        let tree = tree(&room, 8);
+        let how = How { tolerance: 0.0, slack: SLACK, model: &MODEL, eye: room.eye };
+        let at = voters([2, 1], room.image, &|pixel| room.receivers[pixel].present);
+        let votes = at.map(|pixel| room.receivers[pixel]);
+        let (entries, unrefined) = list_and_unrefined(&tree, &votes, &how);
+        let inner = entries.iter().filter(|one| tree.branches[one.node].children.is_some()).count();
+        (all_leaves(&tree).len(), entries.len(), inner, unrefined)
+    };
+    let (leaves, length, inner, unrefined) = counted(64);
+    assert!(leaves > NODES && length <= NODES && unrefined > 0, "{leaves} {length} {unrefined}");
+    assert_eq!(unrefined, inner);
+    // Negative control: fewer leaves than the list has room for.
+    let (leaves, length, inner, unrefined) = counted(16);
+    assert!(leaves < NODES / 2, "{leaves}");
+    assert_eq!((length, inner, unrefined), (leaves, 0, 0));
 }
 
 /// By how much the worst pixel is wrong, in parts of the mean.

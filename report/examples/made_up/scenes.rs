@@ -12,6 +12,7 @@ use sglow_results::frontier::document::{
 };
 use sglow_results::frontier::rank;
 use sglow_results::static_cost::StaticCost;
+use sglow_results::tile_lists::TileLists;
 use sglow_results::time::Time;
 
 /// A scene and all that goes with it.
@@ -78,7 +79,7 @@ pub(crate) fn whole() -> String {
 
 /// The page of one of them alone.
 pub(crate) fn one() -> String {
-    of(&[scene("court", 1, 0.12, 0.02)])
+    of(&[cut(scene("court", 1, 0.12, 0.02))])
 }
 
 fn of(scenes: &[MadeUp]) -> String {
@@ -116,7 +117,7 @@ fn static_costs(scenes: &[Scene<'_>]) -> Vec<StaticCost> {
 /// One with everything, one without specular reflection, one that no light reaches.
 pub(crate) fn scenes() -> Vec<MadeUp> {
     vec![
-        scene("court", 1, 0.12, 0.02),
+        cut(scene("court", 1, 0.12, 0.02)),
         plain(scene("chalk", 2, 0.06, 0.08)),
         dark(scene("<night> & \"shade\"", 3, 0.0, 0.0)),
     ]
@@ -162,7 +163,7 @@ fn scene(name: &str, seed: u64, error: f64, noise: f64) -> MadeUp {
         configuration.whole = Some(around(configuration.time.median * 0.93));
     }
     let reference = picture(&mut random, 0.0);
-    let mut pictures = Pictures { reference, configurations: BTreeMap::new() };
+    let mut pictures = Pictures { reference, ..Pictures::default() };
     let mut flip = BTreeMap::new();
     for configuration in configurations.iter().filter(shown) {
         let noise = if configuration.picture.rmse_over_mean.is_finite() {
@@ -188,6 +189,7 @@ fn scene(name: &str, seed: u64, error: f64, noise: f64) -> MadeUp {
             reference: made_of,
             configurations,
             sweeps: sweeps(error),
+            lists: None,
             straddling: Straddling {
                 size_factor: 1.0,
                 lights_relative_mse: error * error,
@@ -465,6 +467,19 @@ fn series(
         })
         .collect();
     Series { name: name.to_owned(), points, pays_until }
+}
+
+/// With a cut for each tile, whose lists are longer to the right.
+fn cut(mut scene: MadeUp) -> MadeUp {
+    let [width, height] = SIZE.map(|side| side as usize);
+    let columns = width.div_ceil(8);
+    let lengths: Vec<usize> =
+        (0..columns * height.div_ceil(8)).map(|at| 20 * (at % columns)).collect();
+    scene.pictures.nodes = (0..width * height).map(|at| 2.0 * (at % width) as f32).collect();
+    let (mean, below_95, maximum) = (width as f64, 19 * width / 10, 2 * width - 2);
+    scene.measured.lists =
+        Some(TileLists { columns, lengths, mean, below_95, maximum, limit: 1152, stopped: 0 });
+    scene
 }
 
 /// Without specular reflection, and with what that saves.

@@ -15,6 +15,7 @@ mod compiled;
 mod costs;
 mod errors;
 mod left_out;
+mod lists;
 /// Made-up scenes with everything that a page can have.
 #[cfg(test)]
 #[path = "../../examples/made_up/scenes.rs"]
@@ -125,6 +126,7 @@ fn scene(all: &[&Named<'_>], compiled: &[StaticCost]) -> Markup {
         ("pictures", "Pictures", pictures::section(named)),
         ("errors", "Three errors, never mixed", errors::section(named)),
         ("flicker", "Flicker", costs::flicker(named)),
+        ("lists", "Lists of the cut", lists::section(named)),
         ("passes", "Where the time goes", costs::times(named)),
         ("compiled", "Compiled for GPUs", compiled::section(named, compiled)),
         ("memory", "Memory", costs::memory(named)),

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use crate::picture_error::{Metric, PictureError, Radiance, Uncertainty};
+use crate::tile_lists::TileLists;
 use crate::time::Time;
 
 /// One pass of a frame.
@@ -293,6 +294,8 @@ pub struct SceneReport {
     pub configurations: Vec<Configuration>,
     /// Error and time against numbers.
     pub sweeps: Vec<Sweep>,
+    /// The lists of the default's tiles, where it is a cut for each tile.
+    pub lists: Option<TileLists>,
     /// The error of lights beside that of their kernels' texels.
     pub straddling: Straddling,
     /// How the configurations were found; none if they were not screened.
@@ -310,4 +313,6 @@ pub struct Pictures {
     pub reference: Radiance,
     /// The same of configurations by their name: those of the frontier, and the default.
     pub configurations: BTreeMap<String, Radiance>,
+    /// Nodes of a cut that each pixel of the default takes, row by row from the top; empty without a cut for each tile.
+    pub nodes: Vec<f32>,
 }

@@ -3,7 +3,7 @@
 use super::error::Error;
 use super::options::Parts;
 use crate::library::Library;
-use crate::manifest::{self, Manifest};
+use crate::manifest::{Manifest, Operations};
 
 pub(super) fn readme(library: &Library, manifest: &Manifest) -> String {
     let mut text = format!(
@@ -60,13 +60,15 @@ pub(super) fn readme(library: &Library, manifest: &Manifest) -> String {
             continue;
         }
         text.push_str(&format!("\n## {}\n\n{}.\n\n", pass.name, capital(&pass.description)));
-        text.push_str("| variant | entry points | binds | texture loads + samples | buffer reads | scalar operations |\n");
-        text.push_str("|---|---|---|---|---|---|\n");
+        text.push_str("| variant | entry points | binds | texture loads + samples | buffer reads | scalar operations: once | each turn of its loops |\n");
+        text.push_str("|---|---|---|---|---|---|---|\n");
         for variant in variants {
-            let sum =
-                |of: fn(manifest::Cost) -> u64| variant.cost.values().copied().map(of).sum::<u64>();
+            let costs = || variant.cost.values();
+            let sum = |of: fn(Operations) -> u64| costs().map(|cost| of(cost.text())).sum::<u64>();
+            let turns = costs().flat_map(|cost| &cost.loops).map(|one| one.turn.scalars());
+            let turns: Vec<_> = turns.map(|turn| turn.to_string()).collect();
             text.push_str(&format!(
-                "| [`{id}`]({path}) | {} | {} | {} + {} | {} | {} |\n",
+                "| [`{id}`]({path}) | {} | {} | {} + {} | {} | {} | {} |\n",
                 variant
                     .entry_points
                     .iter()
@@ -74,10 +76,11 @@ pub(super) fn readme(library: &Library, manifest: &Manifest) -> String {
                     .collect::<Vec<_>>()
                     .join(", "),
                 variant.bindings.len(),
-                sum(|cost| cost.texture_loads),
-                sum(|cost| cost.texture_samples),
-                sum(|cost| cost.buffer_reads),
-                sum(|cost| cost.arithmetic + cost.transcendental),
+                sum(|text| text.texture_loads),
+                sum(|text| text.texture_samples),
+                sum(|text| text.buffer_reads),
+                costs().map(|cost| cost.once.scalars()).sum::<u64>(),
+                turns.join(", "),
                 id = variant.id,
                 path = variant
                     .files
@@ -88,8 +91,9 @@ pub(super) fn readme(library: &Library, manifest: &Manifest) -> String {
         }
     }
     text.push_str(
-        "\nThe numbers are static: a call counts what it calls, a loop counts once, a branch counts all its sides. They \
-         compare texts, not run times.\n",
+        "\nThe numbers are static: a call counts what it calls, a branch counts all its sides. Loads and reads count each \
+         loop once; scalar operations are apart for each loop, without the loops inside it, whose nesting `cost` in the \
+         manifest has. They compare texts, not run times.\n",
     );
     text
 }

@@ -15,7 +15,7 @@ import { Host } from './host.mjs';
 import * as scene from './scene.mjs';
 
 const PARTS = ['lights', 'visibility', 'shading'];
-const SCHEMA_VERSION = 6;
+const SCHEMA_VERSION = 7;
 const OUTPUTS = ['diffuse', 'specular', 'vsgls'];
 
 /// The command that generates variants.

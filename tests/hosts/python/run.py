@@ -18,7 +18,7 @@ from graph import Frame, Problem, entry
 from host import Host
 
 PARTS = {"lights", "visibility", "shading"}
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 OUTPUTS = ("diffuse", "specular", "vsgls")
 
 

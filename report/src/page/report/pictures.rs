@@ -27,7 +27,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
             "Whole pictures, direct light and all, with one exposure (" (figure(f64::from(exposure.stops()))) " stops); magenta is not finite. "
             "The right-hand map is FLIP: how much a person sees who switches between both."
         }
-        (legend(top))
+        (legend("FLIP 0", &html! { (top) @if top < 1.0 { " of 1" } }))
         div.strip {
             @for configuration in named.shown() {
                 (strip(named, configuration, &reference, exposure, top))
@@ -48,7 +48,8 @@ fn scale_end(maps: &BTreeMap<String, Vec<f32>>) -> f32 {
     [0.05, 0.1, 0.2, 0.5].into_iter().find(|end| most <= *end).unwrap_or(1.0)
 }
 
-fn legend(top: f32) -> Markup {
+/// The scale of a map in false colours, from 0 to its end.
+pub(crate) fn legend(zero: &str, end: &Markup) -> Markup {
     let stops: Vec<String> = (0..=8_u8)
         .map(|step| {
             let [r, g, b] = false_colour::colour(f64::from(step) / 8.0);
@@ -57,9 +58,9 @@ fn legend(top: f32) -> Markup {
         .collect();
     html! {
         div.scale {
-            span { "FLIP 0" }
+            span { (zero) }
             span.ramp role="img" aria-label="from black over purple to pale yellow" style={ "background:linear-gradient(90deg," (stops.join(",")) ")" } {}
-            span { (top) @if top < 1.0 { " of 1" } }
+            span { (end) }
         }
     }
 }
@@ -105,7 +106,7 @@ fn strip<'a>(
 }
 
 /// A picture, or why there is none.
-fn picture(
+pub(crate) fn picture(
     label: &str,
     says: &str,
     width: u32,

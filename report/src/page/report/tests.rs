@@ -97,6 +97,22 @@ fn every_configuration_of_the_frontier_has_its_picture_and_each_dominated_one_wh
 }
 
 #[test]
+fn lists_of_a_cut_have_pictures_and_numbers() {
+    let scenes = scenes();
+    let shown = page_of(&scenes[..1], 0.05);
+    assert!(
+        shown.contains("length of each tile&#39;s list, at most 380")
+            || shown.contains("length of each tile's list, at most 380")
+    );
+    assert!(shown.contains("0 of 240 stopped refining"), "numbers");
+    let without = page_of(&scenes[1..2], 0.05);
+    assert!(
+        without.contains("The default has no cut for each tile.")
+            && !without.contains("stopped refining")
+    );
+}
+
+#[test]
 fn a_missing_picture_is_told() {
     let mut scenes = scenes();
     scenes.truncate(1);
