@@ -194,6 +194,7 @@ fn prepare(
         direction: [0.0, 0.0, -1.0],
         intensity: [1.0; 3],
         range: None,
+        map_share: 1.0,
     };
     let view = light::view(&light, &Bounds::around([[-0.5, -0.5, 0.0], [0.5, 0.5, 0.0]]), size);
     let mut encoder = gpu.device.create_command_encoder(&Default::default());

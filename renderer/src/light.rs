@@ -1,7 +1,7 @@
 //! A scene's lights as passes see them.
 
 use glam::{DVec3, Vec3};
-use sglow_runtime::light::{LightView, LightsError, Surroundings};
+use sglow_runtime::light::{LightView, LightsError, Surroundings, grid};
 use sglow_scene::{Bounds, Light, LightKind};
 
 /// The view of a light on a scene with these bounds, for a map of `size` texels squared.
@@ -30,8 +30,17 @@ pub fn view(light: &Light, bounds: &Bounds, size: u32) -> LightView {
 ///
 /// Lights that no map can have together.
 pub fn view_of_all(lights: &[Light], bounds: &Bounds, size: u32) -> Result<LightView, LightsError> {
-    let views: Vec<_> = lights.iter().map(|light| view(light, bounds, size)).collect();
-    LightView::several(&views)
+    let tile = size / grid(faces(lights))[0];
+    let sized = |light: &Light| {
+        // What remains of a tile lies on both sides.
+        let margin = (0.5 * (1.0 - light.map_share) * tile as f32).round() as u32;
+        let texels = tile.saturating_sub(2 * margin).max(2 - tile % 2);
+        let texels = (light.map_share < 1.0).then_some(texels);
+        let mut view = view(light, bounds, size);
+        view.texels = texels;
+        view
+    };
+    LightView::several(&lights.iter().map(sized).collect::<Vec<_>>())
 }
 
 /// The faces of the map of lights: six of a point light, one of another.

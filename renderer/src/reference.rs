@@ -47,21 +47,26 @@ pub fn vector(value: impl Into<Vec3>) -> Vector3 {
 pub struct MapLights {
     /// Each of them.
     pub each: Vec<Light>,
-    shared: bool,
+    /// Of several the texels that each has of its tile.
+    texels: Option<Vec<Option<usize>>>,
 }
 
 impl MapLights {
     /// Those of a view.
     pub fn of(view: &LightView) -> Self {
         let each = view.each().iter().map(|of| light(of, of.kind)).collect();
-        Self { each, shared: view.kind == LightAxis::Several }
+        let texels = view.lights.iter().map(|light| light.texels.map(|texels| texels as usize));
+        let several = view.kind == LightAxis::Several;
+        Self { each, texels: several.then(|| texels.collect()) }
     }
 
     /// As the oracle takes the lights of a map.
     pub fn of_map(&self) -> Lights<'_> {
-        match &self.each[..] {
-            [light] if !self.shared => Lights::One(light),
-            lights => Lights::Several(lights),
+        match (&self.each[..], &self.texels) {
+            ([light], None) => Lights::One(light),
+            (lights, texels) => {
+                Lights::Several { lights, texels: texels.as_deref().unwrap_or_default() }
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use std::slice;
 
 use glam::camera::rh::proj::directx::orthographic;
 use glam::camera::rh::view::look_to_mat4;
-use glam::{DVec3, Mat4, Vec3, Vec4};
+use glam::{DVec3, Mat4, Vec2, Vec3, Vec4};
 use sglow_shaders::frame::input;
 use sglow_shaders::{Light, SglowLight};
 use thiserror::Error;
@@ -47,6 +47,18 @@ pub enum LightsError {
         /// What it is.
         found: String,
     },
+    /// One has a width that does not lie in the middle of its tile.
+    #[error(
+        "light {index} is {texels} texels wide in a tile of {tile}; expected as many or an even number less, at least 1"
+    )]
+    Size {
+        /// Its number, from 0 on.
+        index: usize,
+        /// Its width in texels.
+        texels: u32,
+        /// Width of a tile.
+        tile: u32,
+    },
 }
 
 /// One face of a light's map.
@@ -67,6 +79,9 @@ pub struct LightView {
     pub kind: Light,
     /// Width and height of its map in texels.
     pub map: u32,
+    /// Among several: the width in texels of what each of its faces has in the middle of its tile, of the tile's proportions;
+    /// nothing for all of it. Around that of a directional light no scene may lie.
+    pub texels: Option<u32>,
     /// The light's uniform; the position of a directional light lies in the image's plane. Of several lights that of the first.
     pub uniform: SglowLight,
     /// The light's position with w = 1, or the direction towards it with w = 0. Of several lights that of the first.
@@ -203,6 +218,7 @@ impl LightView {
         Self {
             kind,
             map: size,
+            texels: None,
             uniform: SglowLight {
                 position: position.into(),
                 tan_half_angle,
@@ -227,11 +243,11 @@ impl LightView {
     }
 
     /// Several lights in one map, of kinds that may differ: a grid of equal tiles, one for each face. The lights are made for
-    /// the same surroundings, each as if it were alone.
+    /// the same surroundings, each as if it were alone; [`Self::texels`] may differ.
     ///
     /// # Errors
     ///
-    /// No light, none with power, more faces than a map can have, or a light that does not fit the first.
+    /// No light, none with power, more faces than a map can have, or a light that does not fit the first or its tile.
     pub fn several(lights: &[Self]) -> Result<Self, LightsError> {
         let first = lights.first().ok_or(LightsError::None)?;
         let around = |light: &Self| (light.map, light.origin, light.least_near);
@@ -254,18 +270,31 @@ impl LightView {
             return Err(LightsError::TooMany { lights: count, faces });
         }
         let grid @ [columns, rows] = grid(faces as u32);
+        let width = first.map / columns;
+        let fits =
+            |texels: u32| texels > 0 && texels <= width && (width - texels).is_multiple_of(2);
+        for (index, light) in lights.iter().enumerate() {
+            if let Some(texels) = light.texels.filter(|&texels| !fits(texels)) {
+                return Err(LightsError::Size { index, texels, tile: width });
+            }
+        }
         let tile = |number: usize| {
             let [across, down] = [number as u32 % columns, number as u32 / columns];
             let [width, height] = grid.map(|side| 1.0 / side as f32);
             [across as f32 * width, down as f32 * height, width, height]
         };
-        let all = lights.iter().flat_map(|light| &light.faces);
-        let faces = all.enumerate().map(|(number, face)| Face { tile: tile(number), ..*face });
+        let all = lights.iter().flat_map(|light| light.faces.iter().map(move |face| (light, face)));
+        let faces = all.enumerate().map(|(number, (light, face))| {
+            let narrow = Vec2::splat(1.0 / light.margin(columns)).extend(1.0);
+            let clip_from_light = Mat4::from_scale(narrow) * face.clip_from_light;
+            Face { clip_from_light, tile: tile(number), ..*face }
+        });
         // Texels are wider, and brighter, than those of a map of one light.
         let variance = |light: &Self| light.minimum_variance * light.widened(columns).powi(2);
         let brightest = |light: &Self| {
             let [own_columns, own_rows] = light.grid();
-            light.brightest * f64::from(columns * rows) / f64::from(own_columns * own_rows)
+            let tiles = f64::from(columns * rows) / f64::from(own_columns * own_rows);
+            light.brightest * tiles * f64::from(light.margin(columns)).powi(2)
         };
         let brightest = lights.iter().map(brightest).fold(0.0, f64::max);
         let minimum_variance = lights.iter().map(variance).fold(f32::INFINITY, f32::min);
@@ -287,7 +316,13 @@ impl LightView {
 
     /// How many times wider a texel is than by itself, for a light among several whose map has so many columns.
     pub fn widened(&self, columns: u32) -> f32 {
-        columns as f32 / self.grid()[0] as f32
+        self.margin(columns) * columns as f32 / self.grid()[0] as f32
+    }
+
+    /// How many times wider the tile is than what the light has of it: the tile's image is as much wider than the light's, and
+    /// dark around it.
+    fn margin(&self, columns: u32) -> f32 {
+        self.texels.map_or(1.0, |texels| (self.map / columns) as f32 / texels as f32)
     }
 
     /// Each light, one of them by itself.
@@ -295,12 +330,16 @@ impl LightView {
         if self.lights.is_empty() { slice::from_ref(self) } else { &self.lights }
     }
 
-    /// The light of each face, with the axes of the face; those of a point light have no other cone than their image.
+    /// The light of each face, with the axes and the image of the face; those of a point light have no other cone than their
+    /// image, and end at 90 degrees.
     pub fn face_lights(&self) -> Vec<SglowLight> {
         let of_light = |light: &Self| {
             let half_extent =
                 if light.kind == Light::Directional { light.uniform.half_extent } else { 0.0 };
-            let uniform = SglowLight { half_extent, ..light.uniform };
+            let margin = if self.lights.is_empty() { 1.0 } else { light.margin(self.grid()[0]) };
+            let half_extent = half_extent * margin;
+            let tan_half_angle = light.uniform.tan_half_angle * margin;
+            let uniform = SglowLight { half_extent, tan_half_angle, ..light.uniform };
             let of_face = |face: &Face| {
                 let [right, up, forward] = face.axes.map(|axis| axis.to_array());
                 SglowLight { right, up, forward, ..uniform }

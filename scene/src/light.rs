@@ -27,6 +27,8 @@ pub struct Light {
     pub intensity: [f32; 3],
     /// Where the light is cut off, if anywhere, in scene units.
     pub range: Option<f32>,
+    /// Among several lights the share of its tile's width that the light's map has, above 0 to 1.
+    pub map_share: f32,
 }
 
 /// The kinds of lights.
@@ -60,6 +62,7 @@ impl Light {
             direction: (-from).into(),
             intensity: [PI * distance * distance; 3],
             range: None,
+            map_share: 1.0,
         }
     }
 
@@ -81,6 +84,8 @@ impl Light {
             format!("its position {:?} is not finite", self.position)
         } else if !Vec3::from(self.direction).is_normalized() {
             format!("its direction {:?} is not a direction", self.direction)
+        } else if !(self.map_share > 0.0 && self.map_share <= 1.0) {
+            format!("its `map_share` {} is not above 0 and at most 1", self.map_share)
         } else if let LightKind::Spot { inner, outer } = self.kind
             && !(0.0 <= inner && inner < outer && outer < FRAC_PI_2)
         {

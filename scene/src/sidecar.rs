@@ -13,6 +13,8 @@
 //! inner_cone_degrees = 30.0
 //! outer_cone_degrees = 45.0
 //! intensity = [30.0, 29.0, 27.0]
+//! # With several lights: the share of its tile's width that the light's map has.
+//! map_share = 0.5
 //! ```
 
 use std::ops::Range;
@@ -65,6 +67,7 @@ struct LightEntry {
     outer_cone_degrees: Option<f32>,
     intensity: [f32; 3],
     range: Option<f32>,
+    map_share: Option<f32>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -165,6 +168,7 @@ impl LightEntry {
             direction: Vec3::from(direction).normalize_or_zero().into(),
             intensity: self.intensity,
             range: self.range,
+            map_share: self.map_share.unwrap_or(1.0),
         };
         Ok(Placed::at(position.into(), light))
     }

@@ -486,6 +486,7 @@ vertical_fov_degrees = 30.0
 kind = "directional"
 direction = [0.0, -2.0, 0.0]
 intensity = [1.0, 2.0, 3.0]
+map_share = 0.5
 "#;
 
 #[test]
@@ -497,7 +498,13 @@ fn a_sidecar_replaces_camera_and_lights() {
     assert_eq!(scene.camera.forward, [0.0, 0.0, -1.0]);
     let [light] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
     assert_eq!((light.kind, light.direction), (LightKind::Directional, [0.0, -1.0, 0.0]));
-    assert_eq!(light.intensity, [1.0, 2.0, 3.0]);
+    assert_eq!((light.intensity, light.map_share), ([1.0, 2.0, 3.0], 0.5));
+    for share in ["0.0", "1.5", "nan"] {
+        let wrong = SIDECAR.replace("map_share = 0.5", &format!("map_share = {share}"));
+        folder.write("scene.gltf.sglow.toml", &wrong);
+        let error = folder.load("scene.gltf", triangle().to_string()).unwrap_err().to_string();
+        assert!(error.contains("`map_share`"), "{error}");
+    }
 }
 
 #[test]

@@ -185,6 +185,7 @@ pub(crate) fn light(kind: LightKind, size: u32) -> LightView {
         direction: Vec3::new(0.1, -1.0, 0.15).normalize().into(),
         intensity: [30.0, 25.0, 12.0],
         range: None,
+        map_share: 1.0,
     };
     let corners = [[-1.5, -1.0, -1.2], [1.4, 1.2, 1.3]];
     sglow_renderer::light::view(&light, &Bounds::around(corners), size)

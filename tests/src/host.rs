@@ -68,6 +68,7 @@ impl Given<'_> {
             direction: [0.0, 0.0, -1.0],
             intensity: [1.0; 3],
             range: None,
+            map_share: 1.0,
         };
         sglow_renderer::light::view(&light, &Bounds { min: [-1.0; 3], max: [1.0; 3] }, 16)
     }

@@ -6,12 +6,13 @@ use sglow_oracle::{Bounded, Vector3};
 use sglow_renderer::reference;
 use sglow_renderer::stages::Stages as _;
 use sglow_renderer::variants::Variants as _;
+use sglow_runtime::light::LightView;
 use sglow_runtime::package::Package;
 use sglow_runtime::settings::Settings;
 use sglow_scene::LightKind;
 use sglow_shaders::{Emitter, Light, Lobes, Precision, Sharpness, SpecularPower};
 
-use crate::common::{Comparison, KINDS, Run, broken, gpu, lights, small, whole_space};
+use crate::common::{Comparison, KINDS, Run, broken, gpu, light, lights, small, whole_space};
 
 fn settings(kind: LightKind, lobes: Lobes) -> Settings {
     let light = match kind {
@@ -37,9 +38,11 @@ fn compare(run: &Run) -> Comparison {
     let mut comparison = Comparison::default();
     for (index, texel) in texels.iter().enumerate() {
         let at = [index % size, index / size];
-        let of = lights.of_map().at(at, [size; 2]).unwrap();
-        let power: Vector3<Bounded> = of.light.photon_power(of.texel, of.size);
-        let (towards, _) = of.light.towards(texel.position);
+        // Around the texels that a light has of its tile there is no power.
+        let of = lights.of_map().at(at, [size; 2]);
+        let power: Vector3<Bounded> =
+            of.map_or(Vector3::zero(), |of| of.light.photon_power(of.texel, of.size));
+        let (towards, _) = of.map_or(lights.each[0], |of| of.light).towards(texel.position);
         let texel = reference::specular_power(settings.specular_power()).reflecting(texel, towards);
         let mut expected: Moments<Bounded> =
             rsm::moments(&texel, power, towards, origin, &reference::emission(settings));
@@ -88,6 +91,28 @@ fn of_several_lights_agree_with_the_oracle() {
         let package = broken("moments-several-both-f0-exact-f32", from, to);
         compare(&Run::lit(&settings, lights(settings.map), &package, 1)).assert_fails(what);
     }
+}
+
+/// Lights of fewer texels than their tiles; that of a directional light is whole, for random surfaces lie all around.
+#[test]
+fn of_lights_of_different_sizes_agree_with_the_oracle() {
+    let settings = several(Lobes::Both, Precision::F32);
+    let tile = settings.map / 4;
+    let sized = |mut texels: [Option<u32>; 3]| {
+        texels[1] = None;
+        let mut each = KINDS.map(|kind| light(kind, settings.map));
+        each.iter_mut().zip(texels).for_each(|(light, texels)| light.texels = texels);
+        LightView::several(&each).unwrap()
+    };
+    let own = [Some(tile / 2), None, Some(tile - 2)];
+    compare(&Run::lit(&settings, sized(own), whole_space(), 1)).assert_holds("different sizes");
+    let id = "moments-several-both-f0-exact-f32";
+    let endless = broken(id, "light.cone_scale <= 0.0", "false");
+    let run = Run::lit(&settings, sized(own), &endless, 1);
+    compare(&run).assert_fails("a point light beyond 90 degrees");
+    let mut run = Run::lit(&settings, sized(own), whole_space(), 1);
+    run.light = sized([Some(tile), None, Some(tile - 4)]);
+    compare(&run).assert_fails("other sizes");
 }
 
 #[test]

@@ -108,6 +108,7 @@ fn scene(needs: Needs) -> Scene {
             direction: glam::Vec3::new(-0.2, -1.0, -0.8).normalize().into(),
             intensity: [12.0, 11.0, 9.0],
             range: None,
+            map_share: 1.0,
         }],
         camera: Camera::look_at([0.6, 1.1, 2.6], [0.0, 0.5, -0.4], [0.0, 1.0, 0.0], 0.9),
         notes: Vec::new(),

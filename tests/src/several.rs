@@ -283,6 +283,42 @@ fn the_pool_has_the_power_of_all_maps() {
     }
 }
 
+/// A light of half of its tile's texels is the light alone with half of the map, here with a virtual light for each of
+/// these: fewer are joined in another order.
+#[test]
+fn a_light_may_have_a_part_of_its_tile() {
+    let settings = Settings {
+        space: Space::Tree,
+        emitter: Emitter::Disc,
+        map: 128,
+        lights: 4096,
+        ..settings()
+    };
+    let made = |scene: &Scene, settings: &Settings| {
+        let renderer = Renderer::new(gpu(), whole_space(), scene, settings, 0).unwrap();
+        renderer.render().unwrap();
+        let lights: Vec<Vsgl> = reference::lights(gpu(), renderer.indirect()).unwrap();
+        let power: f64 = lights.iter().map(|light| light.power().luminance()).sum();
+        (power, indirect(&renderer.read().unwrap()))
+    };
+    let shared = Settings { light: Kind::Several, ..settings.clone() };
+    for kind in KINDS {
+        let mut scene = scene(&[kind], true);
+        let small = made(&scene, &Settings { map: 64, ..settings.clone() });
+        let large = made(&scene, &settings);
+        scene.lights[0].map_share = 0.5;
+        let found = made(&scene, &shared);
+        let [power, whole] = [&small, &large].map(|one| (found.0 / one.0 - 1.0).abs());
+        let [near, far] = [&small, &large].map(|one| apart(&found.1, &one.1));
+        println!(
+            "{kind:?}: power {power:.1e}, whole tile {whole:.1e}; picture {near:.1e}, {far:.1e}"
+        );
+        assert!(power < 1e-6 && near < 1e-4, "{kind:?}: {power} {near}");
+        // Negative control: the whole tile.
+        assert!(far > 1e-2, "{kind:?}: {far} {near}");
+    }
+}
+
 /// Both references of a picture with several lights agree with the frame, and those of one light do not.
 #[test]
 fn references_have_all_lights() {
@@ -351,6 +387,18 @@ fn lights_that_no_map_can_have_are_named() {
     let other = light(KINDS[0], 48);
     let text = LightView::several(&[spot.clone(), other]).unwrap_err().to_string();
     assert!(text.contains("light 1 is for another scene, or for a map of 48 texels"), "{text}");
+    let sized = |texels| {
+        let mut light = spot.clone();
+        light.texels = Some(texels);
+        light
+    };
+    let fits = |texels| LightView::several(&[sized(texels), spot.clone()]).map(|view| view.map);
+    assert_eq!([2, 8, 16].map(fits), [Ok(32), Ok(32), Ok(32)]);
+    for texels in [0, 7, 18] {
+        let error = fits(texels).unwrap_err();
+        assert_eq!(error, LightsError::Size { index: 0, texels, tile: 16 });
+        assert!(error.to_string().contains("in a tile of 16;"), "{error}");
+    }
     let nested = lights(32);
     let text = LightView::several(&[spot, nested]).unwrap_err().to_string();
     assert!(text.contains("light 1 is several lights"), "{text}");

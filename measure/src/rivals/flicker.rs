@@ -393,6 +393,7 @@ mod tests {
             direction: [0.6, -0.8, 0.0],
             intensity: [1.0; 3],
             range: None,
+            map_share: 1.0,
         };
         let turned = Vec3::from(moved(&light, 3.0, 0.1).direction);
         assert!((turned.x - 0.6 * 0.1f32.cos()).abs() < 1e-6 && turned.is_normalized());

@@ -9,7 +9,13 @@ pub enum Lights<'a> {
     /// One light, whose image the map is.
     One(&'a Light),
     /// Several, each face of which has a tile of the map.
-    Several(&'a [Light]),
+    Several {
+        /// Each of them.
+        lights: &'a [Light],
+        /// Width in texels of what each has in the middle of its tile, of the tile's proportions, where that is not the
+        /// whole tile; of those behind the last it is.
+        texels: &'a [Option<usize>],
+    },
 }
 
 impl<'a> From<&'a Light> for Lights<'a> {
@@ -51,24 +57,29 @@ pub fn grid(faces: usize) -> [usize; 2] {
 }
 
 impl Lights<'_> {
-    /// A texel of a map of `size` texels; nothing in a tile that no face has.
+    /// A texel of a map of `size` texels; nothing in a tile that no face has, and around what a light has of one.
     #[must_use]
     pub fn at(&self, texel: [usize; 2], size: [usize; 2]) -> Option<FaceTexel> {
-        let lights = match *self {
+        let (lights, texels) = match *self {
             Self::One(light) => return Some(FaceTexel { light: *light, texel, size }),
-            Self::Several(lights) => lights,
+            Self::Several { lights, texels } => (lights, texels),
         };
-        let faces: Vec<Light> = lights.iter().flat_map(faces).collect();
+        let all = lights.iter().enumerate().flat_map(|(index, light)| {
+            let texels = texels.get(index).copied().flatten();
+            faces(light).into_iter().map(move |face| (face, texels))
+        });
+        let faces: Vec<(Light, Option<usize>)> = all.collect();
         let [columns, rows] = grid(faces.len());
         let size = [size[0] / columns, size[1] / rows];
         let tile = [0, 1].map(|axis| texel[axis].checked_div(size[axis]));
         let [column, row] = [tile[0]?, tile[1]?];
-        let light = *faces.get(row * columns + column)?;
-        Some(FaceTexel {
-            light,
-            texel: [texel[0] - column * size[0], texel[1] - row * size[1]],
-            size,
-        })
+        let (light, width) = *faces.get(row * columns + column)?;
+        let own = width.map_or(size, |width| [width, width * size[1] / size[0]]);
+        let place = |axis: usize, tile: usize| {
+            let first = tile * size[axis] + (size[axis] - own[axis]) / 2;
+            texel[axis].checked_sub(first).filter(|&place| place < own[axis])
+        };
+        Some(FaceTexel { light, texel: [place(0, column)?, place(1, row)?], size: own })
     }
 }
 
@@ -93,6 +104,10 @@ mod tests {
         ]
     }
 
+    fn several(lights: &[Light]) -> Lights<'_> {
+        Lights::Several { lights, texels: &[] }
+    }
+
     fn total(lights: Lights<'_>, size: [usize; 2]) -> Vector3 {
         let texels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
         let power = |texel| {
@@ -115,10 +130,30 @@ mod tests {
         let all = lights();
         let each = all.iter().map(|light| total(light.into(), [256, 256]));
         let each = each.fold(Vector3::zero(), |sum, power| sum + power);
-        let shared = total(Lights::Several(&all), [256, 256]);
+        let shared = total(several(&all), [256, 256]);
         assert!((shared.x / each.x - 1.0).abs() < 2e-3, "{shared:?} {each:?}");
         // Negative control: without one of them.
-        assert!((total(Lights::Several(&all[..2]), [256, 256]).x / each.x - 1.0).abs() > 0.1);
+        assert!((total(several(&all[..2]), [256, 256]).x / each.x - 1.0).abs() > 0.1);
+    }
+
+    #[test]
+    fn images_in_tiles_are_maps_of_their_sizes() {
+        let all = lights();
+        let texels = [Some(16), Some(30), None];
+        let lights = Lights::Several { lights: &all, texels: &texels };
+        // Eight faces in a grid of four by two.
+        let shared = total(lights, [256, 256]);
+        let sizes = [[64, 64], [30, 60], [64, 128]];
+        let of = |sizes: [[usize; 2]; 3]| {
+            let each = all.iter().zip(sizes).map(|(light, size)| total(light.into(), size));
+            each.fold(Vector3::zero(), |sum, power| sum + power)
+        };
+        let off = |other: Vector3| (shared - other).length() / shared.length();
+        assert!(off(of(sizes)) < 1e-12, "{}", off(of(sizes)));
+        // Negative control: whole tiles.
+        assert!(off(of([[256, 256], [64, 128], [64, 128]])) > 1e-6);
+        let dark = (0..64).filter(|&x| lights.at([x, 64], [256, 256]).is_none()).count();
+        assert_eq!(dark, 48);
     }
 
     #[test]
@@ -127,7 +162,7 @@ mod tests {
             let size = [32, 16];
             for index in 0..32 * 16 {
                 let at = [index % 32, index / 32];
-                let shared = Lights::Several(std::slice::from_ref(&light)).at(at, size);
+                let shared = several(std::slice::from_ref(&light)).at(at, size);
                 let power =
                     shared.map_or(Vector3::zero(), |of| of.light.photon_power(of.texel, of.size));
                 let alone = light.photon_power::<f64>(at, size);

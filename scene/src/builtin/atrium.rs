@@ -183,6 +183,7 @@ impl Atrium {
                     direction: direction.into(),
                     intensity: [16.0, 14.6, 12.4],
                     range: None,
+                    map_share: 1.0,
                 }
                 .into(),
             ],

@@ -52,6 +52,7 @@ pub(super) fn make() -> Draft {
                 // An irradiance of pi at right angles to the light, at the ring.
                 intensity: [PI * distance * distance; 3],
                 range: None,
+                map_share: 1.0,
             }
             .into(),
         ],

@@ -58,6 +58,7 @@ pub(super) fn make() -> Draft {
                 direction: direction.into(),
                 intensity: [280.0, 262.0, 230.0],
                 range: None,
+                map_share: 1.0,
             }
             .into(),
         ],

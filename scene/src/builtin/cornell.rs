@@ -97,6 +97,7 @@ fn make(floor: Material, tall: Material) -> Draft {
                 // The hue of the published light; its strength gives the floor a radiance near 1.
                 intensity: [135.0, 95.0, 50.0],
                 range: None,
+                map_share: 1.0,
             }
             .into(),
         ],

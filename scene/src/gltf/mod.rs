@@ -169,6 +169,7 @@ impl Reader<'_> {
             direction: (-world.z_axis.truncate()).normalize_or_zero().as_vec3().into(),
             intensity: light.color().map(|channel| channel * light.intensity()),
             range: light.range(),
+            map_share: 1.0,
         };
         self.draft.lights.push(Placed::at(world.w_axis.truncate(), light));
     }

@@ -180,6 +180,7 @@ impl Lamp {
             direction: (side * (turn * Vec3::from(own.direction)) + 0.2 * nudge).normalize().into(),
             intensity: own.intensity.map(|channel| channel * (1.0 + 0.125 * frame)),
             range: own.range,
+            map_share: own.map_share,
         }
     }
 

@@ -2457,19 +2457,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cluster_sum-light_camera-specular_power_albedo.wgsl"
         ),
-        sha256: "495c79e5e951d5e3fdee9f48abe04abe9d743e9569c22f41e485109a40be63d4",
+        sha256: "402e287de023836516ab827dc8c22583e3befec91e58d4ed649fb696028d9064",
     },
     Embedded {
         id: "cluster_sum-camera-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_camera.wgsl"),
-        sha256: "12236fc1d99f4774e58976b3ff2bfdbfbd4735c094b6b5d7f49f008cc8992f93",
+        sha256: "1267aabab9c682b24c0b5de4f4c3b4c1b6c5bc9e16c1836f8323d18ce1369ea5",
     },
     Embedded {
         id: "cluster_sum-camera-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_camera-lobes_diffuse.wgsl"),
-        sha256: "4440ee1b32f447fd8a7272253dd29c57d9795bd77bcac2c53cb770d4be9c3f7f",
+        sha256: "190cc1b7524dcba5aff364105da12bded51d27d440d48f3d6c2d26b9f0f97156",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-both-albedo",
@@ -2477,37 +2477,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cluster_sum-light_directional-specular_power_albedo.wgsl"
         ),
-        sha256: "3de5932ae20129f4dfee0bba8581b9d89a0e7e5687a42c83fd4220141a9bb25a",
+        sha256: "dbbbcd086ecd8550143a63aa94424d5617187b6a223bc9f2991a56a53d53e866",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_directional.wgsl"),
-        sha256: "a6935a55eabdabc0615ed3ce6ebdbc335ddc64bc9a0c8d7fb0a20f4cc6e1883f",
+        sha256: "28bbddc647399f43846b1852306521979965dcce7424c4c799205ad5bd851d8f",
     },
     Embedded {
         id: "cluster_sum-directional-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_directional-lobes_diffuse.wgsl"),
-        sha256: "c9bbbf1bc1ec626116efc1088174a25b7de6cfb3764e170e1e3fa084eaba40de",
+        sha256: "6dce92e8081f3587208eb3e5188423fd6d7d82a42d5665f5c13192a7406a7ecd",
     },
     Embedded {
         id: "cluster_sum-point-trace-exact-both-albedo",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_point-specular_power_albedo.wgsl"),
-        sha256: "856793f7b35537481ac9d5b97176916dd9fd090a89a6d944dd272a5e1e351085",
+        sha256: "59a809135ec50238b9dc066621e7f37e540f3961744764e33e537d9d6821f099",
     },
     Embedded {
         id: "cluster_sum-point-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_point.wgsl"),
-        sha256: "d507ef5b335c2141457d42e465cdb40f1470bf069ad999f2910f929610a62edc",
+        sha256: "c42a47f743712a0d4b15ad90f079eb51c37d4effddad954843f16689e878d3d6",
     },
     Embedded {
         id: "cluster_sum-point-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_point-lobes_diffuse.wgsl"),
-        sha256: "028afe66e3995a92ce36e1a32d677d8deb2c90fd3f56308d0f8bd8ce5733aa10",
+        sha256: "9969ba42cbb219223be7a39e4c87ddb2a47fe2239eea0a9a2b11e9bc7cf201c2",
     },
     Embedded {
         id: "cluster_sum-several-trace-exact-both-albedo",
@@ -2515,37 +2515,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cluster_sum-light_several-specular_power_albedo.wgsl"
         ),
-        sha256: "dd5086ecd8e0c692c653ed5682f6088597abfb280cef002521cf28f9f59ef314",
+        sha256: "17c5e9e9efe11210d65c3c39af3420b146fb3eee5db00b91a5b3ba1277c70675",
     },
     Embedded {
         id: "cluster_sum-several-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_several.wgsl"),
-        sha256: "bc004fcdfb8c1f5e108be3dfd553ec4d92268b1fdbce62a68685e349838756c7",
+        sha256: "d42668c52bc136e86f037cd55f761a51c094302c8acc8889cb491241000cdb5b",
     },
     Embedded {
         id: "cluster_sum-several-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-light_several-lobes_diffuse.wgsl"),
-        sha256: "0aedf9ce41a50d4f8132f43ef0a304769384baeda69feb2e0bf308a51ded89bb",
+        sha256: "fbdc774f1259cd3ff1cfe1771bf5e4225e70054e6b09144416c403172e974446",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-both-albedo",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-specular_power_albedo.wgsl"),
-        sha256: "55b067461f57aae9a2d6b151df118e1ed60916ec6b287cf23ca25bee99212699",
+        sha256: "3afbb4c6b2e6369df78176752290cfb4898ba2a7b5b5f566704c7125e5aaf471",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-both-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum.wgsl"),
-        sha256: "439ac13b9764cbbb5c48d5dada3589bc10becdff916cd3be88cadccfc8d92b90",
+        sha256: "173789896b5b9df09c3802f53494caf0a298504323b4fa2329987d699f4f8a81",
     },
     Embedded {
         id: "cluster_sum-spot-trace-exact-diffuse-f0",
         pass: cluster_sum::PASS,
         text: include_str!("../wgsl/cluster_sum-lobes_diffuse.wgsl"),
-        sha256: "e2d2e728758434c6ed7c1ba85520d62d0ef9b4e6ae3ca37d55329a32c7543030",
+        sha256: "939d54d36703076782a71fb2325618c3dfba10ab897ec14b5569ffb94e2ecd63",
     },
     Embedded {
         id: "cluster_tree",
@@ -2601,37 +2601,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_leaves-light_directional-specular_power_albedo.wgsl"
         ),
-        sha256: "b7726b665ccc42355fe76c856c2b08942114da42341bb94f0c8d3610d29f09df",
+        sha256: "b152951eb214dd970046ab7f901333a7038ee983a4e876578c4c0f33700fc567",
     },
     Embedded {
         id: "cut_leaves-directional-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_directional.wgsl"),
-        sha256: "5490dae7f5c6945ebe7c70b30b785a00ed7b42de32878b73ccd4ae5e3f24b6e9",
+        sha256: "99cfd5556e024f5ec97e0d925c29d61edef5b9bb88b3116d4eaf422e26278c5b",
     },
     Embedded {
         id: "cut_leaves-directional-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_directional-lobes_diffuse.wgsl"),
-        sha256: "97c6deeb3ec0683c1ad706402bd4f4c48932228294ed68d05e699e469fa14c93",
+        sha256: "1fa17e8e9de7d1f2b435b66c3e0a484120e93f528074a1bbea4014ad7d8ad924",
     },
     Embedded {
         id: "cut_leaves-point-both-albedo-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point-specular_power_albedo.wgsl"),
-        sha256: "6048bc722d769af08aa3b8728e914cd901403526eda9ded1c1ad6101edf23dda",
+        sha256: "5a703519d3fb40bdd523ffc81abac758ba99f53f2cdb2c6cd7707b17a3d44136",
     },
     Embedded {
         id: "cut_leaves-point-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point.wgsl"),
-        sha256: "45ece671c7488f46a8cd52f342ba9d2cfdde2cdb9849aa861cc36abca9b6afb0",
+        sha256: "c9277e674f8ad1d8b4301a600a9fa32d2c16940e97b603701c2c6ac9d8542382",
     },
     Embedded {
         id: "cut_leaves-point-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point-lobes_diffuse.wgsl"),
-        sha256: "c2f2794486609648ff356a806ca607c9fc3eaf69435f0b593a990515ec6d55ee",
+        sha256: "7a86102d20b24426b3a58c78a4a473a063197be824b87416ce48f09b9957aabe",
     },
     Embedded {
         id: "cut_leaves-several-both-albedo-exact",
@@ -2639,37 +2639,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_leaves-light_several-specular_power_albedo.wgsl"
         ),
-        sha256: "642ef4345d64a7e49aa5c48d3467c3716f543feed9c6a64085a77597c7290529",
+        sha256: "99aa14808067d1994c4f9ea9371ee99798d723f078f1dd9729ae23773eef363b",
     },
     Embedded {
         id: "cut_leaves-several-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_several.wgsl"),
-        sha256: "404f5cde3dc506c2332b87dab224d39b4db9ae2504e060abb78a81da3780f95a",
+        sha256: "da7e255e1070709cd919fc5449508a7034dba9c67e8e3ec77f1ce92bffe9b863",
     },
     Embedded {
         id: "cut_leaves-several-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_several-lobes_diffuse.wgsl"),
-        sha256: "ab6f693b69f2b7dd5609f69aa85af32bf06a570d1e9bb18a010183d42080912e",
+        sha256: "ed7eec5392c4b87eee8c5450e93ac6c06ad5c0460bc72c0247f41786c86331b3",
     },
     Embedded {
         id: "cut_leaves-spot-both-albedo-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-specular_power_albedo.wgsl"),
-        sha256: "9c7e8be3fd4f11e07577c93f1ea73016a0f2c83002495a50a68beb5a576ac609",
+        sha256: "195e22c0af5546cfb78e6d466548eb3fe6edfcfd23f0a5fd24603aa29999bba4",
     },
     Embedded {
         id: "cut_leaves-spot-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves.wgsl"),
-        sha256: "f8ae90d6ce484964fed42f5da239037e08196bd8f839567de8af823320cf017a",
+        sha256: "2fff2bc30a52d684feafa9f2c1b2ce8c3a98c1d94ccbb09560f75968d5a6f380",
     },
     Embedded {
         id: "cut_leaves-spot-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-lobes_diffuse.wgsl"),
-        sha256: "becfeb34c8a9523395c46a3b0e2d318ebdf036b4f3d22e4dce88942bb2148e48",
+        sha256: "6069fd31d8f5440650cd69372b18bd23bee47d2ee8961e64cafc9458f291d7d4",
     },
     Embedded {
         id: "cut_lights-trace-exact-both-f32",
@@ -2701,73 +2701,73 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_lit-light_directional-specular_power_albedo.wgsl"
         ),
-        sha256: "bc844c87dd5f096f71df5ae45ef243ebcb96cbf3578657f581d2b0d4329cf77c",
+        sha256: "49e9ad2a258fe29afcea92720ad86115f1a691d8c5dbee5c2e4a239a747cd43a",
     },
     Embedded {
         id: "cut_lit-directional-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_directional.wgsl"),
-        sha256: "3cab33e08ddd46a7c70a9ddb591651663dd769482f02096c2201af07f5e8ac50",
+        sha256: "e3352ec9616b76fa8a797095a35d8977c89e08723052b8fb098de4a5e5ce2f1f",
     },
     Embedded {
         id: "cut_lit-directional-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_directional-lobes_diffuse.wgsl"),
-        sha256: "17a9f1c36cfa2c80ddb628e1720dffca36c2a24c09697da9cf3e477f6d0229e5",
+        sha256: "8902ee386e3661a6fb01558045494058ca4f708101c3dd3dacf5c37929073873",
     },
     Embedded {
         id: "cut_lit-point-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point-specular_power_albedo.wgsl"),
-        sha256: "ad86e0bed2749050f497d735e230a26ec1d41ec5f76826cd0b4442d9bfe0a637",
+        sha256: "2af923968480c762b9e0c5158518111f27f0fd06ff2e75abc904c7a90909b78d",
     },
     Embedded {
         id: "cut_lit-point-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point.wgsl"),
-        sha256: "beec4ba7402be8273facab26030019e4df28880764300f4bb045c5b155157b5e",
+        sha256: "83d5655b18b8e543d7e7923c55688464ca8e03c6a1b787f16e6b9d36cc984c2a",
     },
     Embedded {
         id: "cut_lit-point-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point-lobes_diffuse.wgsl"),
-        sha256: "7880d684ed74971dadb6209bdad5328ac4c75949f076333f07fd4619748ce5a4",
+        sha256: "e0dbce2b011d8e98d295b368c68d884eb8d5d44a7bcef6541d6a03e3325aee43",
     },
     Embedded {
         id: "cut_lit-several-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several-specular_power_albedo.wgsl"),
-        sha256: "d4195a9cc3a65cba10923fa293a543ae5edfcaa696f829b2d41309cb976b1bc6",
+        sha256: "4ad27ba09b3349d8b1d4e9d0b5a907e86910357f07b71bbe28be8809a30382a0",
     },
     Embedded {
         id: "cut_lit-several-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several.wgsl"),
-        sha256: "4923afea2d58b043a9560aac8a533981959134be820a85baf40e654dfd05b9f9",
+        sha256: "5feb405fb1460f39f1002d38b5ba788d82e179a7a589e04418547eb00e11c0b5",
     },
     Embedded {
         id: "cut_lit-several-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several-lobes_diffuse.wgsl"),
-        sha256: "780b3af7ca34e904add14787dba46e16875297d7f944661cac4700baf995b9d7",
+        sha256: "f48190240464469c72c54fec69501ea69d7861f2ff9a18fd2c63e239d482a1f9",
     },
     Embedded {
         id: "cut_lit-spot-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-specular_power_albedo.wgsl"),
-        sha256: "63708c135cc945fb878f40936dbd4114ecba6a58c4ad9bb7f8a70aa7c8aeb1f9",
+        sha256: "ff7ac4c4679e2e4b463725aa87ccbebf90d4f5078f4b27bc91c939981fddadb8",
     },
     Embedded {
         id: "cut_lit-spot-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit.wgsl"),
-        sha256: "72ef46ad5349e10fcbd7dfc7b3b6d88273c8bf32127ae60b254c17d1c6530543",
+        sha256: "5f2ba6304a27f3e7f0469ba9ca339314894a787a8d8ece432f3550b376c422c2",
     },
     Embedded {
         id: "cut_lit-spot-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-lobes_diffuse.wgsl"),
-        sha256: "6032f91adce527c4724c086f138a5f275ce44e1f4a19a4fb17c6e94c5256913b",
+        sha256: "73305db557badf5f6be839369ea6de71c49264c469ff299799cccf5f09deabb9",
     },
     Embedded {
         id: "cut_nodes-trace-exact-both-f32",
@@ -2825,7 +2825,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-incidence_each.wgsl"
         ),
-        sha256: "283aaf523cd9f79619cc68ed2b1534c94cd22fb84f49436d77ee7a618948a96b",
+        sha256: "a03e32a8038b1b555f61493570827923022d779c1ecd373b53655644b349f808",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2841,7 +2841,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse-incidence_each.wgsl"
         ),
-        sha256: "d7800d6e95ab75792adff98d0055cb5f68ed1820cf5e1eadaab770f3ce3e2584",
+        sha256: "b2fe31b7e6d161fbb1c0fc33abc9c5ef9764af623c024aae7e24792a298ba87a",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
@@ -2855,7 +2855,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_lobe-incidence_each.wgsl"
         ),
-        sha256: "97629c3d9f29d69ac7988f6f73352fa2243355231be4630ec28476c47e8e5dd6",
+        sha256: "724066145ee2a8f49e6cf5f7d6a3fa8754b8e284424a0b5cd054e82b488dd5f5",
     },
     Embedded {
         id: "density-bidirectional-lobe-diffuse-f0",
@@ -2871,7 +2871,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_lobe-lobes_diffuse-incidence_each.wgsl"
         ),
-        sha256: "05c15b604c592b28ec85ea70efe39f70020cfebfbcca48d425eededfe4d30df6",
+        sha256: "44d498429a1b3229b0cb9591800bcfac4a578cb097d65efcc8c7ba2bc23dec6f",
     },
     Embedded {
         id: "density-power-none-both-f0",
@@ -2901,73 +2901,73 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "direct-directional-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_directional-ndf_beckmann.wgsl"),
-        sha256: "cda50a7d7e6f84ded72961834855ef0f6b4f9404889bec3f132bf76645949e06",
+        sha256: "0067a24542a1d49b29555c550ac6e61df9bd9324b392c45af78de60350693cdf",
     },
     Embedded {
         id: "direct-directional-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_directional.wgsl"),
-        sha256: "b8af6d99c622c910a186cad9a811f3ad06e3a3aff0ccfa2dc46de37ba05d336a",
+        sha256: "c5ffec204a2d2a203de4bf9e931b5bda5c8596873be1eefb9d423ebd5c09a033",
     },
     Embedded {
         id: "direct-directional-none",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_directional-ndf_none.wgsl"),
-        sha256: "7ef0c5ebabc861c24a99b4b4fbdadbbe9e234d254e8f30bc5cf8eecd39780ff3",
+        sha256: "9ac6cafb33bb20905963d391c966936c9e6bae2e6cbec705f94fc2cdfe4423e2",
     },
     Embedded {
         id: "direct-point-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_point-ndf_beckmann.wgsl"),
-        sha256: "de2b3a82e8e75dfb4c828d9cc99207a8072d246a8eea9cea73c1d3f5b2f15aaf",
+        sha256: "7e1160b52b6561df904b9792c6864efb66c950d7012e5993df3adbff7fbcade0",
     },
     Embedded {
         id: "direct-point-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_point.wgsl"),
-        sha256: "2827ed1c7d84f8bf7ae9d7bfa4c619f3559be45a4851dc48a065285842ba53b7",
+        sha256: "2a2ba7b76a92ad6156cb7a144f63c255e1e8bb23661e725a3e882532d2f48a7d",
     },
     Embedded {
         id: "direct-point-none",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_point-ndf_none.wgsl"),
-        sha256: "873d66843e149e3ec24bc67f35f7d630bba179a2cf273db5a525baceefa56b95",
+        sha256: "502caf1523caef8bf8e733e1238b4069eccfcd418e3253a4d09c9b280d702549",
     },
     Embedded {
         id: "direct-several-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_several-ndf_beckmann.wgsl"),
-        sha256: "254a36334e5fc92117f290128e8f3b5f74d86e289df5932c532cb466d3feee60",
+        sha256: "449d8ac7708110ea65a227dd5a87d9111682c2f9339d9e7f91ffc0d2883c9f85",
     },
     Embedded {
         id: "direct-several-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_several.wgsl"),
-        sha256: "0adac47630be6a5c18addeab0c15a8bf8e7040513c6f89fce72d58162c1a7e83",
+        sha256: "18fc9e8091a38ca2d4f8b447d0d8a9b760396a908c5ef3e6ecd1e3bf2e876b45",
     },
     Embedded {
         id: "direct-several-none",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-light_several-ndf_none.wgsl"),
-        sha256: "4548343d4695967ac66050d86e571d861b7a8b0c8544c4988a22e5446631a626",
+        sha256: "c8677ef37d976fd71f9272480b4c47acc371f6ec5de9b5c506ff75b72a2520cf",
     },
     Embedded {
         id: "direct-spot-beckmann",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-ndf_beckmann.wgsl"),
-        sha256: "04b52c4f4cbb9106a5e63addb00f44fa2c9c267785b63e7ec420517dc2638c69",
+        sha256: "68d5220b5a8dfd4a6cf545546e84d36f6bf25f5683557dfe52f32d4210755641",
     },
     Embedded {
         id: "direct-spot-ggx",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct.wgsl"),
-        sha256: "197b87d956e44e1bc53e732435d79e398476a3e9c6f3847de735c66a48536099",
+        sha256: "05b8fe492d6bf26cbf4f54c1fd857fe5efe1086ec2d7ee6d6f5ea516d53fb626",
     },
     Embedded {
         id: "direct-spot-none",
         pass: direct::PASS,
         text: include_str!("../wgsl/direct-ndf_none.wgsl"),
-        sha256: "2bc0b9ea50ac8ddcf18f5d9d2e48be4937563f1fe7fa9343c73109b4bce4bfe5",
+        sha256: "7b25bbc7c341ad0ceb5e84e62de27d9952466b7215fe683239e9a6b57c1e1e44",
     },
     Embedded {
         id: "emission-constant-opaque",
@@ -3113,13 +3113,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-specular_power_albedo-precision_f16.wgsl"
         ),
-        sha256: "8fc83ea4ee4221d51f3fc0757ee7eaafc5ec28264a4a63ff4a86ab149c09f285",
+        sha256: "e73e8aa8f610f25924c4570bde468f0a8a2ff193a666407b7a63f27e913a5e51",
     },
     Embedded {
         id: "moments-camera-both-albedo-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_camera-specular_power_albedo.wgsl"),
-        sha256: "ce6c1ec3c5fcac97c9921b198cecd9f16741d247c8bc47843b66c1e54c474a43",
+        sha256: "95fa69e421bbea3593a959c53150ba2c2cd657697a34f9aa551cf7f3714efc96",
     },
     Embedded {
         id: "moments-camera-both-albedo-toksvig-f16",
@@ -3127,7 +3127,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "f55f36636772c16b7392cd177edfae4320d327f79debb21acd7fd313d5dedf04",
+        sha256: "9f65a8acbc3f5e369d981e837aa633788f22fa9c455dee3e92d7bb88e576501a",
     },
     Embedded {
         id: "moments-camera-both-albedo-toksvig-f32",
@@ -3135,19 +3135,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-specular_power_albedo-sharpness_toksvig.wgsl"
         ),
-        sha256: "5b527e4d59fe57938fdfb36b561d1174bad47e9b15f44e6cabcf0738267e8077",
+        sha256: "b41df5c8288f0cfc8bca3637c266b454c171428c16c45c6cfa0082c1ac09516e",
     },
     Embedded {
         id: "moments-camera-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_camera-precision_f16.wgsl"),
-        sha256: "524990a71ed852384c116337b94b4fdf63a1d1eed89b1b3b581cf631a4e48018",
+        sha256: "8ff0bf8c9963bb08ec43036867d995e2c712cd1fac3a068c4508fa954a2383a4",
     },
     Embedded {
         id: "moments-camera-both-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_camera.wgsl"),
-        sha256: "0d4720542d00dc6b6ba90985016d8a1cd46a7498dfe725c0e2bf42f7edc71990",
+        sha256: "1e7f4f1e9c45f2e5b5e3696ca98691bcaa60aa0a005f9f415d6f6fd556957f15",
     },
     Embedded {
         id: "moments-camera-both-f0-toksvig-f16",
@@ -3155,13 +3155,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "5ed4595a02cbf75ff448698565f93a246e607650271be94d559abbb9561933d2",
+        sha256: "731e1be8de883abc8a9599b5d8357c3054c24c018721d0dfd4aba403fa9999a0",
     },
     Embedded {
         id: "moments-camera-both-f0-toksvig-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_camera-sharpness_toksvig.wgsl"),
-        sha256: "7baaa984fbc27e5a77d4fb7585a689446efe6f5f4ef3654377ad953fba5c7afd",
+        sha256: "1b7dd017887abf6f73737d4a7f42cca388b7403a80bf987e806ba5c53dd42bae",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-exact-f16",
@@ -3169,13 +3169,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "2a3a914a326aeb8f8a283352ac30c7d0467a977f96c1cc32edab6d2bf1590257",
+        sha256: "459a2282267be8d2e5e0bb64fd3300bf4c2976d6ecb533a46a76916708c03aa8",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_camera-lobes_diffuse.wgsl"),
-        sha256: "02b00853f761b68d601fe39a5263b425e64e869fdf3ee6c60cc6ffb1f7a7d642",
+        sha256: "3f41d2e30696e5b4456c66243a00514193b171eb08abc9c91d8b82a0ba14b9aa",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-toksvig-f16",
@@ -3183,7 +3183,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "23c94275f52ed71b7abc30782fa0c30900be38a2402665f330e4cb9e3bbbca23",
+        sha256: "a87ac266caeb63809e62674f2e72d248f645b4ad34e0cf4c9fe0169172ec0956",
     },
     Embedded {
         id: "moments-camera-diffuse-f0-toksvig-f32",
@@ -3191,7 +3191,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_camera-lobes_diffuse-sharpness_toksvig.wgsl"
         ),
-        sha256: "8c0d6e594d1d174fb0d66dbf349f70420ee13ce92b2ede884027194fdab043c3",
+        sha256: "2fa2bb38fd4ced32a8dfea9b09528b5257f43e814ad15e6ddbede5023d3f4ec6",
     },
     Embedded {
         id: "moments-directional-both-albedo-exact-f16",
@@ -3199,7 +3199,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-specular_power_albedo-precision_f16.wgsl"
         ),
-        sha256: "4b7e2467aaf564e4c882e8614016cf56793215adf6766e8ba8838a701fd14dbd",
+        sha256: "09097007a4ec24f95471ddde96a4b38ff86c3b75a09cf496f79ddede0b525ee3",
     },
     Embedded {
         id: "moments-directional-both-albedo-exact-f32",
@@ -3207,7 +3207,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-specular_power_albedo.wgsl"
         ),
-        sha256: "e3582e82d4ea7f7ba2bc9fcce01cdbd64aa90738ea09e79f927814b508d21762",
+        sha256: "30e3eef00c80294d9c4e9191d4de2a755f7281b8ef04ee50b45fa60d3c613694",
     },
     Embedded {
         id: "moments-directional-both-albedo-toksvig-f16",
@@ -3215,7 +3215,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "9da3663884b320ef5e38773b50d43bc6d3bfc6a7e92ddffeed9ea642637be03e",
+        sha256: "1b37bcbea46eca8239b6fc3b0cdbdd3800836077763cd3756b934d8650c78f8f",
     },
     Embedded {
         id: "moments-directional-both-albedo-toksvig-f32",
@@ -3223,19 +3223,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-specular_power_albedo-sharpness_toksvig.wgsl"
         ),
-        sha256: "071b8f28f79daeca800f3b2d6c2631e854b72e5ed045a0babf0948c76d05b490",
+        sha256: "f1ddb642b6b8945fdd2f31367316daa412dc0c8bff0249831b004f6679a72c73",
     },
     Embedded {
         id: "moments-directional-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_directional-precision_f16.wgsl"),
-        sha256: "a963e1f8b62a116fec4d060edc840271deca49dae2a73f873bc6deb4b276852a",
+        sha256: "0b1d6eeba938554542fe7a8b2b960a43556a3f989b7f094cdeaa8f31e7dbae1b",
     },
     Embedded {
         id: "moments-directional-both-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_directional.wgsl"),
-        sha256: "c08ad3824d71625178217045d06a53278a927a408e37aa4e436f9195537aa52f",
+        sha256: "730c3eb091a03917192dba56ba1516852f152ce15a22626b191d6afa917c3adf",
     },
     Embedded {
         id: "moments-directional-both-f0-toksvig-f16",
@@ -3243,13 +3243,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "6620c252b81627484d0757ac772585083ce4c2bab9e7a5f209212be87202146d",
+        sha256: "635fd0de4abb9470bd8a52bf3ad27f262788196ea547e9ca97f7f99ecf698497",
     },
     Embedded {
         id: "moments-directional-both-f0-toksvig-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_directional-sharpness_toksvig.wgsl"),
-        sha256: "3051b9cdb36eeb1ddcc390f83266e05edd5c37b695df859e2f9da70b41800014",
+        sha256: "2193254c764dd58e94c805fffcc1f9977c6d16a96f891cabdd7d2e0a21b354ad",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-exact-f16",
@@ -3257,13 +3257,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "42f82a01e60a54d36dac90dbad4a470785aa942907d0a5c32ef57fda29ba4ba1",
+        sha256: "0f149e8eeaee1539971a699e07651bf954e026649b884406f7062dd3bb3fd6a4",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_directional-lobes_diffuse.wgsl"),
-        sha256: "8fdb0635f7b5cb30d94ef5bdbe7ef49ef9038f02c3a058103149e7ff9b6c3df9",
+        sha256: "ef60033afc5740296fcbaabad9f38187292ea9a87e262108fe22a049b4c5985f",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-toksvig-f16",
@@ -3271,7 +3271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "6555bfd991e72764371860a1336b183ab2b4dc2b0f2bfa7abcfc7e2848ff2311",
+        sha256: "a08c997abb6651822f5ffa615df15d30ba28fdc0b2dd41757b1de4c3c27b7f90",
     },
     Embedded {
         id: "moments-directional-diffuse-f0-toksvig-f32",
@@ -3279,7 +3279,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_directional-lobes_diffuse-sharpness_toksvig.wgsl"
         ),
-        sha256: "366f2482e15243a094dfb6071da9307b9ce9f7ac72cafda04682ea2bb7beee75",
+        sha256: "9cef62b4b4cb818734f29ff37d2f20d5f417cc7ae3496426cc4e7e177bae2757",
     },
     Embedded {
         id: "moments-point-both-albedo-exact-f16",
@@ -3287,13 +3287,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-specular_power_albedo-precision_f16.wgsl"
         ),
-        sha256: "ca72c258e82fa9fefaaa9279c1c9fc75cad72ab94bf3c0ba64d7d9876da88cc1",
+        sha256: "eb468aaf55762cbabaee91d5d0e460a299ced0b4028a251b2f1ff6441943600a",
     },
     Embedded {
         id: "moments-point-both-albedo-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_point-specular_power_albedo.wgsl"),
-        sha256: "cef6e76d400286f215f853e0134cd2404451a3a87b3ab3e8b7fdc1237628dfe1",
+        sha256: "a176bb37efeb8ad5124ff0303d2db7bc51a2f5f3d0a477d8d2f821c27b729c79",
     },
     Embedded {
         id: "moments-point-both-albedo-toksvig-f16",
@@ -3301,7 +3301,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "fdc4acca177193b2882c0f3db96ed68f3ed40b0cbb117d14a13a085479becd4b",
+        sha256: "dccb5e0eb3b262a0da8ca445b6c11f96e07da277df6cc04e014b8701c3772b0d",
     },
     Embedded {
         id: "moments-point-both-albedo-toksvig-f32",
@@ -3309,19 +3309,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-specular_power_albedo-sharpness_toksvig.wgsl"
         ),
-        sha256: "f956d86d306bcf51c932ad4039c964734061020a4684a2150928a998b8d58d89",
+        sha256: "440b7bee32e9b3c7255fe5b6c55e34efacb71b577f3f9544e6d17bff93c4a26e",
     },
     Embedded {
         id: "moments-point-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_point-precision_f16.wgsl"),
-        sha256: "71f1a13478262a446fc62418658797d4432d3cc3984ae659bff06301a4a128de",
+        sha256: "66ba2f4073ee95815568a0b10fa888ba1202b099d1a9c457664539337f4c7e93",
     },
     Embedded {
         id: "moments-point-both-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_point.wgsl"),
-        sha256: "b380f902a1208b7e53b4f548cf817b7b73bd7ce3c395d06d5734a109136e98bf",
+        sha256: "62c7b8c8298faef2d1b68210e4711817f12bb2949acccebd50875ce486fa4ae2",
     },
     Embedded {
         id: "moments-point-both-f0-toksvig-f16",
@@ -3329,13 +3329,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "7be7166fc19270830fdb9ac058888b472df6ecced0ae8f356ff43550766a81f5",
+        sha256: "b8a356de71b0fcddd8ab0da4e0459a4b37d566676f4ecc1aa615f1cd3fe285ee",
     },
     Embedded {
         id: "moments-point-both-f0-toksvig-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_point-sharpness_toksvig.wgsl"),
-        sha256: "49803ee61e389cf02e20cd52d66e47b56249a8d061d65ebd409a4597f98e9cf7",
+        sha256: "6b9c8997e8aff7606c24729ae50caa91d3ad8476e69b4d6bbd810f9f3effb8ac",
     },
     Embedded {
         id: "moments-point-diffuse-f0-exact-f16",
@@ -3343,13 +3343,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "155fbefe26a01d6ab1f799696117675d18c7bf2bf6e256da87642981c0b6b845",
+        sha256: "73a1235ddddfaee9b6d57c77ef200445fca97f1dfdf3b3744d71217891f2a375",
     },
     Embedded {
         id: "moments-point-diffuse-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_point-lobes_diffuse.wgsl"),
-        sha256: "6fc1072312a34148b8b6e7990e7230f8b96cb66e645671310c04b06868774e2d",
+        sha256: "4d3ea8dee983339ecea791f5d7e72b6e8103e4a177a3278a4644fc68ec9b0af2",
     },
     Embedded {
         id: "moments-point-diffuse-f0-toksvig-f16",
@@ -3357,7 +3357,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "f9bfe16f5b03e27aa9c6acf9336b7ad894ef27acd7842c31c940216387d35ccb",
+        sha256: "706f96b11ea3c57c09a59142a9050ef47f0163927f22e0c6dcd9cb0e56da74bc",
     },
     Embedded {
         id: "moments-point-diffuse-f0-toksvig-f32",
@@ -3365,7 +3365,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_point-lobes_diffuse-sharpness_toksvig.wgsl"
         ),
-        sha256: "72d8d5bca0d18d8878b71ab1b01ad7599791f7905dd876ee6e6905f0132e8fb1",
+        sha256: "a124a8aee08af216b784600c44e297e21beb016d606e72a874ff351aa39d4965",
     },
     Embedded {
         id: "moments-several-both-albedo-exact-f16",
@@ -3373,13 +3373,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-specular_power_albedo-precision_f16.wgsl"
         ),
-        sha256: "d4e40497f34e55095838ba562304917ca53c2bf62f6fcdb6cc333a85572c8ccd",
+        sha256: "4dec05b2bec26120dbe460c9cb23dca3b6cad7b077d0c6fc193a7ef0fcbeff3c",
     },
     Embedded {
         id: "moments-several-both-albedo-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several-specular_power_albedo.wgsl"),
-        sha256: "cfea145f8306f60bc3513e6c64130653d67a31b7cd16b46f8b32e68556aab441",
+        sha256: "ea0af7eff2b67ecad493dceb7a635d243b2aab682a9ea93075ac95d216d7cfa5",
     },
     Embedded {
         id: "moments-several-both-albedo-toksvig-f16",
@@ -3387,7 +3387,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "a051d809fcb35a218aa179a3088b3c0338538f0f4a97763c1428392acbd40b6a",
+        sha256: "6bb89c63413c7277b325a8eb70b6d90d0004fbf20b609b0417754eac6ff6bb02",
     },
     Embedded {
         id: "moments-several-both-albedo-toksvig-f32",
@@ -3395,19 +3395,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-specular_power_albedo-sharpness_toksvig.wgsl"
         ),
-        sha256: "0a167c1a795a6f4c16ae174a29de8729af4767c8d83506dfb71f15455a2ebef7",
+        sha256: "2c3b3d9307d37b1fecea478403bd75b2951b04ce767db81bc6a4be0a0e015c88",
     },
     Embedded {
         id: "moments-several-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several-precision_f16.wgsl"),
-        sha256: "a1412699dd0a2d644a902d26caa25086a1f120e2e4d08730a24cb3c72e7fafbc",
+        sha256: "a0dd75806842b909ea7edfb94c10a1409641fa934c15fa08f5954af2a4a0bbb4",
     },
     Embedded {
         id: "moments-several-both-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several.wgsl"),
-        sha256: "eb7ae09e27f07cd303863caff58bef83f031a1e1c32543847f41784eff0f6998",
+        sha256: "af5f65ce48b852f171a10be6fa693617e188d94300515844b29be935a3bd659d",
     },
     Embedded {
         id: "moments-several-both-f0-toksvig-f16",
@@ -3415,13 +3415,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "6bd42abda506f3b35dca12f18163be57ee493b04424a7725258aa99b63cd2a13",
+        sha256: "2fe7e40d6d6231078e8a9d3596a3fd236caf7011b926eacc0aa46258feea3c15",
     },
     Embedded {
         id: "moments-several-both-f0-toksvig-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several-sharpness_toksvig.wgsl"),
-        sha256: "accb6ebf54e431ec894fba74db187c7c704a9ad95f78d75ca1d3169bfa24e231",
+        sha256: "78e77033a03685ae085b974c7023aa11bb540e7023fe7ec93a7d838281283f91",
     },
     Embedded {
         id: "moments-several-diffuse-f0-exact-f16",
@@ -3429,13 +3429,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-lobes_diffuse-precision_f16.wgsl"
         ),
-        sha256: "29fa13ea67c6e30d05a82c20841e81848319cc25090bfb50152149bab5544167",
+        sha256: "439ce11a3a21d1c76fbb5e8abbc8d162506c409337eea9738118ddd3d215b65a",
     },
     Embedded {
         id: "moments-several-diffuse-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-light_several-lobes_diffuse.wgsl"),
-        sha256: "c794cd64004428c2fddd2fd7e25828661b00e7c3755fe606a93f3ebe0069891c",
+        sha256: "facd07bc235d9823436929385da560485c10c3795febf399450cacfb7bff8d43",
     },
     Embedded {
         id: "moments-several-diffuse-f0-toksvig-f16",
@@ -3443,7 +3443,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "b92ab11aaa324685320546a3e46a18a6f5b786e590994fcf7d1ff856eb96a994",
+        sha256: "300a9d822b23f9366dea5e7157e03ae3d41e420ed6046e7ad84fce41c9418163",
     },
     Embedded {
         id: "moments-several-diffuse-f0-toksvig-f32",
@@ -3451,19 +3451,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-light_several-lobes_diffuse-sharpness_toksvig.wgsl"
         ),
-        sha256: "e26816f91ebc4861ba0dcd8559b8a8785f127f379a53e520c3fc0df31b8de429",
+        sha256: "bfa2c7149a6ea10782a4d4a1abe5ab1253a72f2b009296a4f22f1f0a65ccd88f",
     },
     Embedded {
         id: "moments-spot-both-albedo-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-specular_power_albedo-precision_f16.wgsl"),
-        sha256: "266d1c8d307522ad167b8ac0fa474117d919f4b399023f43f01ebbdcfd4fe91d",
+        sha256: "96aa559f984eb47d8396db7bc668d73dc589bd5e4d54abac7d8487b08becb671",
     },
     Embedded {
         id: "moments-spot-both-albedo-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-specular_power_albedo.wgsl"),
-        sha256: "5666853ff6e82b8468b60de98c956d5e0e9495bf038b90a22505b807992ed100",
+        sha256: "5694f1b5f04336f06d46ab3eb13ca69dba992f6559fb1c2bcbe60273b572f0b3",
     },
     Embedded {
         id: "moments-spot-both-albedo-toksvig-f16",
@@ -3471,7 +3471,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-specular_power_albedo-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "35332f48ece1373834767ab83598467e14b50198e7909ad67d9be4222d50deee",
+        sha256: "185e0886c2fd2cefb861b3e042b55d487c42634b93039b1368a7981430c68baa",
     },
     Embedded {
         id: "moments-spot-both-albedo-toksvig-f32",
@@ -3479,43 +3479,43 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-specular_power_albedo-sharpness_toksvig.wgsl"
         ),
-        sha256: "6304391b793288f5f137edb0b07669c78de2825cf78a7613d111702ff9fd1fee",
+        sha256: "8177ea7740750cfd0cbb7bc1843f1bfd26deae04672b608a8d27310cee87d169",
     },
     Embedded {
         id: "moments-spot-both-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-precision_f16.wgsl"),
-        sha256: "3ed189c7a7b316335b592307f1b554872f98364d82a3f7a30554b5c530f7ba64",
+        sha256: "ec09667ecc62a8cd76ed3d71ccc9aa65155cac9f6c703ba197bce3c22ee99453",
     },
     Embedded {
         id: "moments-spot-both-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments.wgsl"),
-        sha256: "affcaf763cc7a3b1974271acf1a8c9327ab73416f7151366cf33ddfd95b0fc21",
+        sha256: "586d57da935bee70cda5066a27fb5e654d519d0e14706509440125a9490982ef",
     },
     Embedded {
         id: "moments-spot-both-f0-toksvig-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-sharpness_toksvig-precision_f16.wgsl"),
-        sha256: "41ea4f78f82c8aee54fd0ec947d2f0610efb2213f083d84c2f519c995b9def8c",
+        sha256: "99a61b82d55687891d1c3f90cfb443bcbf9808054de4d3d331c9e81721e7d055",
     },
     Embedded {
         id: "moments-spot-both-f0-toksvig-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-sharpness_toksvig.wgsl"),
-        sha256: "f95dbb0b8cf0cb64cf7522c70641cfef0890759de00f94203d4ce6148f9a8b04",
+        sha256: "a7f68c13f4ac6ed93d8cea2e772eb0ed6468357e128761be46e7280a81d6147f",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-exact-f16",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-lobes_diffuse-precision_f16.wgsl"),
-        sha256: "b4c9b019ef204fb0ea7c081fd47020d7eebfb053d40e10e0e731330bef7e4619",
+        sha256: "7bded6b475bc0101c21d60f088d1957dcdf630fae0c6c7c328c6480f760f8e75",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-exact-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-lobes_diffuse.wgsl"),
-        sha256: "ad87b0cf8ed7aa5584ce1de0b8572e96ad9b1815e02335a81d2c92c4c923e46e",
+        sha256: "9b5a15d94c1e707f6b55375129df43942b4fadc5ea4b6ae1525a3aae12c5f147",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-toksvig-f16",
@@ -3523,13 +3523,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/moments-lobes_diffuse-sharpness_toksvig-precision_f16.wgsl"
         ),
-        sha256: "fef1b5441a5108673a585b4d02aa9a615cceb18b45934292a3854dfc9c60e98c",
+        sha256: "c1111cc035879e02594f0e830e2feae79dbea53a3dc3fc22ff12ca4ac49540ab",
     },
     Embedded {
         id: "moments-spot-diffuse-f0-toksvig-f32",
         pass: moments::PASS,
         text: include_str!("../wgsl/moments-lobes_diffuse-sharpness_toksvig.wgsl"),
-        sha256: "1faa2485cf618c9e03478651cc62e909aeaa8a88516345338a29c9af16ea9e0c",
+        sha256: "9ce2d99cb36a7ea96b5cd41d00980f2cf0b9df9ccba1823201015b20a5a449da",
     },
     Embedded {
         id: "sample-warped-modified-bisection-exact-trace-exact-both-f32",
@@ -5364,9 +5364,9 @@ pub mod frame {
         pub const EYE: &str = "eye";
         /// Light_eye of each face of the light's map; of several lights that of its own light.
         pub const FACE_EYE: &str = "face_eye";
-        /// Light several: the light of each face as the input light has it; right, up and forward are those of the face, half_extent is 0 of all but directional lights, cone_scale 0 of all but spot lights; 0 behind the last.
+        /// Light several: the light of each face as the input light has it; right, up and forward are those of the face, half_extent is 0 of all but directional lights, cone_scale 0 of all but spot lights; a light may have fewer texels, an even number less of width, in the middle of its tile and of its proportions: tan_half_angle, half_extent and light_clip_from_view are those of the whole tile then, as many times wider as it is, and dark around the light; 0 behind the last.
         pub const FACE_LIGHTS: &str = "face_lights";
-        /// Light several: in x normal_offset of each face's light by itself, times face columns, over 4 of a point light; 0 behind the last.
+        /// Light several: in x normal_offset of each face's light by itself, times face columns, over 4 of a point light, times the width of its tile over its own; 0 behind the last.
         pub const FACE_NORMAL_OFFSET: &str = "face_normal_offset";
         /// Of each face of the light's map the light's position, or a position in the image's plane of a directional light, in world units.
         pub const FACE_ORIGIN: &str = "face_origin";
@@ -5378,7 +5378,7 @@ pub mod frame {
         pub const LIGHT_CLIP_FROM_VIEW: &str = "light_clip_from_view";
         /// The light's position with w = 1, or the direction towards a directional light with w = 0.
         pub const LIGHT_EYE: &str = "light_eye";
-        /// The smallest positional variance of a virtual light: s^2 / 6, at least 1e-12, for a square as large as a texel of the map at the distance of the scene's radius; s = 2 tan_half_angle radius / map, directional 2 half_extent / map; of several lights the least, of each by itself s times face columns, over 4 of a point light.
+        /// The smallest positional variance of a virtual light: s^2 / 6, at least 1e-12, for a square as large as a texel of the map at the distance of the scene's radius; s = 2 tan_half_angle radius / map, directional 2 half_extent / map; of several lights the least, of each by itself s times face columns, over 4 of a point light, times the width of its tile over its own.
         pub const MINIMUM_VARIANCE: &str = "minimum_variance";
         /// A position is moved along its normal by this before it is compared with the shadow map, in world units: twice the footprint of a texel, 2 sqrt(6 minimum_variance) map / 2048.
         pub const NORMAL_OFFSET: &str = "normal_offset";
@@ -5386,7 +5386,7 @@ pub mod frame {
         pub const ORIGIN: &str = "origin";
         /// Precision f16: 1 / power_unit.
         pub const POWER_SCALE: &str = "power_scale";
-        /// Precision f16: the power that a stored one stands for: 2^(ceil(log2 p) - 15), p the power of the brightest photon that the light can give a texel: the largest of its three intensities times A / map^2; spot A = 4 tan_half_angle^2, directional A = 4 half_extent^2, point A = 32; of several lights each A by itself times face columns and rows, over 8 of a point light; the exponent is -126 to 126, and power_unit is 1 where p is 0 or not finite.
+        /// Precision f16: the power that a stored one stands for: 2^(ceil(log2 p) - 15), p the power of the brightest photon that the light can give a texel: the largest of its three intensities times A / map^2; spot A = 4 tan_half_angle^2, directional A = 4 half_extent^2, point A = 32; of several lights each A by itself times face columns and rows, over 8 of a point light, times the square of the width of its tile over its own; the exponent is -126 to 126, and power_unit is 1 where p is 0 or not finite.
         pub const POWER_UNIT: &str = "power_unit";
     }
     /// Numbers that are set.
@@ -15332,7 +15332,7 @@ const _: () = {
 pub struct SglowLight {
     /// `vec3<f32>` at byte 0.
     pub position: [f32; 3],
-    /// Spot: half extent of the image at unit distance, 0 to about 10. (`f32` at byte 12)
+    /// Spot: half extent of the image at unit distance, 0 to about 10; of a wider image in a tile more. (`f32` at byte 12)
     pub tan_half_angle: f32,
     /// Orthonormal axes of the image: to the right, up, and into the scene. (`vec3<f32>` at byte 16)
     pub right: [f32; 3],

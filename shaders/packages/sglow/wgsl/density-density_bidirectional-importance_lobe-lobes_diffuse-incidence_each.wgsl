@@ -27,7 +27,7 @@ const SGLOW_INV_TWO_PI: f32 = 0.159154943;
 /// A light and the image that its reflective shadow map is.
 struct SglowLight {
     position: vec3<f32>,
-    /// Spot: half extent of the image at unit distance, 0 to about 10.
+    /// Spot: half extent of the image at unit distance, 0 to about 10; of a wider image in a tile more.
     tan_half_angle: f32,
     /// Orthonormal axes of the image: to the right, up, and into the scene.
     right: vec3<f32>,
@@ -126,6 +126,7 @@ struct SglowFaceTexel {
 }
 
 /// Finds the face that a texel belongs to: the map is a grid of equal tiles, of which face n has the nth, row by row.
+/// The image of a face fills its tile; that of a light with fewer texels is wider than the light, and dark around it.
 ///
 /// texel: below size; size: of the whole map, a multiple of the grid; grid: columns and rows, SGLOW_FACES at most.
 fn sglow_face_texel(texel: vec2<u32>, size: vec2<u32>, grid: vec2<u32>) -> SglowFaceTexel {

@@ -21,7 +21,7 @@
 /// A light and the image that its reflective shadow map is.
 struct SglowLight {
     position: vec3<f32>,
-    /// Spot: half extent of the image at unit distance, 0 to about 10.
+    /// Spot: half extent of the image at unit distance, 0 to about 10; of a wider image in a tile more.
     tan_half_angle: f32,
     /// Orthonormal axes of the image: to the right, up, and into the scene.
     right: vec3<f32>,

@@ -24,7 +24,7 @@
 /// A light and the image that its reflective shadow map is.
 struct SglowLight {
     position: vec3<f32>,
-    /// Spot: half extent of the image at unit distance, 0 to about 10.
+    /// Spot: half extent of the image at unit distance, 0 to about 10; of a wider image in a tile more.
     tan_half_angle: f32,
     /// Orthonormal axes of the image: to the right, up, and into the scene.
     right: vec3<f32>,
@@ -105,6 +105,7 @@ struct SglowFaceTexel {
 }
 
 /// Finds the face that a texel belongs to: the map is a grid of equal tiles, of which face n has the nth, row by row.
+/// The image of a face fills its tile; that of a light with fewer texels is wider than the light, and dark around it.
 ///
 /// texel: below size; size: of the whole map, a multiple of the grid; grid: columns and rows, SGLOW_FACES at most.
 fn sglow_face_texel(texel: vec2<u32>, size: vec2<u32>, grid: vec2<u32>) -> SglowFaceTexel {
@@ -273,9 +274,13 @@ fn sglow_photon_power(light: SglowLight, texel: vec2<u32>, size: vec2<u32>) -> v
         let side = 2.0 * light.half_extent / vec2<f32>(size);
         return light.intensity * (side.x * side.y);
     }
-    // A face of a point light is the image of a spot light without a cone.
+    // A face of a point light is the image of a spot light without a cone. In a tile that is wider than it, the
+    // image goes on beyond 90 degrees, which other faces have; the cone of a spot light ends by itself.
     let extent = 2.0 * light.tan_half_angle / vec2<f32>(size);
     let at = (vec2<f32>(texel) + 0.5) * extent - light.tan_half_angle;
+    if light.cone_scale <= 0.0 && max(abs(at.x), abs(at.y)) > 1.0 {
+        return vec3<f32>(0.0);
+    }
     let cosine = inverseSqrt(1.0 + dot(at, at));
     return sglow_spot_intensity(light, cosine) * sglow_texel_solid_angle(at, extent);
 }
