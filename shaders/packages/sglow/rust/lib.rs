@@ -2817,7 +2817,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine.wgsl"
         ),
-        sha256: "e3ae484a17ea003576873c15ce5bb21c17ae62b07cbce1b729024a886d652af6",
+        sha256: "0cba4a2fc422727d0b6a464f6495fb27ce8148f173d83c417dbbcf50301ffa06",
     },
     Embedded {
         id: "density-bidirectional-cosine-both-f0-each",
@@ -2825,7 +2825,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-incidence_each.wgsl"
         ),
-        sha256: "a03e32a8038b1b555f61493570827923022d779c1ecd373b53655644b349f808",
+        sha256: "5c7ea0d1e55985ee3e9602410ff4b42f2c5d5af154b54b7f14627b1298dace92",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0",
@@ -2833,7 +2833,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse.wgsl"
         ),
-        sha256: "197c6b5025a11e421643949badcc2e44e89e32ea3526c6de083ad35c9e16e80a",
+        sha256: "1c363ec10a8cdfec9fe96bf2ea091c287e2c9e1e814d94171b1fb9db74073398",
     },
     Embedded {
         id: "density-bidirectional-cosine-diffuse-f0-each",
@@ -2841,7 +2841,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/density-density_bidirectional-importance_cosine-lobes_diffuse-incidence_each.wgsl"
         ),
-        sha256: "b2fe31b7e6d161fbb1c0fc33abc9c5ef9764af623c024aae7e24792a298ba87a",
+        sha256: "520f3cd45777dae938e1c77f9ea25b884a8ec3187694a366ee7a0820d73229df",
     },
     Embedded {
         id: "density-bidirectional-lobe-both-f0",
@@ -3669,25 +3669,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_imperfect.wgsl"),
-        sha256: "8b1b573ebf770c9f14dcb5e6a9d76466143f1d3cf3baf6e8947fa1c5ee03b5cb",
+        sha256: "cadef7cd69407d994b764063c833332c0d2ddf13852f4a96976470c6fe2ab8d2",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade.wgsl"),
-        sha256: "6c566d842106371c6a7d95db806549720a950978a465dea054c7418c250dd396",
+        sha256: "eed4dd0ff530adf135275e4d810f50cf0b9620d599d06574ddde3c1bbba26a4d",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-output_rgba16float.wgsl"),
-        sha256: "acb81865a4015618113506e5c15ba20bbb50b8c0c6b72c41b73f65380667c2d2",
+        sha256: "e51e06073ef65a434806dd3c3664e0db4271b00d6d60e1d57af5194f0ebd7717",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-visibility_shadow_map.wgsl"),
-        sha256: "10b49bd9fb9a7a3497f96c1c14ac67df3a686bf2adb0a049a6629ef70dee3514",
+        sha256: "f2260c68664e6101be10f1cc0bd9152dff844aab19d3f4b2d9be1065afc2daa9",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f16-none",
@@ -3707,25 +3707,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_imperfect.wgsl"),
-        sha256: "a6643a6e0976b7771e2d2b5dde47a00606d636471d44b6f2179c2adffee60618",
+        sha256: "ff3b6291de746336c633e696610d7f8d00ba1486b48f15d73945802eedd6151f",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse.wgsl"),
-        sha256: "4010f8233fe3012b3b11c912c38584d08bf9ab5124b02cc70f44162ccba0373f",
+        sha256: "81a86324b7212fe1c5324c297bb9eb5e80e4698ff41466ec1fda0780356661cb",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-none-rgba16float",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-output_rgba16float.wgsl"),
-        sha256: "85acffba3f25aeb527ed6cba6d0d564c9139c3e10b278db7f0e6d7b44a08d343",
+        sha256: "a67d272f7a50758ac1335e59b207899d761398dc9d3c8cd8e9ca19c90e92f625",
     },
     Embedded {
         id: "shade-cosine-fitted-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-lobes_diffuse-visibility_shadow_map.wgsl"),
-        sha256: "30ea1af75e0b5aa0b86eed7f02bbc9f329e73c49f39a0742db19759d3b10cac3",
+        sha256: "1024cd4d2cebc3d74f20eee0351012675c5c9af4d89616dcac4a4a611191ae3b",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -3733,13 +3733,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "c1fff2c70f6d51c7473a9f2b17555a665b4e7f1e188e56be7044a9a5aecc79ae",
+        sha256: "db5f1e65a8cd3637b3ad559893580da29750ed8aefde931314e2c29728a83927",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered.wgsl"),
-        sha256: "18f9d958f6a95ab928fc9e4cec37f47f2b2d39929bcb59e9ece7c721c936c366",
+        sha256: "60025711e6114b6bb5bee99954cc347f0da73e585511671d88a682f2df37bf67",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -3747,7 +3747,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "919ef8f37e52cf1b3cef2308a3f7db17d6b9ca8c8bd6dc18f76a5b05eb4b3ee9",
+        sha256: "65c9cb78d7e506956cd1bd51c4396b4354b025483510ef19bda2fa75accaa0fe",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -3755,13 +3755,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "72f32d0f4d229eed728aeb636f05299069ee41eaa05543d60983e2743dbcc9e5",
+        sha256: "3544472c2b8019197ef97047ed4ca34c2de1742b6143829ee467de6f1d915612",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_ndf_filtered-lobes_diffuse.wgsl"),
-        sha256: "c9ca273fc10ceaf927db7e33b861a3a40beb47b2027e6ecad1757eb467d9c1d0",
+        sha256: "fb84a722e21ef68efdf79f50e657e2b22c25355f5dc96f6485632e0b80c0d46a",
     },
     Embedded {
         id: "shade-cosine-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -3769,7 +3769,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "7106d74be9bbc813ce0ea87cf25c2b4f213c60d6b4d0baef94d2a2ab78d90f04",
+        sha256: "4d941592567ac86491ccd8779b51e116b8b9e775a109a7857f44c57c8d0c4a93",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f16-none",
@@ -3791,13 +3791,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "5153af4aaddcd93a5208ac8721826b89039d915319c073870e7e6247782cd3e2",
+        sha256: "e9da302bbd596998411d728443297f3824cd3d726cda596734331723663e9c8c",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none.wgsl"),
-        sha256: "0677b16207694617c7d613253dd219fb0b95753f88a4459594a00115d7c7251a",
+        sha256: "b9e0d64d1445cf5b5cdf2795d2c446a2ef91eb515fa30287a3e88de90c6e10e1",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-none-rgba16float",
@@ -3805,7 +3805,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-output_rgba16float.wgsl"
         ),
-        sha256: "df12c771e918d1b7c003bc95557f7958709fe460ae10d9c9719faaa0db51ca54",
+        sha256: "1e452c9426fccdfecffc6bf8d78a12f1225275bb04944acee0a5ea631cf71927",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-both-f32-shadow_map",
@@ -3813,7 +3813,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "612dbbe39a0a35f0fcab60f79f193f5c1c13ec6eed47e28d4223b19d7d2cab26",
+        sha256: "ce0413dcb5a7687780c0eae25c8f0f0a849f13a3c8961db6fd2d75806d106179",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f16-none",
@@ -3837,13 +3837,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "387da46a13e36bd163984e68973439e50d7a0f1d808f4d16bf640c74a9a2c9c8",
+        sha256: "4e755b45f76db5ab557e918beffa70a47884f63babea55f323496dc76c768c61",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_none-ndf_none-lobes_diffuse.wgsl"),
-        sha256: "3032873684728d9d2212a024d729687c774a2cb9e63e86317628191bea97950c",
+        sha256: "d1ea1b7ee2859770cfeb6689d339b79bc23d45ae6b5fb656b8903282d242fbd9",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-none-rgba16float",
@@ -3851,7 +3851,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-output_rgba16float.wgsl"
         ),
-        sha256: "178be3309c5b969674f7a2536332c768993ae61be43b65098228ec69c8d6b7d7",
+        sha256: "72be98827f8e0250a8d6cf4697def43a3727e86c1d0deba2929bb75572084f83",
     },
     Embedded {
         id: "shade-cosine-fitted-none-none-diffuse-f32-shadow_map",
@@ -3859,37 +3859,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "c32f1415e7f7d7a4f9ec9ccfa45441702756e32ecc37a2e77e71a0ad643e2125",
+        sha256: "1bb415ef165b224ca9e0777ec09b5bd808b51a32dbc5efdc0d14d72e46a393b6",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg.wgsl"),
-        sha256: "d683793164633a53833d1945615a764cda1397d024ec6b5b75eee15ab8cda11d",
+        sha256: "8796e6dce3676a9eac3a4af17aa52632de79743d4f71c8cb5b71f67e0148549f",
     },
     Embedded {
         id: "shade-cosine-fitted-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "f5b4969d979b0036975e52c89d59e159d2a262c989d12f7ebede4346c6b92948",
+        sha256: "e9e513f19ac9a024ee847e9d8a061ebc424396bcca8256983fac9527ccdf03d0",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none.wgsl"),
-        sha256: "62606e1d8b3b427406ec19ea4cc5093171bf9ec15abf3d9daf8628b3059e9ec8",
+        sha256: "a3bf147e751f5770e6bd03bd010fd8d9441674f8210673c322d4717729d90b4c",
     },
     Embedded {
         id: "shade-cosine-none-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-lobes_diffuse.wgsl"),
-        sha256: "1bfb0ce358e911c9359bc15aa07778c89caa23dd348f1d5244f8afeb01184483",
+        sha256: "c0fbeebb196c8761e7dc8c8df3597550ce142be45952680034ae509cf4ee5090",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_ndf_filtered.wgsl"),
-        sha256: "26c3230014e2d523d9198fbd9b13fcceeac7a3304a2f63b4da07b635e11162e8",
+        sha256: "c6cd01f8fceecc12c04a86cbc3a64a5d6c0e838e89febb18dbbadd217b8714cd",
     },
     Embedded {
         id: "shade-cosine-none-ndf_filtered-ggx-diffuse-f32-none",
@@ -3897,37 +3897,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_none-specular_ndf_filtered-lobes_diffuse.wgsl"
         ),
-        sha256: "78918291c25c8bd025e05539ac95ddd8132979a2852186df647d95fdfbcef3e7",
+        sha256: "af527c9164bfd06ded72d1a0bd5f7b673f757d79acd9ab677d5bab8790622a22",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg.wgsl"),
-        sha256: "51411ad4422a9fb3733d54473e5a8b653b05198caf7ad6f96b12bb5638739731",
+        sha256: "a741a81390682a7edd3a4a9f43ddeaea9f44227ea162d2cfc4ea216831d5bc59",
     },
     Embedded {
         id: "shade-cosine-none-sg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_none-specular_sg-lobes_diffuse.wgsl"),
-        sha256: "76856a73ecdb82c6aed8b6e4fb7675212e112efb2110d7eabfc9dc4d8f1e9201",
+        sha256: "4a31e33379edbc55df65fc0e9e808b46e956b8e5bd33b24d694328301fba55e7",
     },
     Embedded {
         id: "shade-cosine-quartic-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_quartic.wgsl"),
-        sha256: "f7d9cc829c2e6d36c72f049443d2449e7e0f7d2ffd51922ce915faf0451ee30f",
+        sha256: "f4ad6355b3c2ef9b9389169362e21b985d885be7ef97e7e1753ffec44f7b4277",
     },
     Embedded {
         id: "shade-cosine-quartic-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_quartic-visibility_shadow_map.wgsl"),
-        sha256: "1b275f46f5aa57216fb4eb105db3bb8c000693770c595c875e95fa3d194714de",
+        sha256: "37f7624434b2fd03249c7f20676b7c8da65a24c5b2d61f0bb224d4e465923437",
     },
     Embedded {
         id: "shade-cosine-quartic-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_quartic-lobes_diffuse.wgsl"),
-        sha256: "32ee61c1d8e030fc2b0fb954654ceb31caa5f286b94535f52178f13bb2c315f5",
+        sha256: "b60590da7949274d4f52dff01545dcdb8efc931effb9faa0c83845cef51188c2",
     },
     Embedded {
         id: "shade-cosine-quartic-asg-ggx-diffuse-f32-shadow_map",
@@ -3935,13 +3935,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_quartic-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "f57a08df4d481285189876133b948819ad587de39bfb109ee5d99bd4782328d0",
+        sha256: "df3f49e1e3c5499d46273125fc8205dd5a85c3ac37c729f63f41c56fe91eaa90",
     },
     Embedded {
         id: "shade-cosine-quartic-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-diffuse_quartic-specular_none-ndf_none.wgsl"),
-        sha256: "530c715d86b85b20061ad5731ec90cef4d14261dd94deb40e0761b5c6d35c089",
+        sha256: "790b70619ea7169a875534f58ce8974a3932f2f4ad6c351662ad60389fadada4",
     },
     Embedded {
         id: "shade-cosine-quartic-none-none-both-f32-shadow_map",
@@ -3949,7 +3949,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_quartic-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "bae2b6ef5b69b320897c3612df8e6abf0feab55e0ca7a542d8a3ae154d693819",
+        sha256: "a659987a9717e04a392acffcbdec8cc84fb6119c73fe970759e874c5c1391f72",
     },
     Embedded {
         id: "shade-cosine-quartic-none-none-diffuse-f32-none",
@@ -3957,7 +3957,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_quartic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "e1d30d0c40b4135efe8a1b5f8291b67a6274f873366abf38dbe6d294cee8259c",
+        sha256: "f99f2422ca8361ba92ef7b1f5e151766d697589b73090027d066a9e1f040ae40",
     },
     Embedded {
         id: "shade-cosine-quartic-none-none-diffuse-f32-shadow_map",
@@ -3965,19 +3965,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "0c7b3603b590cc79304a302978606db486395380891e99fb2303b30030948c3f",
+        sha256: "1f8f9fc7241f6ec4c44e9fc9360c64540e0755ac4895591f185ec42dbf4d2fb3",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved.wgsl"),
-        sha256: "73f647b40cb8e477519bf01d24c954633cc3e92f7f39a3022372e9168fb588fd",
+        sha256: "fd0838b5e7f749ec42f6b6c5e74629fcfd27b282d0e005c807fff8359a036194",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_cosine_convolved-lobes_diffuse.wgsl"),
-        sha256: "cd3fb7712cb2a8f94ee8547e0d2cadb8cebc8a5ba2b9bd6e9ff934061561ac96",
+        sha256: "7f195040bbc478f7878b4318376cac4fc3971e523cca88baca3e832761ad288b",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-both-f32-none",
@@ -3985,7 +3985,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none.wgsl"
         ),
-        sha256: "3cbeba5de038fd3a87d76ce62a7f83fb77dd2ff7deaef39b9b3a224903c694f7",
+        sha256: "302947cc0ff7fd95a6d93e329d6d15522cc424b04531d70859ef37f0b26fe2ce",
     },
     Embedded {
         id: "shade-cosine_convolved-fitted-none-none-diffuse-f32-none",
@@ -3993,7 +3993,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_cosine_convolved-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "c04fe6552ebdd5c7c77594cea50eafeb67e9066fb08a4a104c172ad2e968527b",
+        sha256: "7cb2bff415e4dcc9afa28d36b8b6f4c646090d6a351221897b56300da9a24038",
     },
     Embedded {
         id: "shade-cosine_quadratic-fitted-asg-ggx-both-f32-none",
@@ -4027,25 +4027,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-imperfect",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_imperfect.wgsl"),
-        sha256: "f3de021da204f3f3618f9a3559281b6260a7746d192bc850feee80311293c72b",
+        sha256: "772f2f2d74a5600c0f31c8c1512520386ae888657bfc76391182d50717b6adf4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc.wgsl"),
-        sha256: "29089c759f4e99c31144141faacf4003960be5b79c13f7b1fc6749f85702809e",
+        sha256: "f6deabfbc5c8adb9a3d775d3a3e4e9ba854b223742120d46c53b28149ffebca9",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "1cc2aef97d3756c9ea1136702e0a3920c9e6df9390e194f765efef444c9213c9",
+        sha256: "7912ef9f2cfba6e9c9401492585ec3ea09c2a03112939987a971462a952d7bf4",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-visibility_shadow_map.wgsl"),
-        sha256: "adb81c58b0e3653d4ad1516dffa08be260c861c9f3e05c695746a2ecb0c158b0",
+        sha256: "2dc350a8fdeb7d61e16eea88363137953dab71ee11d9c3ec62a1b81c148b7492",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float",
@@ -4053,7 +4053,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "b27238c5693a7f114bdebad5914819e41e60dd980fc46363f181c949acfcbf9c",
+        sha256: "04bac6fb6b0d5603f8ca07b6226a57e9452befa9884b97f0242d094e8115ce92",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-rgba16float-tile",
@@ -4061,7 +4061,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "5835e5b4726f7a6d25baccf13b2da53b45938149cbcae118f900002873126bb2",
+        sha256: "1616aa4acc95a26c1ba7ae437a72cde82b3d91227d8e3ba121f0e0460145b5ce",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -4069,7 +4069,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "a25c5d880f3afefa17f2e75b4c805dc01ff712bc0c2b160c8eab87acfd192005",
+        sha256: "88805e5812ca76406b472cd4006d8f41380280602b94b90cc4fdebb026b11cdd",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -4077,19 +4077,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "076d0181ba01c7a1d796ebf7bca8f296f0a2779f0678de68d9f88f11677b308a",
+        sha256: "5418144d3bcf5b04a25f42b07278d0e5dc0f03234b6dfc74f8e7f114ad6708a5",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse.wgsl"),
-        sha256: "bf7b9f12188b8e3b9b2b207df81ca927e3210faa5f8f8a51f23da8b174a35706",
+        sha256: "7a454774a77158d4aaebd30a0ea8f2c2c3710d2c01d78848c76fe4af89a46929",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "c9e8bb36c7b408edb6c62d6354278a84c0ef4ee58062a2ef65bdd1ff8e1e9e6b",
+        sha256: "bfe1be6b8700f6a4c21a2a5fd0b2a92f41db75540cc805f703f9261885daa7c3",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -4097,7 +4097,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "f140e08f7728a14fb0244604b98d53229a134e5ab4156349c6e4684f0381b4a9",
+        sha256: "77d1000fb0f7d70d0047898cd9845d14806c36128170e2937bc4ce5d839ffc0b",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float",
@@ -4105,7 +4105,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "9cef4b86ec1cfee4163bf5461ec6a6d313711ee2c32298f90711710c8ec876fa",
+        sha256: "6a492b415e3cca945d515eca6bff9e3c2c178d55bd4a36620d196c8780db8ecf",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-rgba16float-tile",
@@ -4113,7 +4113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "676ab9c8782933c05aaad9d8f80740ed4bbbaef7f31e236c2041a6e6f09c7b17",
+        sha256: "ce7f99d46cc2f224916f0bd5cb8557bfefc0860cf2f7a4ed609ca3dd2d728f77",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -4121,7 +4121,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "4ef4a21369904e6981094ad3de2e2b41415550af783b9c30e18eaebc687f83e4",
+        sha256: "8a33394f64ce9e725ce7beb3c2ac3705643da6becbd1a83b2525a3aa6cf83bf5",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -4129,7 +4129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_imperfect.wgsl"
         ),
-        sha256: "a809713abf76fdddb49a9374bcaf9a2f5826f59fd6990bd1c2bf3a3ee7a991ad",
+        sha256: "35010f5fdfea0bfe087006befd8e38dd0e37e07b631d131042d714263023c0ac",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile",
@@ -4137,7 +4137,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "1a65fc3b539be9bff56b765c87cd0df04ecd78b8d2e3a60fcd519120aa14a30b",
+        sha256: "7a48ed8ae835116bd26a65b31e42ad87dab3ff15886cb66107d2076e415e2f2e",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -4145,7 +4145,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map.wgsl"
         ),
-        sha256: "84b127ccf84457a634a3a702317227ef265cf4e653acfa54ec6cf6713184ac41",
+        sha256: "54448cf2da6adab4ac8e62c4724354d0362d5bd64cb83333c47df19c2b1763c0",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile",
@@ -4153,7 +4153,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "4a81d856a8587ec9d77d47fd2defac96c4e1901ee36503d5a4317c82a7d1f530",
+        sha256: "d166cdff607f1c489b901c22fd61705efc7e32b80dde630cb149b00c10b94cc0",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -4161,7 +4161,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "9251cd4c733e2c51b8172a13eb136182c82ede2b29c608acfc0d75ae60c7bb7b",
+        sha256: "cc3a4b819f044f86bf4193ff2da5ba42e252b7fec096702c5548846e72cdd861",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile",
@@ -4169,7 +4169,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "4f8928af95a05fab1553c358811ac88973377544bfb23ca66c1711b2e0598be7",
+        sha256: "124cc83995bff6fcec9aa6a8db532691be1ee793f574cfedb03622bd088f44d8",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -4177,7 +4177,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "080455289d27b21b9954471922e1275cc44707e452a5d148997346610e283dd6",
+        sha256: "47bb2f50a7e72af0c294e768e6175b86869b423d55052a8ac9ab17d846786b81",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile",
@@ -4185,7 +4185,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "e4f84484303c5d91ad079d423575697aa246abdc00cbf24fed98765e64006973",
+        sha256: "43d2dfff77034e809f85dde7f21c46b8080633915b55d8d90ba38efc8c526154",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -4193,13 +4193,13 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_imperfect.wgsl"
         ),
-        sha256: "098a0fa48092f0517a54440038079a4b99ed4009477d886fe29bc229870bf6b5",
+        sha256: "79188eaae883c86f725ef12d0f29fbf8e62e2e4b6813515a3d385e0a03aa0394",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-specular_none-ndf_none.wgsl"),
-        sha256: "57701535491b83075c61ba21c231c509754b393f2cda60539623778f375ceb6a",
+        sha256: "9df8b380eb2879c1dcc0896b2d13b7cbb657e62b32e0f5baab9bdc05d73e5dc3",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-none-tile",
@@ -4207,7 +4207,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "5cd6d28fc30a748d3fd883db8f785378bfa48efc2bffa319b355c3b788e03376",
+        sha256: "053d080bdd3366762a58d01fc3dae68360d7ec60521f3edf283d304bf2518993",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -4215,7 +4215,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "b4534ce36752a60e62c3d8d9295686574bafbddd6060266975179d48a1affae1",
+        sha256: "64c57591db9a483e7b8a6ab3aa0bebfe56c57aa23fa0696a8921bdc14e351325",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float",
@@ -4223,7 +4223,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "02ddb1f1a3643512a97e635406d11e9bc3eac45bbf1e165b5804f12aed2a6b30",
+        sha256: "d7a1b1ef118c1bff7d601e5003ffa93da9f08ad3dd2f771db2f30db78950f7aa",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-rgba16float-tile",
@@ -4231,7 +4231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "b570dfb6096ae7761e0f0342fba6c0e3f96a3fca78897eed350e88e3fff047d6",
+        sha256: "e2a22cf0f6b30aac02ba65c5b9747f8bfb024d89e1e5ddf73db2731d07817d3b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4239,7 +4239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "dbf92cf3b576f5e7bd27140a1ba9944d95c4d0e81dfdd3181fae269a59677736",
+        sha256: "ffcd0af7c4662d5ea7995bf283287f124a4d7ce59ccff363c6b3d00bbe3859f9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4247,7 +4247,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_imperfect.wgsl"
         ),
-        sha256: "815d230dc44c43f8c95f475f581024757069773c816b5b89f3c15f1f2da934be",
+        sha256: "ef1b2932f3322eacaa350cd673e4f68c68eae47dac24ee875c3562a29423cf5a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none",
@@ -4255,7 +4255,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "6058262bf8c8c505997019384ad9cef9f33863ff9d2dee0ca8ebd8be7af9c7b7",
+        sha256: "1479e8a274eb9ca41f1643ed216b1d1ac8560d5b54d96ab5d228542df87712ea",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-none-tile",
@@ -4263,7 +4263,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "87a28de4ae98c79c35af4914b1ceb7b59b43df33923d6e5e7191ef2c0becab47",
+        sha256: "d583df9e2b20da980e2bd768ba878d473c6b32be2ea4408b7d0ab72c8788db65",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4271,7 +4271,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "60a032f4be8063788248195a7dac9bbcff3316def04eb4dadc73c6b64210625c",
+        sha256: "9ea240d8ae4d8b21d2ece3912a07ee7d89108c9924254b16a337a7c4a13c621a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float",
@@ -4279,7 +4279,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float.wgsl"
         ),
-        sha256: "290ba161bb0963717308dde24d7e0952b3e6859f89aae911d3f77ce61b78ef7e",
+        sha256: "6d8f2e1a972f73b341df00a0af57947431eefc8d5f357e43ff84ad29e9add21d",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-rgba16float-tile",
@@ -4287,7 +4287,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "b21c027f030a4f39ded879766132b65251c9d16ef80154001f5c32fcbc10e4c4",
+        sha256: "6851e40c764fe7e0e168576b9f7acb5714f1e87b8a6aaadd93f1809c862078b2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4295,19 +4295,19 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "6f0dc080eac0df4d471c8a18f7023a83be4b806ecd6223631c9e90d9e82fac43",
+        sha256: "9b31fde45fadecc56d26b67d519e23af4eb8bccafa5c8bfe8cf20ba52f5e03e4",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-none",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-diffuse_quartic.wgsl"),
-        sha256: "84163e8db98efac4153bd910be2f19c7b7efe23b5ca6fe34caeaea78be3c2c5d",
+        sha256: "827da187b13edd4fabe18901714d2ac6418c3c88add560119f0156bc80a8a54f",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-diffuse_quartic-cut_tile.wgsl"),
-        sha256: "2796450a09204f7ddd271a45b70a4ceb9f5924b7958a097bd05cfca8a5f1c0ad",
+        sha256: "022c6e6e11c58273abc82f67f2f60c8485d158c2fe420ee67cc1954ca9dccbd2",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map",
@@ -4315,7 +4315,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-visibility_shadow_map.wgsl"
         ),
-        sha256: "3434e9b21e65a24169a1b08e0d099b2a539666bd70742441781fbda946f3adec",
+        sha256: "9c09304d8d32996f9130cdc7f00fd7eacb53dbdf999b39a7dc3c5367f0ad9074",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map-tile",
@@ -4323,7 +4323,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "57369dc895c027da2fbf61e189a257c43f552d9db2b8c12cc205ee660612d9f8",
+        sha256: "8e848369a11486386a4cd3762a485ec720992ff9462e61a48dc18b8ce06c8680",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-diffuse-f32-none",
@@ -4331,7 +4331,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse.wgsl"
         ),
-        sha256: "57f47e33b18c79fe5dedbcc3637ea55b368fd938ace8d6a40daa4a7d90246757",
+        sha256: "618b7e74aad0f28b65c84d29ec4d513bd32db21253769c74517200385d1d0a84",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-diffuse-f32-none-tile",
@@ -4339,7 +4339,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "769d3fe669cb5e60c3e610b8970a09c9799b5658e94f437aea510df1db9afb7e",
+        sha256: "2f4cd90dcc035a96053d91423e85ca04d39c338c094723d79c14773a67d3e381",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map",
@@ -4347,7 +4347,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "17a7acc86b4641faecbd5d5fc4851cccabe02e31e64ae9b17a54c2d76111f70d",
+        sha256: "d9d6ad9a316074e36528f98f4f4419d5c29762cd79344346541fd343dc9f18ad",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -4355,7 +4355,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "9d68c3232f05858394334402b61d42302b3c798f9be1255df8f88dd31cf1afcb",
+        sha256: "bb2a206e3d11e36ed0b1337539f8a8cf58b3ff01d234e3db187a0a29c4b78ab0",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-both-f32-none",
@@ -4363,7 +4363,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none.wgsl"
         ),
-        sha256: "0ca9acfa4871115c3e49e955c68a618a1d3bf1e7155256387dfadd0cde977a20",
+        sha256: "a64ff9bedf3b54e4370eb0d110c05f828f97acaea051a68c02704fb551980a9a",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-both-f32-none-tile",
@@ -4371,7 +4371,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "76b49f208fc733d39bfe50e52aeb17939be0901bff9fccc8279b89770d3b3f2b",
+        sha256: "1f53f469fb7782187c71a588fbda149a383617a39cf6faac9a4e6b141ecb0d3c",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-both-f32-shadow_map",
@@ -4379,7 +4379,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
-        sha256: "366769866fbb423988e59285968d17f08094f0377d297ee6214176dc6df32391",
+        sha256: "681519175a2e6e39df7ba6571ec76b9a6b6d221b2bc52015607c32a1d06cd2bb",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-both-f32-shadow_map-tile",
@@ -4387,7 +4387,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "eeb0209a8f02e4c0d1cad545bb63be92ba4c6f7e0fa183c6467aedf3ccede63a",
+        sha256: "c90c4bc1a6f9cac2ebd8f5cfb4f902a503d9e98313cf1f0045f0f29b5cc54e14",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-diffuse-f32-none",
@@ -4395,7 +4395,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse.wgsl"
         ),
-        sha256: "57f8f2eaa77064235ae5b0c555a9d34dcd10a241c3ed2d11f548658445f0811d",
+        sha256: "b842ec9b32539a771a15a0434ba8c84c85f7c073bf3c7d24d4fa00689b0ddb43",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-diffuse-f32-none-tile",
@@ -4403,7 +4403,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "54383089259b4b285c298c9d333b9d4825d2461cb65699c7d683d8f8b9b68c73",
+        sha256: "f62e3a8bc280964333e83eceec01651b7537b6957f52567066ed58c81256d297",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map",
@@ -4411,7 +4411,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
-        sha256: "0a05803e2c868ae2d984a0439728b73f446caf10817f65f28893be35a3ff31c7",
+        sha256: "88b87f1074a4973ceaeeff3abcea5b0de8db1ac51c0e5ec0139475774be3e241",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map-tile",
@@ -4419,7 +4419,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "1db90fb6432ddd39e9e36ab6b44e42ef359dbf9f2eba60023fb1749b7154504c",
+        sha256: "b9fbcf116e31b67539618c97005029cc00d817200b99b27f3a0459000aef576c",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",

@@ -174,7 +174,7 @@ fn sglow_diffuse_emitted(emitted: SglowIncoming, offset: vec3<f32>, vsgl: SglowV
     return sglow_diffuse_clamped(emitted, normal);
 }
 
-/// The same of a lobe whose mean length of directions is known to the forms that it saves something.
+/// The same of a lobe whose mean length of directions is known, which saves some forms an exponential.
 fn sglow_cosine_integral_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
     return sglow_sg_cosine_quartic_mean(cosine, sharpness, mean_length);
 }

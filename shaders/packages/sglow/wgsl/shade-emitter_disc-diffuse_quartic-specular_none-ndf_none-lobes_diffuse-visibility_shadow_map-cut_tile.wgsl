@@ -546,7 +546,7 @@ fn sglow_tile_root_of(node: SglowTileNode) -> u32 {
 
 /// By how many standard deviations of its positions a node reaches beyond its own plane and that of the receiver. The
 /// corners of an evenly lit square are sqrt(3) from its middle. With 1 the error does not vanish with the tolerance,
-/// since nodes in corners are not refined: on the scene atrium a tenth of the light is lost (the test
+/// since nodes in corners are not refined: on the scene atrium 6 % of the light are lost (the test
 /// light_in_corners_is_not_lost of tests/src/cut_error.rs); with 3.5 the same error takes more nodes.
 const SGLOW_CUT_SLACK: f32 = 2.5;
 
@@ -679,7 +679,7 @@ fn sglow_extent(offset: vec3<f32>, variance: f32) -> SglowExtent {
     return SglowExtent(towards, min(squared_distance * density, 1e18), density);
 }
 
-/// The same of a lobe whose mean length of directions is known to the forms that it saves something.
+/// The same of a lobe whose mean length of directions is known, which saves some forms an exponential.
 fn sglow_cosine_integral_mean(cosine: f32, sharpness: f32, mean_length: f32) -> f32 {
     return sglow_sg_cosine_quartic_mean(cosine, sharpness, mean_length);
 }
