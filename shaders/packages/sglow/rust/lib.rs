@@ -1989,25 +1989,11 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_3,
     },
     Variant {
-        id: "shade-disc-quartic-asg-ggx-both-f32-none-tile",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_26,
-        binding_names: shade::NAMES_26,
-    },
-    Variant {
         id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_5,
         binding_names: shade::NAMES_5,
-    },
-    Variant {
-        id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map-tile",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_29,
-        binding_names: shade::NAMES_29,
     },
     Variant {
         id: "shade-disc-quartic-asg-ggx-diffuse-f32-none",
@@ -2017,25 +2003,11 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_9,
     },
     Variant {
-        id: "shade-disc-quartic-asg-ggx-diffuse-f32-none-tile",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_30,
-        binding_names: shade::NAMES_30,
-    },
-    Variant {
         id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_11,
         binding_names: shade::NAMES_11,
-    },
-    Variant {
-        id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map-tile",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_33,
-        binding_names: shade::NAMES_33,
     },
     Variant {
         id: "shade-disc-quartic-none-none-both-f32-none",
@@ -2045,25 +2017,11 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_15,
     },
     Variant {
-        id: "shade-disc-quartic-none-none-both-f32-none-tile",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_34,
-        binding_names: shade::NAMES_34,
-    },
-    Variant {
         id: "shade-disc-quartic-none-none-both-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_17,
         binding_names: shade::NAMES_17,
-    },
-    Variant {
-        id: "shade-disc-quartic-none-none-both-f32-shadow_map-tile",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_37,
-        binding_names: shade::NAMES_37,
     },
     Variant {
         id: "shade-disc-quartic-none-none-diffuse-f32-none",
@@ -2073,25 +2031,11 @@ pub static VARIANTS: &[Variant] = &[
         binding_names: shade::NAMES_21,
     },
     Variant {
-        id: "shade-disc-quartic-none-none-diffuse-f32-none-tile",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_38,
-        binding_names: shade::NAMES_38,
-    },
-    Variant {
         id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
         entry_points: shade::ENTRY_POINTS_0,
         bind_groups: shade::LAYOUT_23,
         binding_names: shade::NAMES_23,
-    },
-    Variant {
-        id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map-tile",
-        pass: shade::PASS,
-        entry_points: shade::ENTRY_POINTS_0,
-        bind_groups: shade::LAYOUT_41,
-        binding_names: shade::NAMES_41,
     },
     Variant {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -4304,26 +4248,12 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "827da187b13edd4fabe18901714d2ac6418c3c88add560119f0156bc80a8a54f",
     },
     Embedded {
-        id: "shade-disc-quartic-asg-ggx-both-f32-none-tile",
-        pass: shade::PASS,
-        text: include_str!("../wgsl/shade-emitter_disc-diffuse_quartic-cut_tile.wgsl"),
-        sha256: "022c6e6e11c58273abc82f67f2f60c8485d158c2fe420ee67cc1954ca9dccbd2",
-    },
-    Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-visibility_shadow_map.wgsl"
         ),
         sha256: "9c09304d8d32996f9130cdc7f00fd7eacb53dbdf999b39a7dc3c5367f0ad9074",
-    },
-    Embedded {
-        id: "shade-disc-quartic-asg-ggx-both-f32-shadow_map-tile",
-        pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-emitter_disc-diffuse_quartic-visibility_shadow_map-cut_tile.wgsl"
-        ),
-        sha256: "8e848369a11486386a4cd3762a485ec720992ff9462e61a48dc18b8ce06c8680",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-diffuse-f32-none",
@@ -4334,28 +4264,12 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "618b7e74aad0f28b65c84d29ec4d513bd32db21253769c74517200385d1d0a84",
     },
     Embedded {
-        id: "shade-disc-quartic-asg-ggx-diffuse-f32-none-tile",
-        pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse-cut_tile.wgsl"
-        ),
-        sha256: "2f4cd90dcc035a96053d91423e85ca04d39c338c094723d79c14773a67d3e381",
-    },
-    Embedded {
         id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
         sha256: "d9d6ad9a316074e36528f98f4f4419d5c29762cd79344346541fd343dc9f18ad",
-    },
-    Embedded {
-        id: "shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map-tile",
-        pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-emitter_disc-diffuse_quartic-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
-        ),
-        sha256: "bb2a206e3d11e36ed0b1337539f8a8cf58b3ff01d234e3db187a0a29c4b78ab0",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-both-f32-none",
@@ -4366,28 +4280,12 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "a64ff9bedf3b54e4370eb0d110c05f828f97acaea051a68c02704fb551980a9a",
     },
     Embedded {
-        id: "shade-disc-quartic-none-none-both-f32-none-tile",
-        pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-cut_tile.wgsl"
-        ),
-        sha256: "1f53f469fb7782187c71a588fbda149a383617a39cf6faac9a4e6b141ecb0d3c",
-    },
-    Embedded {
         id: "shade-disc-quartic-none-none-both-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-visibility_shadow_map.wgsl"
         ),
         sha256: "681519175a2e6e39df7ba6571ec76b9a6b6d221b2bc52015607c32a1d06cd2bb",
-    },
-    Embedded {
-        id: "shade-disc-quartic-none-none-both-f32-shadow_map-tile",
-        pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
-        ),
-        sha256: "c90c4bc1a6f9cac2ebd8f5cfb4f902a503d9e98313cf1f0045f0f29b5cc54e14",
     },
     Embedded {
         id: "shade-disc-quartic-none-none-diffuse-f32-none",
@@ -4398,28 +4296,12 @@ pub static EMBEDDED: &[Embedded] = &[
         sha256: "b842ec9b32539a771a15a0434ba8c84c85f7c073bf3c7d24d4fa00689b0ddb43",
     },
     Embedded {
-        id: "shade-disc-quartic-none-none-diffuse-f32-none-tile",
-        pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
-        ),
-        sha256: "f62e3a8bc280964333e83eceec01651b7537b6957f52567066ed58c81256d297",
-    },
-    Embedded {
         id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map",
         pass: shade::PASS,
         text: include_str!(
             "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map.wgsl"
         ),
         sha256: "88b87f1074a4973ceaeeff3abcea5b0de8db1ac51c0e5ec0139475774be3e241",
-    },
-    Embedded {
-        id: "shade-disc-quartic-none-none-diffuse-f32-shadow_map-tile",
-        pass: shade::PASS,
-        text: include_str!(
-            "../wgsl/shade-emitter_disc-diffuse_quartic-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
-        ),
-        sha256: "b9fbcf116e31b67539618c97005029cc00d817200b99b27f3a0459000aef576c",
     },
     Embedded {
         id: "shade-lobe-constant-asg-ggx-both-f32-none",
@@ -13029,7 +12911,7 @@ pub mod shade {
             "sglow_specular_output",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-both-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile`, `shade-disc-quartic-asg-ggx-both-f32-none-tile`.
+    /// `shade-disc-fitted-asg-ggx-both-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-none-tile`.
     pub(super) const LAYOUT_26: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13236,7 +13118,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile`, `shade-disc-quartic-asg-ggx-both-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map-tile`.
     pub(super) const LAYOUT_29: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13311,7 +13193,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-diffuse-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile`, `shade-disc-quartic-asg-ggx-diffuse-f32-none-tile`.
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-none-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-none-tile`.
     pub(super) const LAYOUT_30: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13518,7 +13400,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile`, `shade-disc-quartic-asg-ggx-diffuse-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile`, `shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map-tile`.
     pub(super) const LAYOUT_33: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13593,7 +13475,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-both-f32-none-tile`, `shade-disc-quartic-none-none-both-f32-none-tile`.
+    /// `shade-disc-fitted-none-none-both-f32-none-tile`.
     pub(super) const LAYOUT_34: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13776,7 +13658,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-both-f32-shadow_map-tile`, `shade-disc-quartic-none-none-both-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-none-none-both-f32-shadow_map-tile`.
     pub(super) const LAYOUT_37: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -13843,7 +13725,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-diffuse-f32-none-tile`, `shade-disc-quartic-none-none-diffuse-f32-none-tile`.
+    /// `shade-disc-fitted-none-none-diffuse-f32-none-tile`.
     pub(super) const LAYOUT_38: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
@@ -14026,7 +13908,7 @@ pub mod shade {
             "sglow_cut_roots",
         ],
     ];
-    /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile`, `shade-disc-quartic-none-none-diffuse-f32-shadow_map-tile`.
+    /// `shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile`.
     pub(super) const LAYOUT_41: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
