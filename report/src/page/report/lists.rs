@@ -44,7 +44,7 @@ pub(crate) fn section(named: &Named<'_>) -> Markup {
 /// The end of the colour scale: a list's room, or the smallest of its halves, quarters and so on that no list is above.
 fn scale_end(lists: &TileLists) -> usize {
     let mut top = lists.limit.max(1);
-    while top % 2 == 0 && top / 2 >= lists.longest().max(1) {
+    while top.is_multiple_of(2) && top / 2 >= lists.longest().max(1) {
         top /= 2;
     }
     top
