@@ -1,8 +1,5 @@
 //! The lists of a cut for each tile and their error, by the size of the light's map. `docs/numerics.md` shows them.
 
-use sglow_oracle::cut::LightTree;
-use sglow_oracle::cut::estimate::SLACK;
-use sglow_oracle::cut::tile::How;
 use sglow_oracle::metrics::luminance;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_renderer::device::{DeviceError, Gpu};
@@ -18,7 +15,7 @@ use sglow_scene::Scene;
 use sglow_shaders::{Cut, Emitter, Lobes, Ndf, Space, Specular, Visibility};
 
 use crate::light_maps::{LightMapsError, indirect};
-use crate::tile_lists;
+use crate::tile_lists::{self, Tile};
 
 /// The built-in scenes that are measured.
 pub const SCENES: [&str; 3] = ["cornell", "columns", "atrium"];
@@ -26,9 +23,9 @@ pub const SCENES: [&str; 3] = ["cornell", "columns", "atrium"];
 pub const MAPS: [u32; 3] = [64, 256, 1024];
 /// The largest map whose texels can all be lights.
 const ALL_TEXELS: u32 = 256;
-/// Width and height of the picture whose parts are measured.
-pub const WHOLE: [u32; 2] = [1920, 1080];
-/// Middles of these parts, within -1 to 1; each is an eighth as wide and as high.
+/// How much wider and higher the picture is whose parts are measured.
+pub const WIDER: u32 = 8;
+/// Middles of these parts, within -1 to 1.
 const WINDOWS: [[f32; 2]; 4] = [[-0.5, 0.5], [0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]];
 
 /// Diffuse reflection without visibility, which changes no list's length by more than the maps darken.
@@ -50,8 +47,9 @@ pub fn base() -> Settings {
 
 /// Parts of a scene's picture, in its full detail.
 fn windows(scene: &Scene) -> Vec<Scene> {
-    let aspect = WHOLE[0] as f32 / WHOLE[1] as f32;
-    let view = |at| Scene { camera: scene.camera.window(at, 0.125, aspect), ..scene.clone() };
+    let [width, height] = base().size.map(|side| side as f32);
+    let window = |at| scene.camera.window(at, 1.0 / WIDER as f32, width / height);
+    let view = |at| Scene { camera: window(at), ..scene.clone() };
     WINDOWS.map(view).into()
 }
 
@@ -95,15 +93,14 @@ pub fn of_map(
         .iter()
         .map(|view| Seen::of(gpu, package, view, settings))
         .collect::<Result<_, LightMapsError>>()?;
-    let mut nodes: Vec<usize> = seen.iter().flat_map(|seen| seen.lists.nodes.clone()).collect();
-    nodes.sort_unstable();
-    let at = (0.95 * nodes.len() as f64) as usize;
+    let tiles: Vec<Tile> = seen.iter().flat_map(|seen| &seen.tiles).cloned().collect();
+    let lists = tile_lists::summary(&tiles, settings.size.map(|side| side as usize));
     Ok(CutOfMap {
         map: settings.map,
         leaves: seen.first().map_or(0, |seen| seen.leaves),
-        nodes_mean: nodes.iter().sum::<usize>() as f64 / nodes.len().max(1) as f64,
-        nodes_95: nodes.get(at.min(nodes.len().saturating_sub(1))).copied().unwrap_or(0),
-        longest: seen.iter().map(|seen| seen.lists.longest).max().unwrap_or(0),
+        nodes_mean: lists.mean,
+        nodes_95: lists.below_95,
+        longest: lists.longest(),
         error: (settings.map <= ALL_TEXELS).then(|| error(&seen, settings.size)),
     })
 }
@@ -111,7 +108,7 @@ pub fn of_map(
 /// The picture of one camera.
 struct Seen {
     surfaces: Vec<SurfaceTexel>,
-    lists: Lists,
+    tiles: Vec<Tile>,
     /// Lit texels.
     leaves: usize,
     /// Radiance by the cut, and of all texels as lights unless they are too many.
@@ -134,9 +131,7 @@ impl Seen {
         let eye = reference::vector(renderer.eye());
         drop(renderer);
         let surfaces: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
-        let model = reference::model(settings);
-        let how = How { tolerance: settings.tolerance.into(), slack: SLACK, model: &model, eye };
-        let lists = Lists::of(&tree, &surfaces, settings.size.map(|side| side as usize), &how);
+        let tiles = tile_lists::each(&tree, &surfaces, settings, eye);
         let mut all = Radiance::new();
         if settings.map <= ALL_TEXELS {
             let lights = settings.map * settings.map;
@@ -145,30 +140,12 @@ impl Seen {
             renderer.render()?;
             all = indirect(&renderer.read()?);
         }
-        Ok(Self { surfaces, lists, leaves, pictures: [indirect(&frame), all] })
+        Ok(Self { surfaces, tiles, leaves, pictures: [indirect(&frame), all] })
     }
 }
 
 fn frame_error(error: DeviceError) -> LightMapsError {
     LightMapsError::Frame(error.into())
-}
-
-/// The lists of a picture's tiles, by the oracle from the device's tree.
-struct Lists {
-    /// Number of nodes that each pixel with a surface takes.
-    nodes: Vec<usize>,
-    /// Number of nodes in the longest list.
-    longest: usize,
-}
-
-impl Lists {
-    fn of(tree: &LightTree, surfaces: &[SurfaceTexel], size: [usize; 2], how: &How<'_>) -> Self {
-        let tiles = tile_lists::each(tree, surfaces, size, how).into_iter();
-        let each: Vec<(usize, Vec<usize>)> =
-            tiles.map(|tile| (tile.length, tile.taken.into_iter().flatten().collect())).collect();
-        let longest = each.iter().map(|(length, _)| *length).max().unwrap_or(0);
-        Self { nodes: each.into_iter().flat_map(|(_, nodes)| nodes).collect(), longest }
-    }
 }
 
 /// Pictures of a cut, one below the other, against those of all texels.

@@ -1,10 +1,14 @@
 //! The lists of a cut for each tile of a picture, by the oracle from the device's tree.
 
 use rayon::prelude::*;
+use sglow_oracle::Vector3;
 use sglow_oracle::cut::LightTree;
+use sglow_oracle::cut::estimate::SLACK;
 use sglow_oracle::cut::tile::{self, How, SIDE};
 use sglow_oracle::surface::SurfaceTexel;
+use sglow_renderer::reference;
 use sglow_results::tile_lists::TileLists;
+use sglow_runtime::settings::Settings;
 
 /// The list of one tile.
 #[derive(Clone, Debug)]
@@ -18,14 +22,17 @@ pub struct Tile {
     pub taken: Vec<Option<usize>>,
 }
 
-/// The lists of a picture of `size`, tiles row by row.
+/// The lists of a picture whose camera is at `eye`, tiles row by row.
 #[must_use]
 pub fn each(
     tree: &LightTree,
     surfaces: &[SurfaceTexel],
-    size: [usize; 2],
-    how: &How<'_>,
+    settings: &Settings,
+    eye: Vector3,
 ) -> Vec<Tile> {
+    let model = reference::model(settings);
+    let how = How { tolerance: settings.tolerance.into(), slack: SLACK, model: &model, eye };
+    let size = settings.size.map(|side| side as usize);
     let columns = size[0].div_ceil(SIDE);
     let tiles = columns * size[1].div_ceil(SIDE);
     (0..tiles)
@@ -34,7 +41,7 @@ pub fn each(
             let tile = [at % columns, at / columns];
             let voters = tile::voters(tile, size, &|pixel| surfaces[pixel].present);
             let votes = voters.map(|pixel| surfaces[pixel]);
-            let (entries, unrefined) = tile::list_and_unrefined(tree, &votes, how);
+            let (entries, unrefined) = tile::list_and_unrefined(tree, &votes, &how);
             let taken = |at: usize| {
                 let within = [at % SIDE, at / SIDE];
                 let [x, y] = [0, 1].map(|axis| SIDE * tile[axis] + within[axis]);
@@ -49,7 +56,7 @@ pub fn each(
         .collect()
 }
 
-/// The numbers of a picture's lists.
+/// The numbers of the lists of a picture of `size`, or of several such pictures.
 #[must_use]
 pub fn summary(tiles: &[Tile], size: [usize; 2]) -> TileLists {
     let columns = size[0].div_ceil(SIDE);

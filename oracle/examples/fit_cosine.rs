@@ -1,6 +1,6 @@
 //! Fits the constants of `sglow_sg_cosine_quartic`, `sglow_sg_cosine_fitted` and `sglow_sg_cosine_fitted_fine` by least
-//! largest error over the largest value of the integral, prints them as `shaders/src/sg/cosine.wesl` and `oracle/src/sg/cosine.rs` have them,
-//! and a table of the errors of all forms.
+//! largest error over the largest value of the integral, prints them as `shaders/src/sg/cosine.wesl` and
+//! `oracle/src/sg/cosine.rs` have them, and a table of the errors of all forms.
 //!
 //! `cargo run --release -p sglow-oracle --example fit_cosine`
 

@@ -102,3 +102,35 @@ impl Camera {
         (near, far.max(near * 2.0))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where a camera's picture has a direction.
+    fn place(camera: &Camera, toward: Vec3, aspect: f32) -> [f32; 2] {
+        let (forward, up) = (Vec3::from(camera.forward), Vec3::from(camera.up));
+        let half = (0.5 * camera.vertical_fov).tan() * toward.dot(forward);
+        [toward.dot(forward.cross(up)) / (half * aspect), toward.dot(up) / half]
+    }
+
+    #[test]
+    fn a_window_is_a_part_of_the_picture() {
+        let camera = Camera::look_at([1.0, 2.0, 3.0], [0.2, 0.0, -1.0], [0.0, 1.0, 0.0], 0.9);
+        let (aspect, share, at) = (16.0 / 9.0, 0.125, [0.5, -0.5]);
+        let window = camera.window(at, share, aspect);
+        let [x, y] = place(&camera, window.forward.into(), aspect);
+        assert!((x - at[0]).abs() < 1e-5 && (y - at[1]).abs() < 1e-5, "{x} {y}");
+        // Its edges; its plane is turned by 26 degrees, with which 1/cos is 1.11.
+        let (forward, up) = (Vec3::from(window.forward), Vec3::from(window.up));
+        let half = (0.5 * window.vertical_fov).tan();
+        let [right, _] = place(&camera, forward + half * aspect * forward.cross(up), aspect);
+        let [_, above] = place(&camera, forward + half * up, aspect);
+        for (found, expected) in [(right - at[0], share), (above - at[1], share)] {
+            assert!((found / expected - 1.0).abs() < 0.15, "{found} {expected}");
+        }
+        // Negative control: the window in the middle.
+        let middle = camera.window([0.0; 2], share, aspect);
+        assert!(place(&camera, middle.forward.into(), aspect)[0].abs() < 1e-5);
+    }
+}

@@ -1,7 +1,5 @@
 //! The lists of a scene's default where that is a cut for each tile of pixels.
 
-use sglow_oracle::cut::estimate::SLACK;
-use sglow_oracle::cut::tile::How;
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_renderer::reference;
 use sglow_renderer::reference::tree::TreeBuffers;
@@ -28,15 +26,9 @@ pub(super) fn lists(
         let (lights, _) = subject.lights(settings, &maps, 0)?;
         let Some(buffers) = TreeBuffers::read(subject.gpu, &lights)? else { return Ok(None) };
         let surfaces: Vec<SurfaceTexel> = reference::texels(&frame.gbuffer);
-        let model = reference::model(settings);
-        let how = How {
-            tolerance: settings.tolerance.into(),
-            slack: SLACK,
-            model: &model,
-            eye: reference::vector(renderer.eye()),
-        };
+        let eye = reference::vector(renderer.eye());
         let size = settings.size.map(|side| side as usize);
-        let tiles = tile_lists::each(&buffers.tree(), &surfaces, size, &how);
+        let tiles = tile_lists::each(&buffers.tree(), &surfaces, settings, eye);
         let pixels = tile_lists::of_pixels(&tiles, size).into_iter();
         let nodes = pixels.map(|nodes| nodes.unwrap_or(0) as f32).collect();
         Ok(Some((tile_lists::summary(&tiles, size), nodes)))

@@ -8,13 +8,13 @@ use crate::picture_error;
 
 /// A row for each scene and size of the map.
 #[must_use]
-pub fn of_cuts(size: [u32; 2], all: &[CutsOnScene]) -> Table {
+pub fn of_cuts(size: [u32; 2], wider: u32, all: &[CutsOnScene]) -> Table {
     const METRICS: [Metric; 5] =
         [Metric::RelativeMse, Metric::Rmse, Metric::Median, Metric::Quantile95, Metric::Bias];
     let titles = METRICS.map(Metric::title).join(" | ");
     let [width, height] = size;
     let mut text = format!(
-        "Measured by `cargo xtask docs --only cuts`: four windows of {width} x {height} pixels each of a picture eight \
+        "Measured by `cargo xtask docs --only cuts`: four windows of {width} x {height} pixels each of a picture {wider} \
          times as wide and as high, 16 roots, the default tolerance. Nodes are those that a pixel takes: the mean, what \
          95 % stay below, and the longest list of a tile. Errors are against all texels as lights of the same emission; \
          jumps are changes of the relative error between neighbouring pixels of one surface: what 99.9 % of them stay \
@@ -63,7 +63,7 @@ mod tests {
         };
         let error = CutError { picture, jump: 0.3, jump_999: 0.0012 };
         let maps = vec![cut(256, Some(error)), cut(512, None)];
-        let table = of_cuts([240, 135], &[CutsOnScene { scene: "box".to_owned(), maps }]);
+        let table = of_cuts([240, 135], 8, &[CutsOnScene { scene: "box".to_owned(), maps }]);
         assert!(
             table.text.contains("| box | 256 | 9 | 102, 180, 402 | 0.000200 |"),
             "{}",

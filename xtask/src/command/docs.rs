@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result {
         tables.push(of_settings(&measured, &partitions::all(&gpu, &package, &bars)?));
     }
     if chosen(Tables::Cuts) {
-        tables.push(of_cuts(cuts::base().size, &cuts::all(&gpu, &package, &bars)?));
+        tables.push(of_cuts(cuts::base().size, cuts::WIDER, &cuts::all(&gpu, &package, &bars)?));
     }
     if chosen(Tables::Specular) {
         tables.push(of_specular(&specular::errors()));
