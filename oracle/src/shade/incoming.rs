@@ -56,8 +56,7 @@ pub fn incoming<R: Real>(
     lobe: &Lobe<R>,
 ) -> Incoming<R> {
     let path = position - point;
-    let (_, spread) = extent(path, variance);
-    let towards = path.normalized();
+    let (towards, spread) = extent(path, variance);
     let lobe_product = product(towards, spread, -lobe.axis, lobe.sharpness);
     let variance = variance_at(path.length_squared(), variance);
     let scale = lobe_product.log_amplitude.exp() / (R::constant(2.0 * PI) * variance);
