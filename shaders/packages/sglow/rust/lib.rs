@@ -3983,7 +3983,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "7912ef9f2cfba6e9c9401492585ec3ea09c2a03112939987a971462a952d7bf4",
+        sha256: "a6378d70b2595b33a06e94c2c03a3a50b9fa38572353a8c14cc87c5c278774d1",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -4005,7 +4005,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "1616aa4acc95a26c1ba7ae437a72cde82b3d91227d8e3ba121f0e0460145b5ce",
+        sha256: "c983d6d0722f2e5b48ae10e887d269811b2e72f86b5fd19f33937ab1480c5a43",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -4013,7 +4013,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "88805e5812ca76406b472cd4006d8f41380280602b94b90cc4fdebb026b11cdd",
+        sha256: "6c694455aa0a9f2dbe6375d9e6beb5677ae229dd061a8e0e34bc491d4593bef1",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -4033,7 +4033,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "bfe1be6b8700f6a4c21a2a5fd0b2a92f41db75540cc805f703f9261885daa7c3",
+        sha256: "e7f78fb9b2d0e7f3f35ce05fbead298d71a62ca445e8733f335b0c804b340a21",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -4057,7 +4057,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "ce7f99d46cc2f224916f0bd5cb8557bfefc0860cf2f7a4ed609ca3dd2d728f77",
+        sha256: "7630956fc5d5a240757e927c745b1e47594615d6c042540ae169c89d4593a729",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -4065,7 +4065,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "8a33394f64ce9e725ce7beb3c2ac3705643da6becbd1a83b2525a3aa6cf83bf5",
+        sha256: "15fc4eae900546649b80692f3e38fbfc4cfd83cb75d005b6a151478be648b436",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -4081,7 +4081,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "7a48ed8ae835116bd26a65b31e42ad87dab3ff15886cb66107d2076e415e2f2e",
+        sha256: "38d26411415b90990725fb040bcba47a8db5999a2f3ce2c9f4fae5599cd4bdc6",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -4097,7 +4097,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "d166cdff607f1c489b901c22fd61705efc7e32b80dde630cb149b00c10b94cc0",
+        sha256: "496f65f43b84a2c0a4e2be7e5478fc4221df2e89bb45b215ff26c31bc92e8b41",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -4113,7 +4113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "124cc83995bff6fcec9aa6a8db532691be1ee793f574cfedb03622bd088f44d8",
+        sha256: "cd7b5a7cd6b81f9feae326bbc2a252891d1d5f5558a8a568fa7205ebcffacbef",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -4129,7 +4129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "43d2dfff77034e809f85dde7f21c46b8080633915b55d8d90ba38efc8c526154",
+        sha256: "80351514a3c86de7b569324ead074d062ce90de7f20a70ecdf0d8f905a6cfe3c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -4151,7 +4151,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "053d080bdd3366762a58d01fc3dae68360d7ec60521f3edf283d304bf2518993",
+        sha256: "8d28d8dbf5174c397ada4803aeec61760b0f0a0340fddd69aa331ed4e0cc777b",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -4175,7 +4175,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e2a22cf0f6b30aac02ba65c5b9747f8bfb024d89e1e5ddf73db2731d07817d3b",
+        sha256: "30b0b36ecaf268a1b613fb138994b056722c8453022704209052a9a53efeefeb",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4183,7 +4183,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ffcd0af7c4662d5ea7995bf283287f124a4d7ce59ccff363c6b3d00bbe3859f9",
+        sha256: "41575895f1745c6c46c82dc76d6259d25383f3a1c4727ff18b076afc3d7cdae2",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4207,7 +4207,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "d583df9e2b20da980e2bd768ba878d473c6b32be2ea4408b7d0ab72c8788db65",
+        sha256: "16bf723de8337d636642479615f4867ab4646ac90e5965a88078f6ca8614d8a3",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4231,7 +4231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "6851e40c764fe7e0e168576b9f7acb5714f1e87b8a6aaadd93f1809c862078b2",
+        sha256: "55482a505f958c9f7829be74fad10356414add364c62d6e31b18d338cd751be7",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4239,7 +4239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "9b31fde45fadecc56d26b67d519e23af4eb8bccafa5c8bfe8cf20ba52f5e03e4",
+        sha256: "7c1c0b35863a6dc49cb3c0854c5416c3814beff7ba70123d8d4b8f35350d0050",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-none",

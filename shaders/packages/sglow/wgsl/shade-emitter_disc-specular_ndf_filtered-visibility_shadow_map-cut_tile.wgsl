@@ -621,11 +621,14 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let inverse = 1.0 / max(extent, 1e-20);
     let share = min(inverse + branch.spread, 1.0);
     let tilt = r * dot(vsgl.diffuse_axis, receiver.normal);
+    // Between a receiver and a light of normal n, both cosines have at most the product (1 - n . n_r)/2 in any
+    // direction; a node's mean of that is exact, without a slack. None of it is left on the receiver's own plane.
+    let diffuse = min(front, 0.5 * max(1.0 - tilt, 0.0) / max(back, 1e-10));
     let across = min(sqrt(max(1.0 - tilt * tilt, 0.0) * inverse), 1.0);
     let horizon = across * sglow_cut_tail(abs(height) / max(across, 1e-10));
     // One product with each lobe's intensity: compilers factor a sum of products, and the estimate
     // would round differently in a variant whose specular terms are 0 and in one without them.
-    var received = receiver.diffuse * (front * share + horizon);
+    var received = receiver.diffuse * (diffuse * share + horizon);
     let glossy = receiver.reflectance * select(0.0, 1.0, front > 0.0)
         * sglow_cut_blurred(dot(towards, receiver.axis), receiver.sharpness, extent);
     let glossy_width = pow(receiver.sharpness * inverse, 1.5);
