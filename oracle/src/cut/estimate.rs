@@ -26,6 +26,19 @@ pub struct Branch {
     pub specular_power: f64,
     /// Variance of its children's mean normals about its own, 0 to 1.
     pub spread: f64,
+    /// The lowest and the highest corner of the box around its leaves, relative to its mean position.
+    pub bounds: [Vector3; 2],
+}
+
+impl Branch {
+    /// The place within its box, relative to its mean position, that is nearest to a receiver whose offset to that position
+    /// is given.
+    fn nearest(&self, offset: Vector3) -> Vector3 {
+        let [low, high] = self.bounds.map(Vector3::to_array);
+        let at = offset.to_array();
+        let [x, y, z] = [0, 1, 2].map(|axis| (-at[axis]).max(low[axis]).min(high[axis]));
+        Vector3::new(x, y, z)
+    }
 }
 
 /// The specular reflection of a receiver, as a lobe.
@@ -96,14 +109,19 @@ pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver, slack: f64) 
     let towards = offset * (1.0 / squared.max(1e-30).sqrt());
     let extent = squared / light.variance;
     let inverse = 1.0 / extent.max(1e-20);
-    let slack = slack / (1.0 + extent).sqrt();
+    let nearest = branch.nearest(offset);
+    let gap = (offset + nearest).length_squared();
+    let aside = (nearest.length_squared() / gap.max(1e-30)).sqrt();
+    let slack = (slack / (1.0 + extent).sqrt()).max(aside.min(1.0));
     let r = light.diffuse_mean_length;
     let directions = (2.0 * (1.0 - r)).max(0.0).sqrt().min(1.0);
     let height = towards.dot(receiver.normal);
     let facing = -towards.dot(light.diffuse.axis);
     let front = (height + slack).clamp(0.0, 1.0);
     let back = (facing + slack + directions).clamp(0.0, 1.0);
-    let falloff = 1.0 / (squared + 0.5 * light.variance);
+    let wide = squared + 0.5 * light.variance;
+    let falloff = 1.0 / wide;
+    let closer = wide / gap.max(1e-30).min(wide);
     let emitted = branch.power / PI * back * falloff;
     let share = (inverse + branch.spread).min(1.0);
     let tilt = r * light.diffuse.axis.dot(receiver.normal);
@@ -112,7 +130,7 @@ pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver, slack: f64) 
     let lit = f64::from(u8::from(front > 0.0));
     // The most that the product of both cosines is in any direction, in the mean over the node's normals.
     let product = front.min(0.5 * (1.0 - tilt).max(0.0) / back.max(1e-10));
-    let mut error = emitted * receiver.diffuse * (product * share + horizon);
+    let mut error = emitted * receiver.diffuse * (product * share * closer + horizon);
     let width = |sharpness: f64| (sharpness * inverse).powf(1.5);
     let reflected = |glossy: &Glossy| {
         glossy.reflectance * blurred(towards.dot(glossy.axis), glossy.sharpness, extent) * lit

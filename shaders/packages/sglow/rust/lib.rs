@@ -2545,37 +2545,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_leaves-light_directional-specular_power_albedo.wgsl"
         ),
-        sha256: "b152951eb214dd970046ab7f901333a7038ee983a4e876578c4c0f33700fc567",
+        sha256: "63e48249aad97f410467ad7f1c2db41f1b2dabae251ca391f70e92dc0ba11d71",
     },
     Embedded {
         id: "cut_leaves-directional-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_directional.wgsl"),
-        sha256: "99cfd5556e024f5ec97e0d925c29d61edef5b9bb88b3116d4eaf422e26278c5b",
+        sha256: "9b6be05c0293013207cd10afe25ab4062be473adb989f107f2ddc74eed5e8d4c",
     },
     Embedded {
         id: "cut_leaves-directional-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_directional-lobes_diffuse.wgsl"),
-        sha256: "1fa17e8e9de7d1f2b435b66c3e0a484120e93f528074a1bbea4014ad7d8ad924",
+        sha256: "30fc72bd7b0704d16f6d4214a39524a361c23f8c92a52544e26f55060f3c72cd",
     },
     Embedded {
         id: "cut_leaves-point-both-albedo-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point-specular_power_albedo.wgsl"),
-        sha256: "5a703519d3fb40bdd523ffc81abac758ba99f53f2cdb2c6cd7707b17a3d44136",
+        sha256: "c93869e77c4244a06e568df70f93e5ad993107eb5f2bf07dc23fd7512c15d8b8",
     },
     Embedded {
         id: "cut_leaves-point-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point.wgsl"),
-        sha256: "c9277e674f8ad1d8b4301a600a9fa32d2c16940e97b603701c2c6ac9d8542382",
+        sha256: "3b941c176e348ef91fe97c4206e7908bde729a71fbfb94373db8ece73b274546",
     },
     Embedded {
         id: "cut_leaves-point-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point-lobes_diffuse.wgsl"),
-        sha256: "7a86102d20b24426b3a58c78a4a473a063197be824b87416ce48f09b9957aabe",
+        sha256: "9fe45ef09d8716e7a0b842ac97e680ef30513f2b6cf512382efa28559231069c",
     },
     Embedded {
         id: "cut_leaves-several-both-albedo-exact",
@@ -2583,61 +2583,61 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_leaves-light_several-specular_power_albedo.wgsl"
         ),
-        sha256: "99aa14808067d1994c4f9ea9371ee99798d723f078f1dd9729ae23773eef363b",
+        sha256: "9f90ef6ae0ce9ce948906b0cbde649608a5262567b8fb4aebcd52c4f375ad241",
     },
     Embedded {
         id: "cut_leaves-several-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_several.wgsl"),
-        sha256: "da7e255e1070709cd919fc5449508a7034dba9c67e8e3ec77f1ce92bffe9b863",
+        sha256: "08e6e4a5831ed90b226583251c1635fba9ef7d502c654c8bf24bbb009ce74466",
     },
     Embedded {
         id: "cut_leaves-several-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_several-lobes_diffuse.wgsl"),
-        sha256: "ed7eec5392c4b87eee8c5450e93ac6c06ad5c0460bc72c0247f41786c86331b3",
+        sha256: "7c17d67c84efd58aab506dbad764ed7280e958a133a7265c0011c684ad04a72d",
     },
     Embedded {
         id: "cut_leaves-spot-both-albedo-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-specular_power_albedo.wgsl"),
-        sha256: "195e22c0af5546cfb78e6d466548eb3fe6edfcfd23f0a5fd24603aa29999bba4",
+        sha256: "f73a337059174983250f4167dbece9e7a837ffdf6091603440a38c33bfcf0446",
     },
     Embedded {
         id: "cut_leaves-spot-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves.wgsl"),
-        sha256: "2fff2bc30a52d684feafa9f2c1b2ce8c3a98c1d94ccbb09560f75968d5a6f380",
+        sha256: "2f6718b140f9a4eaa4f6112d6def2170b296b94463523355b87416c0fee06849",
     },
     Embedded {
         id: "cut_leaves-spot-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-lobes_diffuse.wgsl"),
-        sha256: "6069fd31d8f5440650cd69372b18bd23bee47d2ee8961e64cafc9458f291d7d4",
+        sha256: "5cb08f9f95186981534fbe78bf5d342450e27659ebba3003a0ab67a118f3e8d5",
     },
     Embedded {
         id: "cut_lights-trace-exact-both-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights.wgsl"),
-        sha256: "0bf8becf50de1dd26d6b532cf82b056aa52ded32352b3bf07d03c545c71ceb30",
+        sha256: "129c6d2b5084bd0d3cb96d5d320a5be49218c564bceb2270ab0a558c92e5b7be",
     },
     Embedded {
         id: "cut_lights-trace-exact-both-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-cut_tile.wgsl"),
-        sha256: "b28d71b94a137c9a2a7c5b7873f8ded1fee75f5056f0ae10ff0f17daaaabff53",
+        sha256: "c3d9475a9849e84ab17cb5f63247d27a8dd56a1735dcaafdb5be5d1470f4c7a6",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse.wgsl"),
-        sha256: "5546c11886bc6405402f7c21d9667976af85b10486c894c3214f455c0979cd30",
+        sha256: "43fe8f49c38371dec56fe045fa96fb1385a7c7135c14964dc9b14602b475d3e8",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "5a7fda76d110f6922829ce94655ac4a3a586790422f3c46f4e53cba73ddb22a5",
+        sha256: "93b37c096c30d78dd43dba4347a26f4d12da65f20f8370cf32054823278433dd",
     },
     Embedded {
         id: "cut_lit-directional-both-albedo",
@@ -2645,85 +2645,85 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_lit-light_directional-specular_power_albedo.wgsl"
         ),
-        sha256: "49e9ad2a258fe29afcea92720ad86115f1a691d8c5dbee5c2e4a239a747cd43a",
+        sha256: "413d0a4d7b1be5bc1f90e42fe98d279e564cd873683e032997da0915060dd05d",
     },
     Embedded {
         id: "cut_lit-directional-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_directional.wgsl"),
-        sha256: "e3352ec9616b76fa8a797095a35d8977c89e08723052b8fb098de4a5e5ce2f1f",
+        sha256: "3beb9ecbe4910935c25e0226f93bed167c6e5e6d988ecd190136de4641667306",
     },
     Embedded {
         id: "cut_lit-directional-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_directional-lobes_diffuse.wgsl"),
-        sha256: "8902ee386e3661a6fb01558045494058ca4f708101c3dd3dacf5c37929073873",
+        sha256: "b517871bee0111e5a5a5cd1f184fa0f15fd8761a521cc7e2e1af1217380de428",
     },
     Embedded {
         id: "cut_lit-point-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point-specular_power_albedo.wgsl"),
-        sha256: "2af923968480c762b9e0c5158518111f27f0fd06ff2e75abc904c7a90909b78d",
+        sha256: "43ec64cea70c6b2104690936ec02ce7672c2b1fd0449b49a79cafd9c1ae8fe76",
     },
     Embedded {
         id: "cut_lit-point-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point.wgsl"),
-        sha256: "83d5655b18b8e543d7e7923c55688464ca8e03c6a1b787f16e6b9d36cc984c2a",
+        sha256: "104fb76e21823a2ad6e6d804de121caa987c90d4b24f0059820f83239ba71056",
     },
     Embedded {
         id: "cut_lit-point-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point-lobes_diffuse.wgsl"),
-        sha256: "e0dbce2b011d8e98d295b368c68d884eb8d5d44a7bcef6541d6a03e3325aee43",
+        sha256: "dcf5e4c2502ca6e267173b4cc0b069c09eaf1f209630b62155b9fe7b7e9f4c24",
     },
     Embedded {
         id: "cut_lit-several-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several-specular_power_albedo.wgsl"),
-        sha256: "4ad27ba09b3349d8b1d4e9d0b5a907e86910357f07b71bbe28be8809a30382a0",
+        sha256: "54b68cd6a2a32b062c9c13f8d156d8ab6219c7cdf7b1077095be3800ce4aa937",
     },
     Embedded {
         id: "cut_lit-several-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several.wgsl"),
-        sha256: "5feb405fb1460f39f1002d38b5ba788d82e179a7a589e04418547eb00e11c0b5",
+        sha256: "29393498c6797eaa35a05e71010bdf875c8c4488657971c20072c9a8d1ee6f1e",
     },
     Embedded {
         id: "cut_lit-several-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several-lobes_diffuse.wgsl"),
-        sha256: "f48190240464469c72c54fec69501ea69d7861f2ff9a18fd2c63e239d482a1f9",
+        sha256: "efabec71531c4c13da0b7bd747ae72b1e5105ba54aa9398f480b8fab72c799b6",
     },
     Embedded {
         id: "cut_lit-spot-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-specular_power_albedo.wgsl"),
-        sha256: "ff7ac4c4679e2e4b463725aa87ccbebf90d4f5078f4b27bc91c939981fddadb8",
+        sha256: "974f6e09a4d0bc6406c34ddd6cc7ab7dd37b80765faa9ecc9a6d7a8b98b29e81",
     },
     Embedded {
         id: "cut_lit-spot-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit.wgsl"),
-        sha256: "5f2ba6304a27f3e7f0469ba9ca339314894a787a8d8ece432f3550b376c422c2",
+        sha256: "d8b4eaa716e41c600dd80bc670d2e6342dc615892d16395f1fbb42b2ffa27f80",
     },
     Embedded {
         id: "cut_lit-spot-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-lobes_diffuse.wgsl"),
-        sha256: "73305db557badf5f6be839369ea6de71c49264c469ff299799cccf5f09deabb9",
+        sha256: "ed8c2f20e5cfa1aff5a78c1e75b19e08058e046c3b1a404f3b8a8e565875e4af",
     },
     Embedded {
         id: "cut_nodes-trace-exact-both-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes.wgsl"),
-        sha256: "ed71f60558a608f7b2fd3c3d18ebb523202cc1d47bf75e551e6198cfcc48722a",
+        sha256: "dc34ce2baf29cd9ac683fb79da3f7b69811e5e6e2b05cc0b4beb87a6614f343a",
     },
     Embedded {
         id: "cut_nodes-trace-exact-diffuse-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes-lobes_diffuse.wgsl"),
-        sha256: "563d843474563ba5a6acd9916192ddbcde0c46fc35459bfd26c41271940a8d0d",
+        sha256: "50a5bc1f1deb61db1393deca1b933b995d49e9aacf65c490cbb654473b6a88cf",
     },
     Embedded {
         id: "cut_ranks",
@@ -2735,25 +2735,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_sums-both",
         pass: cut_sums::PASS,
         text: include_str!("../wgsl/cut_sums.wgsl"),
-        sha256: "e21c68de9338f6279a3be3b7e9b7fc1c1ca0d91cba878193062ee447d86340cd",
+        sha256: "c2bf436ae92412027e4e4e9175499d47355375a9db5c3d2d96aaf666c464d4c2",
     },
     Embedded {
         id: "cut_sums-diffuse",
         pass: cut_sums::PASS,
         text: include_str!("../wgsl/cut_sums-lobes_diffuse.wgsl"),
-        sha256: "90967c151575a09a9a1311af5da8b3f8934fae26220b0f5e867aff1b7caf6235",
+        sha256: "f2287fccd6da89c73a5d35f2fdfc95461e668521136a7df344e741b909329e88",
     },
     Embedded {
         id: "cut_tree-both",
         pass: cut_tree::PASS,
         text: include_str!("../wgsl/cut_tree.wgsl"),
-        sha256: "6a1429bbe7102be54da910bf40ccfd46878d27f5b778a0d12bbf205aebc6686f",
+        sha256: "dc5a58d3bc8c2a16572d1302ed42067cf15492e9ca708e9b10995031de7cb0ec",
     },
     Embedded {
         id: "cut_tree-diffuse",
         pass: cut_tree::PASS,
         text: include_str!("../wgsl/cut_tree-lobes_diffuse.wgsl"),
-        sha256: "bb6880dab372a6421be7d6c0aa21c2910aee37631ec74265a37128ed6d56be68",
+        sha256: "45266f87ebda591aac2ff1a5b59f2587a7bff6b54ca821aecc1ca3763da25cf0",
     },
     Embedded {
         id: "density-bidirectional-cosine-both-f0",
@@ -3983,7 +3983,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "a6378d70b2595b33a06e94c2c03a3a50b9fa38572353a8c14cc87c5c278774d1",
+        sha256: "36ffcc78b210dc97cce59cd56409916b34d140a1e264b8fbda9cb59400a63c8d",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -4005,7 +4005,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "c983d6d0722f2e5b48ae10e887d269811b2e72f86b5fd19f33937ab1480c5a43",
+        sha256: "00687a1722ff6841fb9a7e32f1b2dd392225bd18d3f781d679fdaf1beed7ee02",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -4013,7 +4013,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "6c694455aa0a9f2dbe6375d9e6beb5677ae229dd061a8e0e34bc491d4593bef1",
+        sha256: "74079a68353c36ecb2bdd50425f7d0ed8b9c7b65f66f7e5e9521c3cc3021b2d0",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -4033,7 +4033,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "e7f78fb9b2d0e7f3f35ce05fbead298d71a62ca445e8733f335b0c804b340a21",
+        sha256: "903efaf46a0131cdb5b5084ce4afab3185341accf2b242b23576317f9b023407",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -4057,7 +4057,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "7630956fc5d5a240757e927c745b1e47594615d6c042540ae169c89d4593a729",
+        sha256: "17cdd439dcfe6920420d01d84139c4d9d424083ea1e67c58183de0b47219f28a",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -4065,7 +4065,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "15fc4eae900546649b80692f3e38fbfc4cfd83cb75d005b6a151478be648b436",
+        sha256: "83916767f818e44c739aa8d4a41bd0bcb2849e3a0075bd0b53cfd6fd89992949",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -4081,7 +4081,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "38d26411415b90990725fb040bcba47a8db5999a2f3ce2c9f4fae5599cd4bdc6",
+        sha256: "1a7683d20d275df0cc51b26239370f03081bdfa2a7d06fef4df3ef94696f09f2",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -4097,7 +4097,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "496f65f43b84a2c0a4e2be7e5478fc4221df2e89bb45b215ff26c31bc92e8b41",
+        sha256: "c7b46f0428a15e3106818feb651325f4ff5755b720fbd2d0d5617aae379ef55f",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -4113,7 +4113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "cd7b5a7cd6b81f9feae326bbc2a252891d1d5f5558a8a568fa7205ebcffacbef",
+        sha256: "360a91edfc1e644c496b1f2fdf63803c1477c9371e9994baa69635849759d90c",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -4129,7 +4129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "80351514a3c86de7b569324ead074d062ce90de7f20a70ecdf0d8f905a6cfe3c",
+        sha256: "e3ece5db8dbe11844ec7d01a42b393b1f7766435a15342b30858407bcdbe9b7c",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -4151,7 +4151,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "8d28d8dbf5174c397ada4803aeec61760b0f0a0340fddd69aa331ed4e0cc777b",
+        sha256: "7b2570d55f8f60f4c7118142c622f6ef5655d794445a36bcd63fa78d2cb946d9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -4175,7 +4175,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "30b0b36ecaf268a1b613fb138994b056722c8453022704209052a9a53efeefeb",
+        sha256: "8d674443ab4547cc9f7a0ec45327089902dd3245d699681a0a9f5981b2da031f",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4183,7 +4183,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "41575895f1745c6c46c82dc76d6259d25383f3a1c4727ff18b076afc3d7cdae2",
+        sha256: "a908a7a5a4c6f88f51a1fe3ac30eefa43b9b1baf9062b629b8c620868d854e82",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4207,7 +4207,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "16bf723de8337d636642479615f4867ab4646ac90e5965a88078f6ca8614d8a3",
+        sha256: "c4ca292910592222f25da76111187038f823cc7139800e41f8f2b07b90fcfa77",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4231,7 +4231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "55482a505f958c9f7829be74fad10356414add364c62d6e31b18d338cd751be7",
+        sha256: "8db67af7eb0b318ccc45802192d5a3769dfe12254d4a80961c3bcaa6d1f03f13",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4239,7 +4239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7c1c0b35863a6dc49cb3c0854c5416c3814beff7ba70123d8d4b8f35350d0050",
+        sha256: "abdcb2d3c47dd9bc9b86c285ae0c8608c0201a92ad06ece57465f4ca632586f9",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-none",
@@ -10110,8 +10110,9 @@ pub mod cut_leaves {
             ),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
-            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 96),
             super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(8, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[
@@ -10124,6 +10125,7 @@ pub mod cut_leaves {
             "sglow_order",
             "sglow_cut_blocks",
             "sglow_cut_leaf_count",
+            "sglow_cut_box",
         ],
     ];
     /// `cut_leaves-directional-diffuse-f0-exact`, `cut_leaves-point-diffuse-f0-exact`, `cut_leaves-spot-diffuse-f0-exact`.
@@ -10159,8 +10161,9 @@ pub mod cut_leaves {
             ),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
-            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 64),
             super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(8, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_1: &[&[&str]] = &[
@@ -10173,6 +10176,7 @@ pub mod cut_leaves {
             "sglow_order",
             "sglow_cut_blocks",
             "sglow_cut_leaf_count",
+            "sglow_cut_box",
         ],
     ];
     /// `cut_leaves-several-both-albedo-exact`, `cut_leaves-several-both-f0-exact`.
@@ -10208,8 +10212,9 @@ pub mod cut_leaves {
             ),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
-            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 96),
             super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(8, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_2: &[&[&str]] = &[
@@ -10222,6 +10227,7 @@ pub mod cut_leaves {
             "sglow_order",
             "sglow_cut_blocks",
             "sglow_cut_leaf_count",
+            "sglow_cut_box",
         ],
     ];
     /// `cut_leaves-several-diffuse-f0-exact`.
@@ -10257,8 +10263,9 @@ pub mod cut_leaves {
             ),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
-            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 64),
             super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(8, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_3: &[&[&str]] = &[
@@ -10271,6 +10278,7 @@ pub mod cut_leaves {
             "sglow_order",
             "sglow_cut_blocks",
             "sglow_cut_leaf_count",
+            "sglow_cut_box",
         ],
     ];
 }
@@ -10324,7 +10332,7 @@ pub mod cut_sums {
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 96),
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[
@@ -10334,7 +10342,7 @@ pub mod cut_sums {
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 64),
         ],
     ];
     pub(super) const NAMES_1: &[&[&str]] = &[
@@ -10391,7 +10399,7 @@ pub mod cut_tree {
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 96),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
@@ -10412,7 +10420,7 @@ pub mod cut_tree {
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 64),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
@@ -10570,7 +10578,7 @@ pub mod cut_lights {
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 96),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
@@ -10593,7 +10601,7 @@ pub mod cut_lights {
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 96),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
@@ -10618,7 +10626,7 @@ pub mod cut_lights {
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 64),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
@@ -10641,7 +10649,7 @@ pub mod cut_lights {
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 64),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
@@ -10733,11 +10741,12 @@ pub mod cut_nodes {
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 96),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 80),
-            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 20),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[
@@ -10748,17 +10757,19 @@ pub mod cut_nodes {
             "sglow_cut_leaf_count",
             "sglow_cut_vsgls",
             "sglow_cut_branches",
+            "sglow_cut_box",
         ],
     ];
     /// `cut_nodes-trace-exact-diffuse-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 64),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 48),
-            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_1: &[&[&str]] = &[
@@ -10769,6 +10780,7 @@ pub mod cut_nodes {
             "sglow_cut_leaf_count",
             "sglow_cut_vsgls",
             "sglow_cut_branches",
+            "sglow_cut_box",
         ],
     ];
 }
@@ -12957,7 +12969,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13098,7 +13110,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13173,7 +13185,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13239,7 +13251,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13380,7 +13392,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13455,7 +13467,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13514,7 +13526,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13639,7 +13651,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13706,7 +13718,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13764,7 +13776,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13889,7 +13901,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13956,7 +13968,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -14693,8 +14705,14 @@ pub struct SglowCutBranchBoth {
     pub power: f32,
     /// Variance of its children's mean normals about its own mean normal, 0 to 1. (`f32` at byte 12)
     pub spread: f32,
-    /// Luminance of the power that is reflected specularly, W. (`f32` at byte 16)
+    /// The lowest corner of the box around its leaves, relative to its mean position. (`vec3<f32>` at byte 16)
+    pub low: [f32; 3],
+    /// Luminance of the power that is reflected specularly, W. (`f32` at byte 28)
     pub specular_power: f32,
+    /// The highest one. (`vec3<f32>` at byte 32)
+    pub high: [f32; 3],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
 }
 impl Default for SglowCutBranchBoth {
     /// All bytes zero.
@@ -14703,12 +14721,14 @@ impl Default for SglowCutBranchBoth {
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutBranchBoth>(), 20);
+    equal(size_of::<SglowCutBranchBoth>(), 48);
     equal(core::mem::offset_of!(SglowCutBranchBoth, left), 0);
     equal(core::mem::offset_of!(SglowCutBranchBoth, right), 4);
     equal(core::mem::offset_of!(SglowCutBranchBoth, power), 8);
     equal(core::mem::offset_of!(SglowCutBranchBoth, spread), 12);
-    equal(core::mem::offset_of!(SglowCutBranchBoth, specular_power), 16);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, low), 16);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, specular_power), 28);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, high), 32);
 };
 /// What a cut reads of a node besides its light. Leaf i has the number places + i.
 ///
@@ -14724,6 +14744,14 @@ pub struct SglowCutBranchDiffuse {
     pub power: f32,
     /// Variance of its children's mean normals about its own mean normal, 0 to 1. (`f32` at byte 12)
     pub spread: f32,
+    /// The lowest corner of the box around its leaves, relative to its mean position. (`vec3<f32>` at byte 16)
+    pub low: [f32; 3],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
+    /// The highest one. (`vec3<f32>` at byte 32)
+    pub high: [f32; 3],
+    /// Not read by the shaders.
+    pub _padding_1: [u8; 4],
 }
 impl Default for SglowCutBranchDiffuse {
     /// All bytes zero.
@@ -14732,11 +14760,13 @@ impl Default for SglowCutBranchDiffuse {
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutBranchDiffuse>(), 16);
+    equal(size_of::<SglowCutBranchDiffuse>(), 48);
     equal(core::mem::offset_of!(SglowCutBranchDiffuse, left), 0);
     equal(core::mem::offset_of!(SglowCutBranchDiffuse, right), 4);
     equal(core::mem::offset_of!(SglowCutBranchDiffuse, power), 8);
     equal(core::mem::offset_of!(SglowCutBranchDiffuse, spread), 12);
+    equal(core::mem::offset_of!(SglowCutBranchDiffuse, low), 16);
+    equal(core::mem::offset_of!(SglowCutBranchDiffuse, high), 32);
 };
 /// `SglowCutKeysParameters` of the shaders.
 #[repr(C)]
@@ -14867,6 +14897,10 @@ pub struct SglowCutMomentsBoth {
     pub specular_direction: [f32; 3],
     /// Not read by the shaders.
     pub _padding_0: [u8; 4],
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16 bits, the last one in the upper ones. (`vec3<u32>` at byte 80)
+    pub cells: [u32; 3],
+    /// Not read by the shaders.
+    pub _padding_1: [u8; 4],
 }
 impl Default for SglowCutMomentsBoth {
     /// All bytes zero.
@@ -14875,7 +14909,7 @@ impl Default for SglowCutMomentsBoth {
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutMomentsBoth>(), 80);
+    equal(size_of::<SglowCutMomentsBoth>(), 96);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, mean), 0);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, weight), 12);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, diffuse_power), 16);
@@ -14885,6 +14919,7 @@ const _: () = {
     equal(core::mem::offset_of!(SglowCutMomentsBoth, specular_power), 48);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, specular_length), 60);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, specular_direction), 64);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, cells), 80);
 };
 /// What texels add up to: moments about their mean, so that what is small beside its distance from the origin does not cancel.
 ///
@@ -14904,6 +14939,10 @@ pub struct SglowCutMomentsDiffuse {
     pub diffuse_direction: [f32; 3],
     /// Sum of these weights. (`f32` at byte 44)
     pub diffuse_weight: f32,
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16 bits, the last one in the upper ones. (`vec3<u32>` at byte 48)
+    pub cells: [u32; 3],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
 }
 impl Default for SglowCutMomentsDiffuse {
     /// All bytes zero.
@@ -14912,13 +14951,14 @@ impl Default for SglowCutMomentsDiffuse {
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutMomentsDiffuse>(), 48);
+    equal(size_of::<SglowCutMomentsDiffuse>(), 64);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, mean), 0);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, weight), 12);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, diffuse_power), 16);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, variance), 28);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, diffuse_direction), 32);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, diffuse_weight), 44);
+    equal(core::mem::offset_of!(SglowCutMomentsDiffuse, cells), 48);
 };
 /// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one node splits.
 #[repr(C)]

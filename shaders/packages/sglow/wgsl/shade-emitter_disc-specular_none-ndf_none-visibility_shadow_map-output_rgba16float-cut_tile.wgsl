@@ -105,8 +105,12 @@ struct SglowCutBranch {
     power: f32,
     /// Variance of its children's mean normals about its own mean normal, 0 to 1.
     spread: f32,
+    /// The lowest corner of the box around its leaves, relative to its mean position.
+    low: vec3<f32>,
     /// Luminance of the power that is reflected specularly, W.
     specular_power: f32,
+    /// The highest one.
+    high: vec3<f32>,
 }
 
 @group(0) @binding(0) var<uniform> sglow_shade_parameters: SglowShadeParameters;
@@ -594,14 +598,23 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let squared = dot(offset, offset);
     let towards = offset * inverseSqrt(max(squared, 1e-30));
     let extent = squared / max(vsgl.variance, squared * 5e-38);
-    let slack = SGLOW_CUT_SLACK * inverseSqrt(1.0 + extent);
+    // The place of the box around the texels that is nearest to the receiver. Moments alone do not show a few texels
+    // far from all others: light of such texels beside the receiver would be lost (the test
+    // few_texels_far_from_all_others_are_seen of oracle/src/cut/tile_error.rs).
+    let nearest = clamp(-offset, branch.low, branch.high);
+    let gap = dot(offset + nearest, offset + nearest);
+    let aside = sqrt(dot(nearest, nearest) / max(gap, 1e-30));
+    let slack = max(SGLOW_CUT_SLACK * inverseSqrt(1.0 + extent), min(aside, 1.0));
     let r = vsgl.diffuse_mean_length;
     let directions = min(sqrt(max(2.0 * (1.0 - r), 0.0)), 1.0);
     let height = dot(towards, receiver.normal);
     let facing = -dot(towards, vsgl.diffuse_axis);
     let front = clamp(height + slack, 0.0, 1.0);
     let back = clamp(facing + slack + directions, 0.0, 1.0);
-    let falloff = 1.0 / (squared + 0.5 * vsgl.variance);
+    let wide = squared + 0.5 * vsgl.variance;
+    let falloff = 1.0 / wide;
+    // How much nearer that place is: 1 far away and within a node whose texels are close together.
+    let closer = wide / clamp(gap, 1e-30, wide);
     let emitted = branch.power * SGLOW_INV_PI * back * falloff;
     let inverse = 1.0 / max(extent, 1e-20);
     let share = min(inverse + branch.spread, 1.0);
@@ -613,7 +626,7 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let horizon = across * sglow_cut_tail(abs(height) / max(across, 1e-10));
     // One product with each lobe's intensity: compilers factor a sum of products, and the estimate
     // would round differently in a variant whose specular terms are 0 and in one without them.
-    var received = receiver.diffuse * (diffuse * share + horizon);
+    var received = receiver.diffuse * (diffuse * share * closer + horizon);
     var error = emitted * received;
     let intensity = branch.specular_power * falloff
         * sglow_cut_blurred(-dot(towards, vsgl.specular_axis), vsgl.specular_sharpness, extent);
