@@ -1,7 +1,6 @@
 //! Shading by a cut of the tree for each tile of pixels: `shaders/src/shade/tile.wesl`, `shaders/src/cut/nodes.wesl`.
 
 use sglow_oracle::cut::LightTree;
-use sglow_oracle::cut::estimate::SLACK;
 use sglow_oracle::cut::tile::{self, Entry, How, SIDE};
 use sglow_oracle::shade::{shade, shade_visible};
 use sglow_oracle::surface::SurfaceTexel;
@@ -293,7 +292,7 @@ fn compare(run: &Run) -> (Comparison, usize) {
     let model = reference::model(settings);
     let eye = reference::vector(run.eye);
     let surfaces: Vec<SurfaceTexel> = reference::texels(&run.gbuffer);
-    let how = How { tolerance: settings.tolerance.into(), slack: SLACK, model: &model, eye };
+    let how = How { tolerance: settings.tolerance.into(), model: &model, eye };
     let size = settings.size.map(|side| side as usize);
     let read = |texture: Option<wgpu::Texture>| {
         texture.map(|texture| readback::texture(gpu(), &texture, 0).unwrap())

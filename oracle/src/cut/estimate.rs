@@ -9,12 +9,6 @@ use crate::brdf::reflection::mirror;
 use crate::surface::SurfaceTexel;
 use crate::vsgl::Vsgl;
 
-/// By how many standard deviations of its positions a node reaches beyond its own plane and that of the receiver. The corners
-/// of an evenly lit square are sqrt(3) from its middle. With 1 the error does not vanish with the tolerance, because nodes in
-/// corners are not refined (the tests `a_few_nodes_are_as_good_as_all_texels` and `light_in_corners_is_not_lost` of `tests`);
-/// with 3.5 the same error takes more nodes.
-pub const SLACK: f64 = 2.5;
-
 /// What a cut reads of a node besides its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Branch {
@@ -101,9 +95,9 @@ fn blurred(cosine: f64, sharpness: f64, extent: f64) -> f64 {
     wide.max(0.5) / TAU * (-far * (1.0 - cosine)).exp()
 }
 
-/// The estimate, in luminance of radiance; `slack`: [`SLACK`].
+/// The estimate, in luminance of radiance.
 #[must_use]
-pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver, slack: f64) -> f64 {
+pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver) -> f64 {
     let offset = light.position - receiver.position;
     let squared = offset.length_squared();
     let towards = offset * (1.0 / squared.max(1e-30).sqrt());
@@ -111,8 +105,7 @@ pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver, slack: f64) 
     let inverse = 1.0 / extent.max(1e-20);
     let nearest = branch.nearest(offset);
     let gap = (offset + nearest).length_squared();
-    let aside = (nearest.length_squared() / gap.max(1e-30)).sqrt();
-    let slack = (slack / (1.0 + extent).sqrt()).max(aside.min(1.0));
+    let slack = (nearest.length_squared() / gap.max(1e-30)).sqrt().min(1.0);
     let r = light.diffuse_mean_length;
     let directions = (2.0 * (1.0 - r)).max(0.0).sqrt().min(1.0);
     let height = towards.dot(receiver.normal);

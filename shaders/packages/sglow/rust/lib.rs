@@ -3983,7 +3983,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "36ffcc78b210dc97cce59cd56409916b34d140a1e264b8fbda9cb59400a63c8d",
+        sha256: "9eab0bbfd255fc021262184c5e8b2b43036685f12ce5b7915110e2dbd65d7a28",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -4005,7 +4005,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "00687a1722ff6841fb9a7e32f1b2dd392225bd18d3f781d679fdaf1beed7ee02",
+        sha256: "fc2402c2340a8b88506dfd08132152f7f40163558f97f9614d8369fa387868e1",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -4013,7 +4013,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "74079a68353c36ecb2bdd50425f7d0ed8b9c7b65f66f7e5e9521c3cc3021b2d0",
+        sha256: "7e1cda7152244825c18e0e0249a0c2be658b979188fcf66fc65b561136e3a8d5",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -4033,7 +4033,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "903efaf46a0131cdb5b5084ce4afab3185341accf2b242b23576317f9b023407",
+        sha256: "4b95c9056e1de0384b836c869ca86ddedc9a4d052cee6fcc5199ec7b303ce243",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -4057,7 +4057,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "17cdd439dcfe6920420d01d84139c4d9d424083ea1e67c58183de0b47219f28a",
+        sha256: "1c4eaabfe027cdf7ebe7d903a0e5b590a89953341cc1311eab0d3f84f2700f74",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -4065,7 +4065,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "83916767f818e44c739aa8d4a41bd0bcb2849e3a0075bd0b53cfd6fd89992949",
+        sha256: "587d115693dc7db11a7f15805d9782db9b475c4b2926d8d5673a374112fb3de8",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -4081,7 +4081,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "1a7683d20d275df0cc51b26239370f03081bdfa2a7d06fef4df3ef94696f09f2",
+        sha256: "83f370fe8adc708574cc4a62a2ddf69ae7ebcc5fb603c967301df5d8b0ab7745",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -4097,7 +4097,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "c7b46f0428a15e3106818feb651325f4ff5755b720fbd2d0d5617aae379ef55f",
+        sha256: "98a35669d20d68a3ee49c5df4016fd08983a80801aae856b3aba9773b20d136a",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -4113,7 +4113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "360a91edfc1e644c496b1f2fdf63803c1477c9371e9994baa69635849759d90c",
+        sha256: "2b101ae84aa049ebef7c283328c3b21bb24bd0d850744100334e32d7cafd6e4a",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -4129,7 +4129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "e3ece5db8dbe11844ec7d01a42b393b1f7766435a15342b30858407bcdbe9b7c",
+        sha256: "aadf64d91de1deca14d1f288a1c61e730b61cbe730cf746c6fbeabdf2fb8d86a",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -4151,7 +4151,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "7b2570d55f8f60f4c7118142c622f6ef5655d794445a36bcd63fa78d2cb946d9",
+        sha256: "63a8f97b934ddf943cdaf75111bf6b4fef48f1afa855086baa4f68b392433b18",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -4175,7 +4175,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "8d674443ab4547cc9f7a0ec45327089902dd3245d699681a0a9f5981b2da031f",
+        sha256: "15a1d3abce9615fb6690a94169088a9ba16b32029c6f198f6e3c36ace598b093",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4183,7 +4183,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "a908a7a5a4c6f88f51a1fe3ac30eefa43b9b1baf9062b629b8c620868d854e82",
+        sha256: "0c0e4e6d0f9ac2d1cfe0c2725ebc05a6fbce7df4db5fec36033ecee2f9f8eff4",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4207,7 +4207,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "c4ca292910592222f25da76111187038f823cc7139800e41f8f2b07b90fcfa77",
+        sha256: "f5e298291fe8d496b9bb6571dfaf27d896f6cf0a7814f50437abcbe99daf61d5",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4231,7 +4231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "8db67af7eb0b318ccc45802192d5a3769dfe12254d4a80961c3bcaa6d1f03f13",
+        sha256: "8312a93b80655dd4709784c44710e5afee99a9f134de382c34acd003e7c6f785",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4239,7 +4239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "abdcb2d3c47dd9bc9b86c285ae0c8608c0201a92ad06ece57465f4ca632586f9",
+        sha256: "28c71389cc6eda30b018e43808ec879f7672edc3e5beab96ceed7c81821f572f",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-none",
@@ -4799,7 +4799,7 @@ macro_rules! settings {
         emission_sharpness : 2.0, fill_levels : 0, iterations : 12, large_steps : 0.02,
         lights : 1024, map : 256, mutations : 1, near_scale : 1.5, seed : 1,
         shadow_points : 8192, size_factor : 1.0, small_step : 0.01, splat_reach : 2, tile
-        : 64, tolerance : 0.009, } } } impl $name { #[doc = r" The names of the axes."]
+        : 64, tolerance : 0.006, } } } impl $name { #[doc = r" The names of the axes."]
         pub const AXES : & 'static [& 'static str] = & ["cut", "density", "diffuse",
         "draw", "emitter", "filter", "kernel", "light", "lobes", "ndf", "output",
         "precision", "sharpness", "solver", "space", "specular", "specular_power",

@@ -503,12 +503,6 @@ fn sglow_tile_weight(node: SglowTileNode, shares: SglowTileShares) -> f32 {
     return dot(corners, shares.corners) + dot(others, vec2<f32>(shares.middle, shares.most));
 }
 
-/// By how many standard deviations of its positions a node reaches beyond its own plane and that of the receiver. The
-/// corners of an evenly lit square are sqrt(3) from its middle. With 1 the error does not vanish with the tolerance,
-/// since nodes in corners are not refined: on the scene atrium 6 % of the light are lost (the test
-/// light_in_corners_is_not_lost of tests/src/cut_error.rs); with 3.5 the same error takes more nodes.
-const SGLOW_CUT_SLACK: f32 = 2.5;
-
 /// The mean of max(x - u, 0) over a standard normal distribution of x, phi(u) - u Q(u), for u at least 0. Fitted by its
 /// values at 0, 1 and 2; relative error below 4 % up to 2.5, where it is 1/200 of its value at 0 (the test
 /// the_tail_is_that_of_a_normal_distribution of oracle/src/cut/estimate.rs).
@@ -520,20 +514,20 @@ fn sglow_cut_tail(u: f32) -> f32 {
 /// Our own form, in the place of the error bounds of [Walter 2005]
 ///
 /// Of a node's light at most the share 1/s + u is wrong, s the squared distance over the variance, u the spread of
-/// normals. The light is bounded with both cosines raised by the slack, plus what the disc loses at the receiver's
-/// horizon, which is cut off as a whole.
+/// normals. The light is bounded by the nearest place of the box around the texels, with both cosines raised by what
+/// directions to that box differ, plus what the disc loses at the receiver's horizon, which is cut off as a whole.
 fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCutReceiver) -> f32 {
     let offset = vsgl.position - receiver.position;
     let squared = dot(offset, offset);
     let towards = offset * inverseSqrt(max(squared, 1e-30));
     let extent = squared / max(vsgl.variance, squared * 5e-38);
-    // The place of the box around the texels that is nearest to the receiver. Moments alone do not show a few texels
-    // far from all others: light of such texels beside the receiver would be lost (the test
-    // few_texels_far_from_all_others_are_seen of oracle/src/cut/tile_error.rs).
+    // The place of the box around the texels that is nearest to the receiver, and by how much the direction to it may
+    // differ from that to the mean. Moments alone do not show a few texels far from all others: light of such texels
+    // beside the receiver would be lost (the tests few_texels_far_from_all_others_are_seen of
+    // oracle/src/cut/tile_error.rs and light_in_corners_is_not_lost of tests/src/cut_error.rs).
     let nearest = clamp(-offset, branch.low, branch.high);
     let gap = dot(offset + nearest, offset + nearest);
-    let aside = sqrt(dot(nearest, nearest) / max(gap, 1e-30));
-    let slack = max(SGLOW_CUT_SLACK * inverseSqrt(1.0 + extent), min(aside, 1.0));
+    let slack = min(sqrt(dot(nearest, nearest) / max(gap, 1e-30)), 1.0);
     let r = vsgl.diffuse_mean_length;
     let directions = min(sqrt(max(2.0 * (1.0 - r), 0.0)), 1.0);
     let height = dot(towards, receiver.normal);
