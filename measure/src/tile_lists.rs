@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use sglow_oracle::Vector3;
 use sglow_oracle::cut::LightTree;
+use sglow_oracle::cut::estimate::SLACK;
 use sglow_oracle::cut::tile::{self, How, SIDE};
 use sglow_oracle::surface::SurfaceTexel;
 use sglow_renderer::reference;
@@ -30,7 +31,7 @@ pub fn each(
     eye: Vector3,
 ) -> Vec<Tile> {
     let model = reference::model(settings);
-    let how = How { tolerance: settings.tolerance.into(), model: &model, eye };
+    let how = How { tolerance: settings.tolerance.into(), slack: SLACK, model: &model, eye };
     let size = settings.size.map(|side| side as usize);
     let columns = size[0].div_ceil(SIDE);
     let tiles = columns * size[1].div_ceil(SIDE);

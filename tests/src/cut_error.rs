@@ -33,11 +33,15 @@ fn light_in_corners_is_not_lost() {
     assert!(usual.picture.rmse_over_mean < 0.12 && usual.picture.bias.abs() < 0.006);
     assert!(usual.picture.median < 0.01);
     assert!(finer.picture.rmse_over_mean < 0.6 * usual.picture.rmse_over_mean);
-    // Negative control: a node at its mean position loses what no tolerance brings back.
+    // Negative control: one standard deviation alone loses what no tolerance brings back.
     let shade = base().shade().id();
-    let close = broken(&shade, "clamp(-offset, branch.low, branch.high)", "vec3<f32>(0.0)");
+    let close = broken(
+        &shade,
+        "max(SGLOW_CUT_SLACK * inverseSqrt(1.0 + extent), min(aside, 1.0))",
+        "inverseSqrt(1.0 + extent)",
+    );
     let lost = measured(&close, 0.1);
-    show("nodes at their mean positions", &lost);
+    show("one standard deviation", &lost);
     assert!(
         lost.picture.rmse_over_mean > 0.1 && lost.picture.bias < -0.02,
         "light that is lost goes unnoticed"

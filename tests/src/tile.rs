@@ -1,6 +1,7 @@
 //! Shading by a cut of the tree for each tile of pixels: `shaders/src/shade/tile.wesl`, `shaders/src/cut/nodes.wesl`.
 
 use sglow_oracle::cut::LightTree;
+use sglow_oracle::cut::estimate::SLACK;
 use sglow_oracle::cut::tile::{self, Entry, How, SIDE};
 use sglow_oracle::shade::{shade, shade_visible};
 use sglow_oracle::surface::SurfaceTexel;
@@ -292,7 +293,7 @@ fn compare(run: &Run) -> (Comparison, usize) {
     let model = reference::model(settings);
     let eye = reference::vector(run.eye);
     let surfaces: Vec<SurfaceTexel> = reference::texels(&run.gbuffer);
-    let how = How { tolerance: settings.tolerance.into(), model: &model, eye };
+    let how = How { tolerance: settings.tolerance.into(), slack: SLACK, model: &model, eye };
     let size = settings.size.map(|side| side as usize);
     let read = |texture: Option<wgpu::Texture>| {
         texture.map(|texture| readback::texture(gpu(), &texture, 0).unwrap())
@@ -412,6 +413,7 @@ fn a_broken_shader_is_noticed() {
     let breaks = [
         ("inverse + branch.spread, 1.0", "inverse, 0.5"),
         ("* inverseSqrt(1.0 + extent)", "* inverseSqrt(1.0 + 4.0 * extent)"),
+        ("clamp(-offset, branch.low, branch.high)", "vec3<f32>(0.0)"),
         ("vote < SGLOW_TILE_VOTES", "vote < 2u"),
         ("step * step * (3.0 - 2.0 * step)", "step"),
         ("node.corners - corners,", "node.corners,"),

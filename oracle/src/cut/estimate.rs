@@ -9,6 +9,10 @@ use crate::brdf::reflection::mirror;
 use crate::surface::SurfaceTexel;
 use crate::vsgl::Vsgl;
 
+/// By how many standard deviations of its positions a node reaches at least beyond its own plane and that of the receiver. A
+/// vote stands for the pixels around it, which see the node from other places.
+pub const SLACK: f64 = 2.5;
+
 /// What a cut reads of a node besides its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Branch {
@@ -95,9 +99,9 @@ fn blurred(cosine: f64, sharpness: f64, extent: f64) -> f64 {
     wide.max(0.5) / TAU * (-far * (1.0 - cosine)).exp()
 }
 
-/// The estimate, in luminance of radiance.
+/// The estimate, in luminance of radiance; `slack`: [`SLACK`].
 #[must_use]
-pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver) -> f64 {
+pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver, slack: f64) -> f64 {
     let offset = light.position - receiver.position;
     let squared = offset.length_squared();
     let towards = offset * (1.0 / squared.max(1e-30).sqrt());
@@ -105,7 +109,8 @@ pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver) -> f64 {
     let inverse = 1.0 / extent.max(1e-20);
     let nearest = branch.nearest(offset);
     let gap = (offset + nearest).length_squared();
-    let slack = (nearest.length_squared() / gap.max(1e-30)).sqrt().min(1.0);
+    let aside = (nearest.length_squared() / gap.max(1e-30)).sqrt();
+    let slack = (slack / (1.0 + extent).sqrt()).max(aside.min(1.0));
     let r = light.diffuse_mean_length;
     let directions = (2.0 * (1.0 - r)).max(0.0).sqrt().min(1.0);
     let height = towards.dot(receiver.normal);
@@ -114,7 +119,7 @@ pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver) -> f64 {
     let back = (facing + slack + directions).clamp(0.0, 1.0);
     let wide = squared + 0.5 * light.variance;
     let falloff = 1.0 / wide;
-    let closer = wide / gap.max(1e-30).min(wide);
+    let closer = wide / gap.max(1e-6 * wide).min(wide);
     let emitted = branch.power / PI * back * falloff;
     let share = (inverse + branch.spread).min(1.0);
     let tilt = r * light.diffuse.axis.dot(receiver.normal);

@@ -40,6 +40,8 @@ pub struct Entry {
 pub struct How<'a> {
     /// By how much a node may be wrong, in parts of the radiance.
     pub tolerance: f64,
+    /// [`SLACK`](crate::cut::estimate::SLACK).
+    pub slack: f64,
     /// The reflections.
     pub model: &'a Model,
     /// The camera's position.
@@ -128,7 +130,7 @@ pub fn list_and_unrefined(
                 for vote in 0..5 {
                     let Some(limit) = limits[vote] else { continue };
                     let (light, branch) = (&tree.lights[node], &tree.branches[node]);
-                    let error = estimate(light, branch, &receivers[vote]);
+                    let error = estimate(light, branch, &receivers[vote], how.slack);
                     // A tolerance of 0 refines to the leaves, also where the estimate is 0.
                     let refined = if how.tolerance > 0.0 { refinement(error, limit) } else { 1.0 };
                     own[vote] = above[vote].min(quantised(refined));

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::estimate::{Receiver, estimate};
+use super::estimate::{Receiver, SLACK, estimate};
 use super::room::Room;
 use super::tile::{Entry, How, NODES, SIDE, list, list_and_unrefined, shares, voters};
 use super::{Branch, CentralMoments, LightTree, cut};
@@ -38,9 +38,15 @@ struct Shaded {
 }
 
 /// One tile in `every` along each axis by a cut.
-fn shaded(room: &Room, tree: &LightTree, tolerance: f64, voting: Voting, every: usize) -> Shaded {
+fn shaded(
+    room: &Room,
+    tree: &LightTree,
+    [tolerance, slack]: [f64; 2],
+    voting: Voting,
+    every: usize,
+) -> Shaded {
     let [width, height] = room.image;
-    let how = How { tolerance, model: &MODEL, eye: room.eye };
+    let how = How { tolerance, slack, model: &MODEL, eye: room.eye };
     let tiles: Vec<[usize; 2]> = (0..height / SIDE)
         .step_by(every)
         .flat_map(|y| (0..width / SIDE).step_by(every).map(move |x| [x, y]))
@@ -141,7 +147,7 @@ fn show(name: &str, shaded: &Shaded, reference: &[[f64; 3]]) -> Metrics {
 fn the_weights_on_each_path_add_up_to_one() {
     for room in [Room::boxes(64), Room::columns(64)] {
         let tree = tree(&room, 16);
-        let how = How { tolerance: 0.02, model: &MODEL, eye: room.eye };
+        let how = How { tolerance: 0.02, slack: SLACK, model: &MODEL, eye: room.eye };
         for tile in [[0, 0], [2, 1], [5, 3]] {
             let at = voters(tile, room.image, &|pixel| room.receivers[pixel].present);
             let votes = at.map(|pixel| room.receivers[pixel]);
@@ -176,10 +182,10 @@ fn the_weights_on_each_path_add_up_to_one() {
 fn tolerances_at_their_ends_are_all_leaves_and_the_global_cut() {
     let room = Room::boxes(16);
     let tree = tree(&room, 8);
-    let finest = shaded(&room, &tree, 0.0, Voting::All, 1);
+    let finest = shaded(&room, &tree, [0.0, SLACK], Voting::All, 1);
     let all = lit(&room, &all_leaves(&tree), &finest.pixels);
     let roots: Vec<_> = tree.roots.iter().flatten().map(|&node| tree.lights[node]).collect();
-    let coarsest = shaded(&room, &tree, f64::INFINITY, Voting::All, 1);
+    let coarsest = shaded(&room, &tree, [f64::INFINITY, SLACK], Voting::All, 1);
     assert!(apart(&coarsest.picture, &lit(&room, &roots, &coarsest.pixels)) < 1e-12);
     assert_eq!(coarsest.most, 8);
     assert!(apart(&finest.picture, &all) < 1e-12, "{}", apart(&finest.picture, &all));
@@ -192,7 +198,7 @@ fn what_has_no_room_is_counted() {
     let counted = |map: usize| {
         let room = Room::boxes(map);
         let tree = tree(&room, 8);
-        let how = How { tolerance: 0.0, model: &MODEL, eye: room.eye };
+        let how = How { tolerance: 0.0, slack: SLACK, model: &MODEL, eye: room.eye };
         let at = voters([2, 1], room.image, &|pixel| room.receivers[pixel].present);
         let votes = at.map(|pixel| room.receivers[pixel]);
         let (entries, unrefined) = list_and_unrefined(&tree, &votes, &how);
@@ -215,14 +221,14 @@ fn worst(one: &[[f64; 3]], other: &[[f64; 3]]) -> f64 {
     pairs.map(|(one, other)| (one - other).abs() / mean).fold(0.0, f64::max)
 }
 
-/// A tree whose nodes have no extent but that of their moments.
+/// A tree whose nodes have no box.
 fn at_their_means(tree: &LightTree) -> LightTree {
     let mut tree = tree.clone();
     tree.branches.iter_mut().for_each(|branch| branch.bounds = [Vector3::zero(); 2]);
     tree
 }
 
-/// The error goes down with the tolerance; without the boxes around nodes light is lost in corners.
+/// The error goes down with the tolerance; without boxes around nodes and slack light is lost in corners.
 #[test]
 fn a_few_nodes_are_as_good_as_all_texels() {
     for (name, room, most) in
@@ -231,7 +237,7 @@ fn a_few_nodes_are_as_good_as_all_texels() {
         // As many pixels as 1344 by 896.
         let room = room.finely(32);
         let tree = tree(&room, 16);
-        let of = |tolerance, voting| shaded(&room, &tree, tolerance, voting, 24);
+        let of = |tolerance, voting| shaded(&room, &tree, [tolerance, SLACK], voting, 24);
         let usual = of(TOLERANCE, Voting::All);
         let all = lit(&room, &all_leaves(&tree), &usual.pixels);
         for tolerance in [4.0, 2.0, 0.5] {
@@ -246,7 +252,7 @@ fn a_few_nodes_are_as_good_as_all_texels() {
         assert!(errors.relative_mse.value <= 4e-4, "{name}");
         assert!(errors.median.value <= 0.01 && errors.bias.value.abs() <= 0.006, "{name}");
         if name == "columns" {
-            let lost = shaded(&room, &at_their_means(&tree), TOLERANCE, Voting::All, 24);
+            let lost = shaded(&room, &at_their_means(&tree), [TOLERANCE, 0.0], Voting::All, 24);
             let errors = show("columns, nodes at their means", &lost, &all);
             assert!(errors.relative_mse.value > 2e-3, "light that is lost goes unnoticed");
             let middle = of(TOLERANCE, Voting::Middle);
@@ -292,7 +298,7 @@ fn few_texels_far_from_all_others_are_seen() {
     let estimated = |bounds| {
         let power = node.diffuse_power.luminance();
         let branch = Branch { children: None, power, specular_power: 0.0, spread: 0.0, bounds };
-        estimate(&light, &branch, &receiver)
+        estimate(&light, &branch, &receiver, SLACK)
     };
     let found = estimated(node.bounds.map(|corner| corner - node.mean));
     assert!(found > error, "{found} {error}");

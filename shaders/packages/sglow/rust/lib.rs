@@ -3983,7 +3983,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "9eab0bbfd255fc021262184c5e8b2b43036685f12ce5b7915110e2dbd65d7a28",
+        sha256: "74b5484f76d07c1803986e2e4b65a03bda5f3fdaa6bc05ef70d606bc1ce8c152",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -4005,7 +4005,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "fc2402c2340a8b88506dfd08132152f7f40163558f97f9614d8369fa387868e1",
+        sha256: "50075d75f78d6029027c963b24678943f455f88a8f2357efdc20e0a0c34eddff",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -4013,7 +4013,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7e1cda7152244825c18e0e0249a0c2be658b979188fcf66fc65b561136e3a8d5",
+        sha256: "1d14b0a3b7c125769b2edce34ad7f0eb4cef7739c8f8151d3092f2b952adaf11",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -4033,7 +4033,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "4b95c9056e1de0384b836c869ca86ddedc9a4d052cee6fcc5199ec7b303ce243",
+        sha256: "ef7dd3a924a6d691c9dee5669fbc25dbb32e01b5d8784b32aa0a75f813914bb3",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -4057,7 +4057,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "1c4eaabfe027cdf7ebe7d903a0e5b590a89953341cc1311eab0d3f84f2700f74",
+        sha256: "8f72b228f74d788b9747c8db6a167cff3a227617c38f9303e9fd028a9ece0792",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -4065,7 +4065,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "587d115693dc7db11a7f15805d9782db9b475c4b2926d8d5673a374112fb3de8",
+        sha256: "604972bab16f69af84578c15572b8561d381989a07042dc912a390c81361227b",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -4081,7 +4081,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "83f370fe8adc708574cc4a62a2ddf69ae7ebcc5fb603c967301df5d8b0ab7745",
+        sha256: "2dd1a721ca803dc0dfae392ae868c758b15f48ba8161a76433d383026fc81d3d",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -4097,7 +4097,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "98a35669d20d68a3ee49c5df4016fd08983a80801aae856b3aba9773b20d136a",
+        sha256: "7c8e05ee1c71aa5141fa9f2f028ee38823dce81e455f186a0c11000dd381b8c1",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -4113,7 +4113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "2b101ae84aa049ebef7c283328c3b21bb24bd0d850744100334e32d7cafd6e4a",
+        sha256: "e1634af3ef522333d709f0aa386a30b6e6c3c9c95b082d03ac01de9d34c68057",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -4129,7 +4129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "aadf64d91de1deca14d1f288a1c61e730b61cbe730cf746c6fbeabdf2fb8d86a",
+        sha256: "976e38fbd58fa227a948c87924efae03b7f5782bfe94ed90b9b7cacaaa8b28c9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -4151,7 +4151,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "63a8f97b934ddf943cdaf75111bf6b4fef48f1afa855086baa4f68b392433b18",
+        sha256: "ee3bbf23f5e4387c0343dfbaf55167bfeaa54d4bd77d901587dc825d4b82f5ae",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -4175,7 +4175,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "15a1d3abce9615fb6690a94169088a9ba16b32029c6f198f6e3c36ace598b093",
+        sha256: "e31d71f767e0b1a516d6780acdd42af97e9947252c8e7f2a3fde9285b9f278e1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4183,7 +4183,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "0c0e4e6d0f9ac2d1cfe0c2725ebc05a6fbce7df4db5fec36033ecee2f9f8eff4",
+        sha256: "5bf39bc910925e77c9613f65ce362116990b2133e6f47a4edc8e4ee68e3ab1f8",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4207,7 +4207,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "f5e298291fe8d496b9bb6571dfaf27d896f6cf0a7814f50437abcbe99daf61d5",
+        sha256: "b9950e0fed6a36f8da3459317655fc93d9912645bbcdf1cbc4021d7b707ca548",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4231,7 +4231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "8312a93b80655dd4709784c44710e5afee99a9f134de382c34acd003e7c6f785",
+        sha256: "d3c9300e4edd08ee7273bfa0c75826fcdb90c2ba1a9e3133960fae7e311bb275",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4239,7 +4239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "28c71389cc6eda30b018e43808ec879f7672edc3e5beab96ceed7c81821f572f",
+        sha256: "99a60c8640237542a0e1ad0dcbc7900771eb2ba562598408799e35a0aac561df",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-none",
