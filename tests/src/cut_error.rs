@@ -33,9 +33,13 @@ fn light_in_corners_is_not_lost() {
     assert!(usual.picture.rmse_over_mean < 0.12 && usual.picture.bias.abs() < 0.006);
     assert!(usual.picture.median < 0.01);
     assert!(finer.picture.rmse_over_mean < 0.6 * usual.picture.rmse_over_mean);
-    // Negative control: one standard deviation loses what no tolerance brings back.
+    // Negative control: one standard deviation alone loses what no tolerance brings back.
     let shade = base().shade().id();
-    let close = broken(&shade, "SGLOW_CUT_SLACK: f32 = 2.5", "SGLOW_CUT_SLACK: f32 = 1.0");
+    let close = broken(
+        &shade,
+        "max(SGLOW_CUT_SLACK * inverseSqrt(1.0 + extent), min(aside, 1.0))",
+        "inverseSqrt(1.0 + extent)",
+    );
     let lost = measured(&close, 0.1);
     show("one standard deviation", &lost);
     assert!(

@@ -413,6 +413,7 @@ fn a_broken_shader_is_noticed() {
     let breaks = [
         ("inverse + branch.spread, 1.0", "inverse, 0.5"),
         ("* inverseSqrt(1.0 + extent)", "* inverseSqrt(1.0 + 4.0 * extent)"),
+        ("clamp(-offset, branch.low, branch.high)", "vec3<f32>(0.0)"),
         ("vote < SGLOW_TILE_VOTES", "vote < 2u"),
         ("step * step * (3.0 - 2.0 * step)", "step"),
         ("node.corners - corners,", "node.corners,"),

@@ -9,10 +9,8 @@ use crate::brdf::reflection::mirror;
 use crate::surface::SurfaceTexel;
 use crate::vsgl::Vsgl;
 
-/// By how many standard deviations of its positions a node reaches beyond its own plane and that of the receiver. The corners
-/// of an evenly lit square are sqrt(3) from its middle. With 1 the error does not vanish with the tolerance, because nodes in
-/// corners are not refined (the tests `a_few_nodes_are_as_good_as_all_texels` and `light_in_corners_is_not_lost` of `tests`);
-/// with 3.5 the same error takes more nodes.
+/// By how many standard deviations of its positions a node reaches at least beyond its own plane and that of the receiver. A
+/// vote stands for the pixels around it, which see the node from other places.
 pub const SLACK: f64 = 2.5;
 
 /// What a cut reads of a node besides its light.
@@ -26,6 +24,19 @@ pub struct Branch {
     pub specular_power: f64,
     /// Variance of its children's mean normals about its own, 0 to 1.
     pub spread: f64,
+    /// The lowest and the highest corner of the box around its leaves, relative to its mean position.
+    pub bounds: [Vector3; 2],
+}
+
+impl Branch {
+    /// The place within its box, relative to its mean position, that is nearest to a receiver whose offset to that position
+    /// is given.
+    fn nearest(&self, offset: Vector3) -> Vector3 {
+        let [low, high] = self.bounds.map(Vector3::to_array);
+        let at = offset.to_array();
+        let [x, y, z] = [0, 1, 2].map(|axis| (-at[axis]).max(low[axis]).min(high[axis]));
+        Vector3::new(x, y, z)
+    }
 }
 
 /// The specular reflection of a receiver, as a lobe.
@@ -96,21 +107,28 @@ pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver, slack: f64) 
     let towards = offset * (1.0 / squared.max(1e-30).sqrt());
     let extent = squared / light.variance;
     let inverse = 1.0 / extent.max(1e-20);
-    let slack = slack / (1.0 + extent).sqrt();
+    let nearest = branch.nearest(offset);
+    let gap = (offset + nearest).length_squared();
+    let aside = (nearest.length_squared() / gap.max(1e-30)).sqrt();
+    let slack = (slack / (1.0 + extent).sqrt()).max(aside.min(1.0));
     let r = light.diffuse_mean_length;
     let directions = (2.0 * (1.0 - r)).max(0.0).sqrt().min(1.0);
     let height = towards.dot(receiver.normal);
     let facing = -towards.dot(light.diffuse.axis);
     let front = (height + slack).clamp(0.0, 1.0);
     let back = (facing + slack + directions).clamp(0.0, 1.0);
-    let falloff = 1.0 / (squared + 0.5 * light.variance);
+    let wide = squared + 0.5 * light.variance;
+    let falloff = 1.0 / wide;
+    let closer = wide / gap.max(1e-6 * wide).min(wide);
     let emitted = branch.power / PI * back * falloff;
     let share = (inverse + branch.spread).min(1.0);
     let tilt = r * light.diffuse.axis.dot(receiver.normal);
     let across = ((1.0 - tilt * tilt).max(0.0) * inverse).sqrt().min(1.0);
     let horizon = across * tail(height.abs() / across.max(1e-10));
     let lit = f64::from(u8::from(front > 0.0));
-    let mut error = emitted * receiver.diffuse * (front * share + horizon);
+    // The most that the product of both cosines is in any direction, in the mean over the node's normals.
+    let product = front.min(0.5 * (1.0 - tilt).max(0.0) / back.max(1e-10));
+    let mut error = emitted * receiver.diffuse * (product * share * closer + horizon);
     let width = |sharpness: f64| (sharpness * inverse).powf(1.5);
     let reflected = |glossy: &Glossy| {
         glossy.reflectance * blurred(towards.dot(glossy.axis), glossy.sharpness, extent) * lit

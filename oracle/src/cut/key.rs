@@ -7,6 +7,8 @@ use crate::{Real, Vector3};
 pub const UNLIT: u32 = u32::MAX;
 /// Bits of a cell's number along an axis.
 const CELL_BITS: i32 = 10;
+/// Bits of the number of one of the finest cells, by which boxes around nodes are kept.
+const FINEST_BITS: i32 = 16;
 
 /// A grid of cells on a lattice that is fixed in the world: two cells of the coarsest level along each axis hold all lit texels.
 ///
@@ -36,6 +38,22 @@ impl Grid {
         };
         let exponent = (least..128).find(fits).unwrap_or(127);
         Self { exponent, first: cells(low, exponent).map(|cell| cell as i64) }
+    }
+
+    /// The width of the finest cells, 2^16 along each axis.
+    #[must_use]
+    pub fn finest(&self) -> f64 {
+        2f64.powi(self.exponent + 1 - FINEST_BITS)
+    }
+
+    /// The middle of one of the finest cells.
+    #[must_use]
+    pub fn middle(&self, cell: [u32; 3]) -> Vector3 {
+        let of = |axis: usize| {
+            let first = self.first[axis] << (FINEST_BITS - 1);
+            (first as f64 + f64::from(cell[axis]) + 0.5) * self.finest()
+        };
+        Vector3::new(of(0), of(1), of(2))
     }
 
     /// The cell of a position, 0 to 1023 along each axis, and whether rounding cannot find another one.

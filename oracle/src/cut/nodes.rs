@@ -51,6 +51,7 @@ impl LightTree {
                 power: sums[at].diffuse_power.luminance(),
                 specular_power: sums[at].specular_power.luminance(),
                 spread,
+                bounds: sums[at].bounds.map(|corner| corner - sums[at].mean),
             }
         };
         Self {

@@ -33,6 +33,8 @@ pub struct CentralMoments<R = f64> {
     pub specular_direction: Vector3<R>,
     /// Sum of their lengths, weighed alike.
     pub specular_length: R,
+    /// The lowest and the highest corner of the box around the texels' positions, relative to the map's origin.
+    pub bounds: [Vector3<R>; 2],
 }
 
 impl<R: Real> CentralMoments<R> {
@@ -50,6 +52,7 @@ impl<R: Real> CentralMoments<R> {
             specular_power: none,
             specular_direction: none,
             specular_length: zero,
+            bounds: [none; 2],
         }
     }
 
@@ -86,6 +89,7 @@ impl<R: Real> CentralMoments<R> {
             specular_power: of.vector(3),
             specular_direction: of.vector(4),
             specular_length: specular_weight * length,
+            bounds: [surface.position - origin; 2],
         }
     }
 
@@ -127,6 +131,7 @@ impl<R: Real> CentralMoments<R> {
             specular_power: self.specular_power + other.specular_power,
             specular_direction: self.specular_direction + other.specular_direction,
             specular_length: self.specular_length + other.specular_length,
+            bounds: joined(self.bounds, other.bounds),
         }
     }
 
@@ -146,6 +151,16 @@ impl<R: Real> CentralMoments<R> {
         let at_zero = Vsgl::of_moments(&about_mean, Vector3::zero(), LEAST_VARIANCE, emission);
         Vsgl { position: mean, ..at_zero }
     }
+}
+
+/// The box around two boxes.
+fn joined<R: Real>(one: [Vector3<R>; 2], other: [Vector3<R>; 2]) -> [Vector3<R>; 2] {
+    let of = |corner: usize, choose: fn(R, R) -> R| {
+        let (one, other) = (one[corner].to_array(), other[corner].to_array());
+        let [x, y, z] = [0, 1, 2].map(|axis| choose(one[axis], other[axis]));
+        Vector3::new(x, y, z)
+    };
+    [of(0, R::min), of(1, R::max)]
 }
 
 /// Sums of leaves over aligned blocks of 1, 2, 4 … of them, from which those of any range are few additions.
@@ -214,9 +229,11 @@ mod tests {
                 let color = vector().map(|part| power * (0.1 + part * part));
                 let weight = color.luminance();
                 let direction = vector().normalized();
+                let mean = vector() + Vector3::splat(offset);
                 CentralMoments {
                     weight,
-                    mean: vector() + Vector3::splat(offset),
+                    mean,
+                    bounds: [mean; 2],
                     variance: 0.01,
                     diffuse_power: color,
                     diffuse_direction: direction * weight,

@@ -383,6 +383,7 @@ fn what_is_spread_costs() {
         specular_power: Vector3::splat(0.5),
         specular_direction: axis * 0.2,
         specular_length: 0.2,
+        bounds: [mean; 2],
     };
     let [x, y] = [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0)];
     let all = leaf(x, x, x).merged(leaf(-x, y, y));

@@ -1,5 +1,6 @@
 //! The tree over a map's lit texels that a cut for each tile refines, read back from the device.
 
+use sglow_oracle::Vector3;
 use sglow_oracle::cut::{Branch, LightTree};
 use sglow_oracle::vsgl::Vsgl;
 use sglow_runtime::indirect::Indirect;
@@ -22,6 +23,8 @@ pub struct TreeBuffers {
     pub spread: Vec<f32>,
     /// Power that each node emits specularly; 0 without specular lobes.
     pub specular_power: Vec<f32>,
+    /// The corners of the box around the leaves of each node, relative to its position.
+    pub bounds: Vec<[Vector3; 2]>,
     /// The node of each light of the global cut, all bits set where there is none, and the root of the tree.
     pub roots: Vec<u32>,
     /// The inner nodes as the pass cut_tree writes them: first and last leaf, and what else it holds.
@@ -52,15 +55,21 @@ impl TreeBuffers {
             return Ok(None);
         };
         let &Settings { lobes, precision, .. } = indirect.settings();
-        let rows = || branches.chunks(if lobes == Lobes::Both { 5 } else { 4 });
+        let rows = || branches.chunks_exact(12);
+        let both = lobes == Lobes::Both;
+        let corner = |row: &[u32], at: usize| {
+            let part = |axis: usize| f64::from(f32::from_bits(row[at + axis]));
+            Vector3::new(part(0), part(1), part(2))
+        };
         Ok(Some(Self {
             lights: lights_of(gpu, &lights, lobes, precision)?,
             children: rows().map(|row| [row[0], row[1]]).collect(),
             power: rows().map(|row| f32::from_bits(row[2])).collect(),
             spread: rows().map(|row| f32::from_bits(row[3])).collect(),
             specular_power: rows()
-                .map(|row| row.get(4).map_or(0.0, |&word| f32::from_bits(word)))
+                .map(|row| if both { f32::from_bits(row[7]) } else { 0.0 })
                 .collect(),
+            bounds: rows().map(|row| [corner(row, 4), corner(row, 8)]).collect(),
             roots,
             places: nodes.len() / 4,
             nodes: nodes.chunks_exact(4).map(|row| [row[0], row[1], row[2], row[3]]).collect(),
@@ -94,6 +103,7 @@ impl TreeBuffers {
             power: f64::from(self.power[node]),
             spread: f64::from(self.spread[node]),
             specular_power: f64::from(self.specular_power[node]),
+            bounds: self.bounds[node],
         };
         let node = |root: &u32| (*root != u32::MAX).then_some(*root as usize);
         let count = self.roots.len().saturating_sub(1);

@@ -214,9 +214,9 @@ impl Run {
     }
 
     pub(super) fn compare_blocks(&self) -> Comparison {
-        let words = if self.case.settings.lobes == Lobes::Both { 20 } else { 12 };
+        let words = if self.case.settings.lobes == Lobes::Both { 24 } else { 16 };
         let mut comparison = Comparison::default();
-        let sums = self.sums();
+        let (sums, grid) = (self.sums(), self.grid());
         for (index, (block, found)) in
             sums.blocks().iter().zip(self.blocks.chunks(words)).enumerate().skip(1)
         {
@@ -228,10 +228,23 @@ impl Run {
             comparison.number(|| name("variance"), found[7], block.variance);
             comparison.vector(&name("diffuse direction"), three(8), block.diffuse_direction);
             comparison.number(|| name("diffuse weight"), found[11], block.diffuse_weight);
-            if words == 20 {
+            if words == 24 {
                 comparison.vector(&name("specular power"), three(12), block.specular_power);
                 comparison.number(|| name("specular length"), found[15], block.specular_length);
                 comparison.vector(&name("specular direction"), three(16), block.specular_direction);
+            }
+            if block.weight.value() > 0.0 {
+                let cells = [0, 1, 2].map(|axis| found[words - 4 + axis].to_bits());
+                for (corner, bits) in [(0, 0), (1, 16)] {
+                    let middle = grid.middle(cells.map(|word| (word >> bits) & 0xffff));
+                    // A corner is anywhere in its cell, which rounding may have made the next one.
+                    let expected = block.bounds[corner].map(|part| {
+                        let error = 0.501 * grid.finest() + 2.0 * part.error();
+                        Bounded::with_error(part.value(), error + 1e-6 * part.value().abs())
+                    });
+                    let middle = middle.to_array().map(|part| part as f32);
+                    comparison.vector(&name("corner of the box"), middle, expected);
+                }
             }
         }
         comparison

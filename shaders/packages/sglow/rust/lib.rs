@@ -2545,37 +2545,37 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_leaves-light_directional-specular_power_albedo.wgsl"
         ),
-        sha256: "b152951eb214dd970046ab7f901333a7038ee983a4e876578c4c0f33700fc567",
+        sha256: "63e48249aad97f410467ad7f1c2db41f1b2dabae251ca391f70e92dc0ba11d71",
     },
     Embedded {
         id: "cut_leaves-directional-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_directional.wgsl"),
-        sha256: "99cfd5556e024f5ec97e0d925c29d61edef5b9bb88b3116d4eaf422e26278c5b",
+        sha256: "9b6be05c0293013207cd10afe25ab4062be473adb989f107f2ddc74eed5e8d4c",
     },
     Embedded {
         id: "cut_leaves-directional-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_directional-lobes_diffuse.wgsl"),
-        sha256: "1fa17e8e9de7d1f2b435b66c3e0a484120e93f528074a1bbea4014ad7d8ad924",
+        sha256: "30fc72bd7b0704d16f6d4214a39524a361c23f8c92a52544e26f55060f3c72cd",
     },
     Embedded {
         id: "cut_leaves-point-both-albedo-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point-specular_power_albedo.wgsl"),
-        sha256: "5a703519d3fb40bdd523ffc81abac758ba99f53f2cdb2c6cd7707b17a3d44136",
+        sha256: "c93869e77c4244a06e568df70f93e5ad993107eb5f2bf07dc23fd7512c15d8b8",
     },
     Embedded {
         id: "cut_leaves-point-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point.wgsl"),
-        sha256: "c9277e674f8ad1d8b4301a600a9fa32d2c16940e97b603701c2c6ac9d8542382",
+        sha256: "3b941c176e348ef91fe97c4206e7908bde729a71fbfb94373db8ece73b274546",
     },
     Embedded {
         id: "cut_leaves-point-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_point-lobes_diffuse.wgsl"),
-        sha256: "7a86102d20b24426b3a58c78a4a473a063197be824b87416ce48f09b9957aabe",
+        sha256: "9fe45ef09d8716e7a0b842ac97e680ef30513f2b6cf512382efa28559231069c",
     },
     Embedded {
         id: "cut_leaves-several-both-albedo-exact",
@@ -2583,61 +2583,61 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_leaves-light_several-specular_power_albedo.wgsl"
         ),
-        sha256: "99aa14808067d1994c4f9ea9371ee99798d723f078f1dd9729ae23773eef363b",
+        sha256: "9f90ef6ae0ce9ce948906b0cbde649608a5262567b8fb4aebcd52c4f375ad241",
     },
     Embedded {
         id: "cut_leaves-several-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_several.wgsl"),
-        sha256: "da7e255e1070709cd919fc5449508a7034dba9c67e8e3ec77f1ce92bffe9b863",
+        sha256: "08e6e4a5831ed90b226583251c1635fba9ef7d502c654c8bf24bbb009ce74466",
     },
     Embedded {
         id: "cut_leaves-several-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-light_several-lobes_diffuse.wgsl"),
-        sha256: "ed7eec5392c4b87eee8c5450e93ac6c06ad5c0460bc72c0247f41786c86331b3",
+        sha256: "7c17d67c84efd58aab506dbad764ed7280e958a133a7265c0011c684ad04a72d",
     },
     Embedded {
         id: "cut_leaves-spot-both-albedo-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-specular_power_albedo.wgsl"),
-        sha256: "195e22c0af5546cfb78e6d466548eb3fe6edfcfd23f0a5fd24603aa29999bba4",
+        sha256: "f73a337059174983250f4167dbece9e7a837ffdf6091603440a38c33bfcf0446",
     },
     Embedded {
         id: "cut_leaves-spot-both-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves.wgsl"),
-        sha256: "2fff2bc30a52d684feafa9f2c1b2ce8c3a98c1d94ccbb09560f75968d5a6f380",
+        sha256: "2f6718b140f9a4eaa4f6112d6def2170b296b94463523355b87416c0fee06849",
     },
     Embedded {
         id: "cut_leaves-spot-diffuse-f0-exact",
         pass: cut_leaves::PASS,
         text: include_str!("../wgsl/cut_leaves-lobes_diffuse.wgsl"),
-        sha256: "6069fd31d8f5440650cd69372b18bd23bee47d2ee8961e64cafc9458f291d7d4",
+        sha256: "5cb08f9f95186981534fbe78bf5d342450e27659ebba3003a0ab67a118f3e8d5",
     },
     Embedded {
         id: "cut_lights-trace-exact-both-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights.wgsl"),
-        sha256: "0bf8becf50de1dd26d6b532cf82b056aa52ded32352b3bf07d03c545c71ceb30",
+        sha256: "129c6d2b5084bd0d3cb96d5d320a5be49218c564bceb2270ab0a558c92e5b7be",
     },
     Embedded {
         id: "cut_lights-trace-exact-both-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-cut_tile.wgsl"),
-        sha256: "b28d71b94a137c9a2a7c5b7873f8ded1fee75f5056f0ae10ff0f17daaaabff53",
+        sha256: "c3d9475a9849e84ab17cb5f63247d27a8dd56a1735dcaafdb5be5d1470f4c7a6",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse.wgsl"),
-        sha256: "5546c11886bc6405402f7c21d9667976af85b10486c894c3214f455c0979cd30",
+        sha256: "43fe8f49c38371dec56fe045fa96fb1385a7c7135c14964dc9b14602b475d3e8",
     },
     Embedded {
         id: "cut_lights-trace-exact-diffuse-f32-tile",
         pass: cut_lights::PASS,
         text: include_str!("../wgsl/cut_lights-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "5a7fda76d110f6922829ce94655ac4a3a586790422f3c46f4e53cba73ddb22a5",
+        sha256: "93b37c096c30d78dd43dba4347a26f4d12da65f20f8370cf32054823278433dd",
     },
     Embedded {
         id: "cut_lit-directional-both-albedo",
@@ -2645,85 +2645,85 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/cut_lit-light_directional-specular_power_albedo.wgsl"
         ),
-        sha256: "49e9ad2a258fe29afcea92720ad86115f1a691d8c5dbee5c2e4a239a747cd43a",
+        sha256: "413d0a4d7b1be5bc1f90e42fe98d279e564cd873683e032997da0915060dd05d",
     },
     Embedded {
         id: "cut_lit-directional-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_directional.wgsl"),
-        sha256: "e3352ec9616b76fa8a797095a35d8977c89e08723052b8fb098de4a5e5ce2f1f",
+        sha256: "3beb9ecbe4910935c25e0226f93bed167c6e5e6d988ecd190136de4641667306",
     },
     Embedded {
         id: "cut_lit-directional-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_directional-lobes_diffuse.wgsl"),
-        sha256: "8902ee386e3661a6fb01558045494058ca4f708101c3dd3dacf5c37929073873",
+        sha256: "b517871bee0111e5a5a5cd1f184fa0f15fd8761a521cc7e2e1af1217380de428",
     },
     Embedded {
         id: "cut_lit-point-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point-specular_power_albedo.wgsl"),
-        sha256: "2af923968480c762b9e0c5158518111f27f0fd06ff2e75abc904c7a90909b78d",
+        sha256: "43ec64cea70c6b2104690936ec02ce7672c2b1fd0449b49a79cafd9c1ae8fe76",
     },
     Embedded {
         id: "cut_lit-point-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point.wgsl"),
-        sha256: "83d5655b18b8e543d7e7923c55688464ca8e03c6a1b787f16e6b9d36cc984c2a",
+        sha256: "104fb76e21823a2ad6e6d804de121caa987c90d4b24f0059820f83239ba71056",
     },
     Embedded {
         id: "cut_lit-point-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_point-lobes_diffuse.wgsl"),
-        sha256: "e0dbce2b011d8e98d295b368c68d884eb8d5d44a7bcef6541d6a03e3325aee43",
+        sha256: "dcf5e4c2502ca6e267173b4cc0b069c09eaf1f209630b62155b9fe7b7e9f4c24",
     },
     Embedded {
         id: "cut_lit-several-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several-specular_power_albedo.wgsl"),
-        sha256: "4ad27ba09b3349d8b1d4e9d0b5a907e86910357f07b71bbe28be8809a30382a0",
+        sha256: "54b68cd6a2a32b062c9c13f8d156d8ab6219c7cdf7b1077095be3800ce4aa937",
     },
     Embedded {
         id: "cut_lit-several-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several.wgsl"),
-        sha256: "5feb405fb1460f39f1002d38b5ba788d82e179a7a589e04418547eb00e11c0b5",
+        sha256: "29393498c6797eaa35a05e71010bdf875c8c4488657971c20072c9a8d1ee6f1e",
     },
     Embedded {
         id: "cut_lit-several-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-light_several-lobes_diffuse.wgsl"),
-        sha256: "f48190240464469c72c54fec69501ea69d7861f2ff9a18fd2c63e239d482a1f9",
+        sha256: "efabec71531c4c13da0b7bd747ae72b1e5105ba54aa9398f480b8fab72c799b6",
     },
     Embedded {
         id: "cut_lit-spot-both-albedo",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-specular_power_albedo.wgsl"),
-        sha256: "ff7ac4c4679e2e4b463725aa87ccbebf90d4f5078f4b27bc91c939981fddadb8",
+        sha256: "974f6e09a4d0bc6406c34ddd6cc7ab7dd37b80765faa9ecc9a6d7a8b98b29e81",
     },
     Embedded {
         id: "cut_lit-spot-both-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit.wgsl"),
-        sha256: "5f2ba6304a27f3e7f0469ba9ca339314894a787a8d8ece432f3550b376c422c2",
+        sha256: "d8b4eaa716e41c600dd80bc670d2e6342dc615892d16395f1fbb42b2ffa27f80",
     },
     Embedded {
         id: "cut_lit-spot-diffuse-f0",
         pass: cut_lit::PASS,
         text: include_str!("../wgsl/cut_lit-lobes_diffuse.wgsl"),
-        sha256: "73305db557badf5f6be839369ea6de71c49264c469ff299799cccf5f09deabb9",
+        sha256: "ed8c2f20e5cfa1aff5a78c1e75b19e08058e046c3b1a404f3b8a8e565875e4af",
     },
     Embedded {
         id: "cut_nodes-trace-exact-both-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes.wgsl"),
-        sha256: "ed71f60558a608f7b2fd3c3d18ebb523202cc1d47bf75e551e6198cfcc48722a",
+        sha256: "dc34ce2baf29cd9ac683fb79da3f7b69811e5e6e2b05cc0b4beb87a6614f343a",
     },
     Embedded {
         id: "cut_nodes-trace-exact-diffuse-f32",
         pass: cut_nodes::PASS,
         text: include_str!("../wgsl/cut_nodes-lobes_diffuse.wgsl"),
-        sha256: "563d843474563ba5a6acd9916192ddbcde0c46fc35459bfd26c41271940a8d0d",
+        sha256: "50a5bc1f1deb61db1393deca1b933b995d49e9aacf65c490cbb654473b6a88cf",
     },
     Embedded {
         id: "cut_ranks",
@@ -2735,25 +2735,25 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "cut_sums-both",
         pass: cut_sums::PASS,
         text: include_str!("../wgsl/cut_sums.wgsl"),
-        sha256: "e21c68de9338f6279a3be3b7e9b7fc1c1ca0d91cba878193062ee447d86340cd",
+        sha256: "c2bf436ae92412027e4e4e9175499d47355375a9db5c3d2d96aaf666c464d4c2",
     },
     Embedded {
         id: "cut_sums-diffuse",
         pass: cut_sums::PASS,
         text: include_str!("../wgsl/cut_sums-lobes_diffuse.wgsl"),
-        sha256: "90967c151575a09a9a1311af5da8b3f8934fae26220b0f5e867aff1b7caf6235",
+        sha256: "f2287fccd6da89c73a5d35f2fdfc95461e668521136a7df344e741b909329e88",
     },
     Embedded {
         id: "cut_tree-both",
         pass: cut_tree::PASS,
         text: include_str!("../wgsl/cut_tree.wgsl"),
-        sha256: "6a1429bbe7102be54da910bf40ccfd46878d27f5b778a0d12bbf205aebc6686f",
+        sha256: "dc5a58d3bc8c2a16572d1302ed42067cf15492e9ca708e9b10995031de7cb0ec",
     },
     Embedded {
         id: "cut_tree-diffuse",
         pass: cut_tree::PASS,
         text: include_str!("../wgsl/cut_tree-lobes_diffuse.wgsl"),
-        sha256: "bb6880dab372a6421be7d6c0aa21c2910aee37631ec74265a37128ed6d56be68",
+        sha256: "45266f87ebda591aac2ff1a5b59f2587a7bff6b54ca821aecc1ca3763da25cf0",
     },
     Embedded {
         id: "density-bidirectional-cosine-both-f0",
@@ -3983,7 +3983,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "7912ef9f2cfba6e9c9401492585ec3ea09c2a03112939987a971462a952d7bf4",
+        sha256: "74b5484f76d07c1803986e2e4b65a03bda5f3fdaa6bc05ef70d606bc1ce8c152",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -4005,7 +4005,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "1616aa4acc95a26c1ba7ae437a72cde82b3d91227d8e3ba121f0e0460145b5ce",
+        sha256: "50075d75f78d6029027c963b24678943f455f88a8f2357efdc20e0a0c34eddff",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -4013,7 +4013,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "88805e5812ca76406b472cd4006d8f41380280602b94b90cc4fdebb026b11cdd",
+        sha256: "1d14b0a3b7c125769b2edce34ad7f0eb4cef7739c8f8151d3092f2b952adaf11",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -4033,7 +4033,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "bfe1be6b8700f6a4c21a2a5fd0b2a92f41db75540cc805f703f9261885daa7c3",
+        sha256: "ef7dd3a924a6d691c9dee5669fbc25dbb32e01b5d8784b32aa0a75f813914bb3",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -4057,7 +4057,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "ce7f99d46cc2f224916f0bd5cb8557bfefc0860cf2f7a4ed609ca3dd2d728f77",
+        sha256: "8f72b228f74d788b9747c8db6a167cff3a227617c38f9303e9fd028a9ece0792",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -4065,7 +4065,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "8a33394f64ce9e725ce7beb3c2ac3705643da6becbd1a83b2525a3aa6cf83bf5",
+        sha256: "604972bab16f69af84578c15572b8561d381989a07042dc912a390c81361227b",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -4081,7 +4081,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "7a48ed8ae835116bd26a65b31e42ad87dab3ff15886cb66107d2076e415e2f2e",
+        sha256: "2dd1a721ca803dc0dfae392ae868c758b15f48ba8161a76433d383026fc81d3d",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -4097,7 +4097,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "d166cdff607f1c489b901c22fd61705efc7e32b80dde630cb149b00c10b94cc0",
+        sha256: "7c8e05ee1c71aa5141fa9f2f028ee38823dce81e455f186a0c11000dd381b8c1",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -4113,7 +4113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "124cc83995bff6fcec9aa6a8db532691be1ee793f574cfedb03622bd088f44d8",
+        sha256: "e1634af3ef522333d709f0aa386a30b6e6c3c9c95b082d03ac01de9d34c68057",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -4129,7 +4129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "43d2dfff77034e809f85dde7f21c46b8080633915b55d8d90ba38efc8c526154",
+        sha256: "976e38fbd58fa227a948c87924efae03b7f5782bfe94ed90b9b7cacaaa8b28c9",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -4151,7 +4151,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "053d080bdd3366762a58d01fc3dae68360d7ec60521f3edf283d304bf2518993",
+        sha256: "ee3bbf23f5e4387c0343dfbaf55167bfeaa54d4bd77d901587dc825d4b82f5ae",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -4175,7 +4175,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e2a22cf0f6b30aac02ba65c5b9747f8bfb024d89e1e5ddf73db2731d07817d3b",
+        sha256: "e31d71f767e0b1a516d6780acdd42af97e9947252c8e7f2a3fde9285b9f278e1",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4183,7 +4183,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "ffcd0af7c4662d5ea7995bf283287f124a4d7ce59ccff363c6b3d00bbe3859f9",
+        sha256: "5bf39bc910925e77c9613f65ce362116990b2133e6f47a4edc8e4ee68e3ab1f8",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4207,7 +4207,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "d583df9e2b20da980e2bd768ba878d473c6b32be2ea4408b7d0ab72c8788db65",
+        sha256: "b9950e0fed6a36f8da3459317655fc93d9912645bbcdf1cbc4021d7b707ca548",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4231,7 +4231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "6851e40c764fe7e0e168576b9f7acb5714f1e87b8a6aaadd93f1809c862078b2",
+        sha256: "d3c9300e4edd08ee7273bfa0c75826fcdb90c2ba1a9e3133960fae7e311bb275",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4239,7 +4239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "9b31fde45fadecc56d26b67d519e23af4eb8bccafa5c8bfe8cf20ba52f5e03e4",
+        sha256: "99a60c8640237542a0e1ad0dcbc7900771eb2ba562598408799e35a0aac561df",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-none",
@@ -4799,7 +4799,7 @@ macro_rules! settings {
         emission_sharpness : 2.0, fill_levels : 0, iterations : 12, large_steps : 0.02,
         lights : 1024, map : 256, mutations : 1, near_scale : 1.5, seed : 1,
         shadow_points : 8192, size_factor : 1.0, small_step : 0.01, splat_reach : 2, tile
-        : 64, tolerance : 0.009, } } } impl $name { #[doc = r" The names of the axes."]
+        : 64, tolerance : 0.006, } } } impl $name { #[doc = r" The names of the axes."]
         pub const AXES : & 'static [& 'static str] = & ["cut", "density", "diffuse",
         "draw", "emitter", "filter", "kernel", "light", "lobes", "ndf", "output",
         "precision", "sharpness", "solver", "space", "specular", "specular_power",
@@ -10110,8 +10110,9 @@ pub mod cut_leaves {
             ),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
-            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 96),
             super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(8, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[
@@ -10124,6 +10125,7 @@ pub mod cut_leaves {
             "sglow_order",
             "sglow_cut_blocks",
             "sglow_cut_leaf_count",
+            "sglow_cut_box",
         ],
     ];
     /// `cut_leaves-directional-diffuse-f0-exact`, `cut_leaves-point-diffuse-f0-exact`, `cut_leaves-spot-diffuse-f0-exact`.
@@ -10159,8 +10161,9 @@ pub mod cut_leaves {
             ),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
-            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 64),
             super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(8, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_1: &[&[&str]] = &[
@@ -10173,6 +10176,7 @@ pub mod cut_leaves {
             "sglow_order",
             "sglow_cut_blocks",
             "sglow_cut_leaf_count",
+            "sglow_cut_box",
         ],
     ];
     /// `cut_leaves-several-both-albedo-exact`, `cut_leaves-several-both-f0-exact`.
@@ -10208,8 +10212,9 @@ pub mod cut_leaves {
             ),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
-            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 96),
             super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(8, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_2: &[&[&str]] = &[
@@ -10222,6 +10227,7 @@ pub mod cut_leaves {
             "sglow_order",
             "sglow_cut_blocks",
             "sglow_cut_leaf_count",
+            "sglow_cut_box",
         ],
     ];
     /// `cut_leaves-several-diffuse-f0-exact`.
@@ -10257,8 +10263,9 @@ pub mod cut_leaves {
             ),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(5, wgpu::ShaderStages::COMPUTE, true, 4),
-            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, false, 64),
             super::storage(7, wgpu::ShaderStages::COMPUTE, false, 4),
+            super::storage(8, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_3: &[&[&str]] = &[
@@ -10271,6 +10278,7 @@ pub mod cut_leaves {
             "sglow_order",
             "sglow_cut_blocks",
             "sglow_cut_leaf_count",
+            "sglow_cut_box",
         ],
     ];
 }
@@ -10324,7 +10332,7 @@ pub mod cut_sums {
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 96),
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[
@@ -10334,7 +10342,7 @@ pub mod cut_sums {
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, false, 64),
         ],
     ];
     pub(super) const NAMES_1: &[&[&str]] = &[
@@ -10391,7 +10399,7 @@ pub mod cut_tree {
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 96),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
@@ -10412,7 +10420,7 @@ pub mod cut_tree {
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 4),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 64),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 16),
@@ -10570,7 +10578,7 @@ pub mod cut_lights {
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 96),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
@@ -10593,7 +10601,7 @@ pub mod cut_lights {
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 96),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
@@ -10618,7 +10626,7 @@ pub mod cut_lights {
     pub(super) const LAYOUT_2: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 64),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
@@ -10641,7 +10649,7 @@ pub mod cut_lights {
     pub(super) const LAYOUT_3: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 64),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, true, 4),
@@ -10733,11 +10741,12 @@ pub mod cut_nodes {
     pub(super) const LAYOUT_0: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 80),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 96),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 80),
-            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 20),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_0: &[&[&str]] = &[
@@ -10748,17 +10757,19 @@ pub mod cut_nodes {
             "sglow_cut_leaf_count",
             "sglow_cut_vsgls",
             "sglow_cut_branches",
+            "sglow_cut_box",
         ],
     ];
     /// `cut_nodes-trace-exact-diffuse-f32`.
     pub(super) const LAYOUT_1: &[&[wgpu::BindGroupLayoutEntry]] = &[
         &[
             super::uniform(0, wgpu::ShaderStages::COMPUTE, 32),
-            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 48),
+            super::storage(1, wgpu::ShaderStages::COMPUTE, true, 64),
             super::storage(2, wgpu::ShaderStages::COMPUTE, true, 16),
             super::storage(3, wgpu::ShaderStages::COMPUTE, true, 4),
             super::storage(4, wgpu::ShaderStages::COMPUTE, false, 48),
-            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 16),
+            super::storage(5, wgpu::ShaderStages::COMPUTE, false, 48),
+            super::storage(6, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
     pub(super) const NAMES_1: &[&[&str]] = &[
@@ -10769,6 +10780,7 @@ pub mod cut_nodes {
             "sglow_cut_leaf_count",
             "sglow_cut_vsgls",
             "sglow_cut_branches",
+            "sglow_cut_box",
         ],
     ];
 }
@@ -12957,7 +12969,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13098,7 +13110,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13173,7 +13185,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13239,7 +13251,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13380,7 +13392,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13455,7 +13467,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13514,7 +13526,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13639,7 +13651,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13706,7 +13718,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 80),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 20),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13764,7 +13776,7 @@ pub mod shade {
                 wgpu::TextureViewDimension::D2,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13889,7 +13901,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -13956,7 +13968,7 @@ pub mod shade {
                 false,
             ),
             super::storage(9, wgpu::ShaderStages::COMPUTE, true, 48),
-            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 16),
+            super::storage(10, wgpu::ShaderStages::COMPUTE, true, 48),
             super::storage(11, wgpu::ShaderStages::COMPUTE, true, 4),
         ],
     ];
@@ -14693,8 +14705,14 @@ pub struct SglowCutBranchBoth {
     pub power: f32,
     /// Variance of its children's mean normals about its own mean normal, 0 to 1. (`f32` at byte 12)
     pub spread: f32,
-    /// Luminance of the power that is reflected specularly, W. (`f32` at byte 16)
+    /// The lowest corner of the box around its leaves, relative to its mean position. (`vec3<f32>` at byte 16)
+    pub low: [f32; 3],
+    /// Luminance of the power that is reflected specularly, W. (`f32` at byte 28)
     pub specular_power: f32,
+    /// The highest one. (`vec3<f32>` at byte 32)
+    pub high: [f32; 3],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
 }
 impl Default for SglowCutBranchBoth {
     /// All bytes zero.
@@ -14703,12 +14721,14 @@ impl Default for SglowCutBranchBoth {
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutBranchBoth>(), 20);
+    equal(size_of::<SglowCutBranchBoth>(), 48);
     equal(core::mem::offset_of!(SglowCutBranchBoth, left), 0);
     equal(core::mem::offset_of!(SglowCutBranchBoth, right), 4);
     equal(core::mem::offset_of!(SglowCutBranchBoth, power), 8);
     equal(core::mem::offset_of!(SglowCutBranchBoth, spread), 12);
-    equal(core::mem::offset_of!(SglowCutBranchBoth, specular_power), 16);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, low), 16);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, specular_power), 28);
+    equal(core::mem::offset_of!(SglowCutBranchBoth, high), 32);
 };
 /// What a cut reads of a node besides its light. Leaf i has the number places + i.
 ///
@@ -14724,6 +14744,14 @@ pub struct SglowCutBranchDiffuse {
     pub power: f32,
     /// Variance of its children's mean normals about its own mean normal, 0 to 1. (`f32` at byte 12)
     pub spread: f32,
+    /// The lowest corner of the box around its leaves, relative to its mean position. (`vec3<f32>` at byte 16)
+    pub low: [f32; 3],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
+    /// The highest one. (`vec3<f32>` at byte 32)
+    pub high: [f32; 3],
+    /// Not read by the shaders.
+    pub _padding_1: [u8; 4],
 }
 impl Default for SglowCutBranchDiffuse {
     /// All bytes zero.
@@ -14732,11 +14760,13 @@ impl Default for SglowCutBranchDiffuse {
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutBranchDiffuse>(), 16);
+    equal(size_of::<SglowCutBranchDiffuse>(), 48);
     equal(core::mem::offset_of!(SglowCutBranchDiffuse, left), 0);
     equal(core::mem::offset_of!(SglowCutBranchDiffuse, right), 4);
     equal(core::mem::offset_of!(SglowCutBranchDiffuse, power), 8);
     equal(core::mem::offset_of!(SglowCutBranchDiffuse, spread), 12);
+    equal(core::mem::offset_of!(SglowCutBranchDiffuse, low), 16);
+    equal(core::mem::offset_of!(SglowCutBranchDiffuse, high), 32);
 };
 /// `SglowCutKeysParameters` of the shaders.
 #[repr(C)]
@@ -14867,6 +14897,10 @@ pub struct SglowCutMomentsBoth {
     pub specular_direction: [f32; 3],
     /// Not read by the shaders.
     pub _padding_0: [u8; 4],
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16 bits, the last one in the upper ones. (`vec3<u32>` at byte 80)
+    pub cells: [u32; 3],
+    /// Not read by the shaders.
+    pub _padding_1: [u8; 4],
 }
 impl Default for SglowCutMomentsBoth {
     /// All bytes zero.
@@ -14875,7 +14909,7 @@ impl Default for SglowCutMomentsBoth {
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutMomentsBoth>(), 80);
+    equal(size_of::<SglowCutMomentsBoth>(), 96);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, mean), 0);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, weight), 12);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, diffuse_power), 16);
@@ -14885,6 +14919,7 @@ const _: () = {
     equal(core::mem::offset_of!(SglowCutMomentsBoth, specular_power), 48);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, specular_length), 60);
     equal(core::mem::offset_of!(SglowCutMomentsBoth, specular_direction), 64);
+    equal(core::mem::offset_of!(SglowCutMomentsBoth, cells), 80);
 };
 /// What texels add up to: moments about their mean, so that what is small beside its distance from the origin does not cancel.
 ///
@@ -14904,6 +14939,10 @@ pub struct SglowCutMomentsDiffuse {
     pub diffuse_direction: [f32; 3],
     /// Sum of these weights. (`f32` at byte 44)
     pub diffuse_weight: f32,
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16 bits, the last one in the upper ones. (`vec3<u32>` at byte 48)
+    pub cells: [u32; 3],
+    /// Not read by the shaders.
+    pub _padding_0: [u8; 4],
 }
 impl Default for SglowCutMomentsDiffuse {
     /// All bytes zero.
@@ -14912,13 +14951,14 @@ impl Default for SglowCutMomentsDiffuse {
     }
 }
 const _: () = {
-    equal(size_of::<SglowCutMomentsDiffuse>(), 48);
+    equal(size_of::<SglowCutMomentsDiffuse>(), 64);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, mean), 0);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, weight), 12);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, diffuse_power), 16);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, variance), 28);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, diffuse_direction), 32);
     equal(core::mem::offset_of!(SglowCutMomentsDiffuse, diffuse_weight), 44);
+    equal(core::mem::offset_of!(SglowCutMomentsDiffuse, cells), 48);
 };
 /// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one node splits.
 #[repr(C)]

@@ -8,7 +8,7 @@
 // sharpness = exact: the inverse Langevin function, within 5e-6 [Kroeger 2015]
 //
 // Contract:
-// - surface textures, places: as cut_lit takes them
+// - surface textures, places: as cut_lit takes them; box: as it leaves it
 // - keys: places of them, sorted; order: the places in the order of their keys
 // - blocks: 2 places of them; leaf count: one word, cleared to 0
 //
@@ -58,6 +58,9 @@ struct SglowCutMoments {
     diffuse_direction: vec3<f32>,
     /// Sum of these weights.
     diffuse_weight: f32,
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16
+    /// bits, the last one in the upper ones.
+    cells: vec3<u32>,
 }
 
 @group(0) @binding(0) var<uniform> sglow_cut_map_parameters: SglowCutMapParameters;
@@ -73,6 +76,8 @@ struct SglowCutMoments {
 @group(0) @binding(6) var<storage, read_write> sglow_cut_blocks: array<SglowCutMoments>;
 /// The number of leaves; clear it to 0 before.
 @group(0) @binding(7) var<storage, read_write> sglow_cut_leaf_count: array<u32>;
+/// As the pass cut_lit leaves it.
+@group(0) @binding(8) var<storage, read> sglow_cut_box: array<u32>;
 
 /// Writes the moments of each leaf in the order of the keys, nothing behind the last one, and counts the leaves.
 @compute @workgroup_size(64)
@@ -94,6 +99,11 @@ fn sglow_cut_make_leaves(@builtin(global_invocation_id) id: vec3<u32>) {
             textureLoad(sglow_normal_texture, texel, 0),
             textureLoad(sglow_base_color_texture, texel, 0),
         );
+        let box = sglow_box(
+            vec3<u32>(sglow_cut_box[0], sglow_cut_box[1], sglow_cut_box[2]),
+            vec3<u32>(sglow_cut_box[3], sglow_cut_box[4], sglow_cut_box[5]),
+        );
+        moments.cells = sglow_cut_cells(sglow_cut_grid(box), moments.mean);
         // The last leaf is the only one that has none behind it.
         var last = true;
         if id.x + 1u < places {
@@ -108,6 +118,61 @@ fn sglow_cut_make_leaves(@builtin(global_invocation_id) id: vec3<u32>) {
 
 /// The key of what is no leaf: larger than that of any leaf, whose face is at most 5.
 const SGLOW_UNLIT: u32 = 0xffffffffu;
+
+/// A grid of cells on a lattice: two cells of the coarsest level along each axis hold all lit texels.
+struct SglowCutGrid {
+    /// Binary logarithm of the width of the coarsest cells.
+    exponent: i32,
+    /// The lowest of the coarsest cells along each axis.
+    first: vec3<f32>,
+}
+
+/// A power of two; exponent: -126 to 127.
+fn sglow_power_of_two(exponent: i32) -> f32 {
+    return bitcast<f32>(u32(exponent + 127) << 23u);
+}
+
+/// The exponent of a number: that of the power of two at or below its magnitude; -127 of numbers below all of these.
+fn sglow_exponent(number: f32) -> i32 {
+    return i32((bitcast<u32>(number) >> 23u) & 0xffu) - 127;
+}
+
+/// The grid around a box.
+///
+/// The width of a cell is a power of two and its corners are multiples of it, so that the planes between cells stay
+/// where they are while the box around the texels moves. Products with powers of two and floors round nothing.
+fn sglow_cut_grid(box: SglowBox) -> SglowCutGrid {
+    let magnitude = max(abs(box.low), abs(box.high));
+    let largest = max(magnitude.x, max(magnitude.y, magnitude.z));
+    let extent = box.high - box.low;
+    let widest = max(extent.x, max(extent.y, extent.z));
+    // Cells below the numbers' own distances tell nothing apart. Two cells hold no more than twice their width, and the
+    // exponent of the extent may be rounded up.
+    let least = max(max(sglow_exponent(largest), -126) - 22, -100);
+    var exponent = clamp(sglow_exponent(widest) - 2, least, 126);
+    var low = floor(box.low * sglow_power_of_two(-exponent));
+    for (var step = 0u; step < 4u; step += 1u) {
+        let high = floor(box.high * sglow_power_of_two(-exponent));
+        if all(high - low <= vec3<f32>(1.0)) || exponent >= 126 {
+            break;
+        }
+        exponent += 1;
+        low = floor(box.low * sglow_power_of_two(-exponent));
+    }
+    return SglowCutGrid(exponent, low);
+}
+
+/// The exponent of the width of the finest cells, 2^16 along each axis.
+fn sglow_cut_finest(grid: SglowCutGrid) -> i32 {
+    return grid.exponent - 15;
+}
+
+/// The finest cell of a position, as a box of this cell alone.
+fn sglow_cut_cells(grid: SglowCutGrid, position: vec3<f32>) -> vec3<u32> {
+    let fine = floor(position * sglow_power_of_two(-sglow_cut_finest(grid)));
+    let cell = vec3<u32>(clamp(fine - 32768.0 * grid.first, vec3<f32>(0.0), vec3<f32>(65535.0)));
+    return cell | (cell << vec3<u32>(16u));
+}
 
 /// Every second bit of a word, the lowest one first.
 fn sglow_every_second_bit(word: u32) -> u32 {
@@ -291,4 +356,24 @@ fn sglow_light_direction(light: SglowLight, position: vec3<f32>) -> vec3<f32> {
 fn sglow_spot_intensity(light: SglowLight, cosine: f32) -> vec3<f32> {
     let attenuation = clamp(cosine * light.cone_scale + light.cone_offset, 0.0, 1.0);
     return light.intensity * (attenuation * attenuation);
+}
+
+/// A box around points as six numbers that only grow: x, y and z of the low corner, ordered and inverted, then those of
+/// the high corner, ordered. A box of zeros is around nothing.
+struct SglowBox {
+    low: vec3<f32>,
+    high: vec3<f32>,
+}
+
+/// The box of its six numbers.
+fn sglow_box(low: vec3<u32>, high: vec3<u32>) -> SglowBox {
+    return SglowBox(
+        vec3<f32>(sglow_unordered(~low.x), sglow_unordered(~low.y), sglow_unordered(~low.z)),
+        vec3<f32>(sglow_unordered(high.x), sglow_unordered(high.y), sglow_unordered(high.z)),
+    );
+}
+
+/// The float whose ordered integer this is.
+fn sglow_unordered(key: u32) -> f32 {
+    return bitcast<f32>(select(~key, key & 0x7fffffffu, key >= 0x80000000u));
 }

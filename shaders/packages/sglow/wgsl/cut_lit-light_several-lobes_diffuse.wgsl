@@ -188,6 +188,9 @@ struct SglowCutMoments {
     diffuse_direction: vec3<f32>,
     /// Sum of these weights.
     diffuse_weight: f32,
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16
+    /// bits, the last one in the upper ones.
+    cells: vec3<u32>,
 }
 
 /// What one texel adds to the light of its cluster. [Tokuyoshi 2016, Appendix B]

@@ -170,6 +170,9 @@ struct SglowCutMoments {
     specular_length: f32,
     /// Sum of these mean directions, weighed alike.
     specular_direction: vec3<f32>,
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16
+    /// bits, the last one in the upper ones.
+    cells: vec3<u32>,
 }
 
 /// What one texel adds to the light of its cluster. [Tokuyoshi 2016, Appendix B]

@@ -8,7 +8,7 @@
 // precision = f32: 32-bit floats
 //
 // Contract:
-// - blocks, nodes, leaf count: as the passes before leave them
+// - blocks, nodes, leaf count, box: as the passes before leave them
 // - vsgls, branches: twice as many as there are places; what belongs to no node stays as it is
 // - diffuse_mean_length: as the moments pass takes it
 //
@@ -42,6 +42,9 @@ struct SglowCutMoments {
     diffuse_direction: vec3<f32>,
     /// Sum of these weights.
     diffuse_weight: f32,
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16
+    /// bits, the last one in the upper ones.
+    cells: vec3<u32>,
 }
 
 /// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one
@@ -83,6 +86,10 @@ struct SglowCutBranch {
     power: f32,
     /// Variance of its children's mean normals about its own mean normal, 0 to 1.
     spread: f32,
+    /// The lowest corner of the box around its leaves, relative to its mean position.
+    low: vec3<f32>,
+    /// The highest one.
+    high: vec3<f32>,
 }
 
 @group(0) @binding(0) var<uniform> sglow_cut_nodes_parameters: SglowCutNodesParameters;
@@ -95,6 +102,8 @@ struct SglowCutBranch {
 @group(0) @binding(4) var<storage, read_write> sglow_cut_vsgls: array<SglowVsgl>;
 /// Children, power and spread of normals, likewise.
 @group(0) @binding(5) var<storage, read_write> sglow_cut_branches: array<SglowCutBranch>;
+/// As the pass cut_lit leaves it.
+@group(0) @binding(6) var<storage, read> sglow_cut_box: array<u32>;
 
 /// Makes the light of each node and leaf of the tree, and writes its number into its parent.
 @compute @workgroup_size(64)
@@ -144,6 +153,13 @@ fn sglow_cut_make_nodes(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     sglow_cut_branches[id.x].power = sglow_luminance(sum.diffuse_power);
     sglow_cut_branches[id.x].spread = spread;
+    let box = sglow_box(
+        vec3<u32>(sglow_cut_box[0], sglow_cut_box[1], sglow_cut_box[2]),
+        vec3<u32>(sglow_cut_box[3], sglow_cut_box[4], sglow_cut_box[5]),
+    );
+    let corners = sglow_cut_corners(sglow_cut_grid(box), sum.cells, sum.mean);
+    sglow_cut_branches[id.x].low = corners[0];
+    sglow_cut_branches[id.x].high = corners[1];
     if has_parent {
         // The left child ends at its parent's gap at the latest.
         let is_left = select(at < parent, at <= parent, is_leaf);
@@ -173,6 +189,7 @@ fn sglow_cut_block(index: u32) -> SglowCutMoments {
     block.variance = sglow_cut_blocks[index].variance;
     block.diffuse_direction = sglow_cut_blocks[index].diffuse_direction;
     block.diffuse_weight = sglow_cut_blocks[index].diffuse_weight;
+    block.cells = sglow_cut_blocks[index].cells;
     return block;
 }
 
@@ -204,6 +221,83 @@ fn sglow_luminance(color: vec3<f32>) -> f32 {
     return dot(color, vec3<f32>(0.2126, 0.7152, 0.0722));
 }
 
+/// A grid of cells on a lattice: two cells of the coarsest level along each axis hold all lit texels.
+struct SglowCutGrid {
+    /// Binary logarithm of the width of the coarsest cells.
+    exponent: i32,
+    /// The lowest of the coarsest cells along each axis.
+    first: vec3<f32>,
+}
+
+/// A power of two; exponent: -126 to 127.
+fn sglow_power_of_two(exponent: i32) -> f32 {
+    return bitcast<f32>(u32(exponent + 127) << 23u);
+}
+
+/// The exponent of a number: that of the power of two at or below its magnitude; -127 of numbers below all of these.
+fn sglow_exponent(number: f32) -> i32 {
+    return i32((bitcast<u32>(number) >> 23u) & 0xffu) - 127;
+}
+
+/// The grid around a box.
+///
+/// The width of a cell is a power of two and its corners are multiples of it, so that the planes between cells stay
+/// where they are while the box around the texels moves. Products with powers of two and floors round nothing.
+fn sglow_cut_grid(box: SglowBox) -> SglowCutGrid {
+    let magnitude = max(abs(box.low), abs(box.high));
+    let largest = max(magnitude.x, max(magnitude.y, magnitude.z));
+    let extent = box.high - box.low;
+    let widest = max(extent.x, max(extent.y, extent.z));
+    // Cells below the numbers' own distances tell nothing apart. Two cells hold no more than twice their width, and the
+    // exponent of the extent may be rounded up.
+    let least = max(max(sglow_exponent(largest), -126) - 22, -100);
+    var exponent = clamp(sglow_exponent(widest) - 2, least, 126);
+    var low = floor(box.low * sglow_power_of_two(-exponent));
+    for (var step = 0u; step < 4u; step += 1u) {
+        let high = floor(box.high * sglow_power_of_two(-exponent));
+        if all(high - low <= vec3<f32>(1.0)) || exponent >= 126 {
+            break;
+        }
+        exponent += 1;
+        low = floor(box.low * sglow_power_of_two(-exponent));
+    }
+    return SglowCutGrid(exponent, low);
+}
+
+/// The exponent of the width of the finest cells, 2^16 along each axis.
+fn sglow_cut_finest(grid: SglowCutGrid) -> i32 {
+    return grid.exponent - 15;
+}
+
+/// The corners of a box of cells, at the middle of its first and last one: relative to a position.
+fn sglow_cut_corners(grid: SglowCutGrid, cells: vec3<u32>, position: vec3<f32>) -> array<vec3<f32>, 2> {
+    let width = sglow_power_of_two(sglow_cut_finest(grid));
+    let first = 32768.0 * grid.first + 0.5;
+    let low = vec3<f32>(cells & vec3<u32>(0xffffu));
+    let high = vec3<f32>(cells >> vec3<u32>(16u));
+    return array<vec3<f32>, 2>((first + low) * width - position, (first + high) * width - position);
+}
+
+/// A box around points as six numbers that only grow: x, y and z of the low corner, ordered and inverted, then those of
+/// the high corner, ordered. A box of zeros is around nothing.
+struct SglowBox {
+    low: vec3<f32>,
+    high: vec3<f32>,
+}
+
+/// The box of its six numbers.
+fn sglow_box(low: vec3<u32>, high: vec3<u32>) -> SglowBox {
+    return SglowBox(
+        vec3<f32>(sglow_unordered(~low.x), sglow_unordered(~low.y), sglow_unordered(~low.z)),
+        vec3<f32>(sglow_unordered(high.x), sglow_unordered(high.y), sglow_unordered(high.z)),
+    );
+}
+
+/// The float whose ordered integer this is.
+fn sglow_unordered(key: u32) -> f32 {
+    return bitcast<f32>(select(~key, key & 0x7fffffffu, key >= 0x80000000u));
+}
+
 /// The least variance of a light: a texel's own extent is in its moments, so that nothing else bounds it below.
 const SGLOW_CUT_LEAST_VARIANCE: f32 = 1e-12;
 
@@ -220,6 +314,12 @@ fn sglow_cut_light(sum: SglowCutMoments, origin: vec3<f32>, mean_length: f32) ->
     moments.diffuse_power = sum.diffuse_power;
     moments.diffuse_direction = vec4<f32>(mean_length * sum.diffuse_direction, sum.diffuse_weight);
     return sglow_vsgl_of_moments(moments, 1.0, origin + sum.mean, SGLOW_CUT_LEAST_VARIANCE);
+}
+
+/// The box around two boxes of cells.
+fn sglow_cut_joined(left: vec3<u32>, right: vec3<u32>) -> vec3<u32> {
+    let low = min(left & vec3<u32>(0xffffu), right & vec3<u32>(0xffffu));
+    return low | max(left & vec3<u32>(0xffff0000u), right & vec3<u32>(0xffff0000u));
 }
 
 /// The moments of the texels of both. The parallel form of the variance, which does not cancel.
@@ -242,6 +342,7 @@ fn sglow_cut_merged(left: SglowCutMoments, right: SglowCutMoments) -> SglowCutMo
     merged.diffuse_power = left.diffuse_power + right.diffuse_power;
     merged.diffuse_direction = left.diffuse_direction + right.diffuse_direction;
     merged.diffuse_weight = left.diffuse_weight + right.diffuse_weight;
+    merged.cells = sglow_cut_joined(left.cells, right.cells);
     return merged;
 }
 

@@ -35,6 +35,9 @@ struct SglowCutMoments {
     specular_length: f32,
     /// Sum of these mean directions, weighed alike.
     specular_direction: vec3<f32>,
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16
+    /// bits, the last one in the upper ones.
+    cells: vec3<u32>,
 }
 
 @group(0) @binding(0) var<uniform> sglow_cut_sums_parameters: SglowCutSumsParameters;
@@ -50,6 +53,12 @@ fn sglow_cut_make_sums(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let block = count + id.x;
     sglow_cut_blocks[block] = sglow_cut_merged(sglow_cut_blocks[2u * block], sglow_cut_blocks[2u * block + 1u]);
+}
+
+/// The box around two boxes of cells.
+fn sglow_cut_joined(left: vec3<u32>, right: vec3<u32>) -> vec3<u32> {
+    let low = min(left & vec3<u32>(0xffffu), right & vec3<u32>(0xffffu));
+    return low | max(left & vec3<u32>(0xffff0000u), right & vec3<u32>(0xffff0000u));
 }
 
 /// The moments of the texels of both. The parallel form of the variance, which does not cancel.
@@ -75,5 +84,6 @@ fn sglow_cut_merged(left: SglowCutMoments, right: SglowCutMoments) -> SglowCutMo
     merged.specular_power = left.specular_power + right.specular_power;
     merged.specular_length = left.specular_length + right.specular_length;
     merged.specular_direction = left.specular_direction + right.specular_direction;
+    merged.cells = sglow_cut_joined(left.cells, right.cells);
     return merged;
 }

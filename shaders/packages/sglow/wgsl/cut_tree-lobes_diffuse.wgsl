@@ -31,6 +31,9 @@ struct SglowCutMoments {
     diffuse_direction: vec3<f32>,
     /// Sum of these weights.
     diffuse_weight: f32,
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16
+    /// bits, the last one in the upper ones.
+    cells: vec3<u32>,
 }
 
 /// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one
@@ -157,6 +160,7 @@ fn sglow_cut_block(index: u32) -> SglowCutMoments {
     block.variance = sglow_cut_blocks[index].variance;
     block.diffuse_direction = sglow_cut_blocks[index].diffuse_direction;
     block.diffuse_weight = sglow_cut_blocks[index].diffuse_weight;
+    block.cells = sglow_cut_blocks[index].cells;
     return block;
 }
 
@@ -188,6 +192,12 @@ fn sglow_cut_whole() -> SglowCutMoments {
     return sglow_cut_block(1u);
 }
 
+/// The box around two boxes of cells.
+fn sglow_cut_joined(left: vec3<u32>, right: vec3<u32>) -> vec3<u32> {
+    let low = min(left & vec3<u32>(0xffffu), right & vec3<u32>(0xffffu));
+    return low | max(left & vec3<u32>(0xffff0000u), right & vec3<u32>(0xffff0000u));
+}
+
 /// The moments of the texels of both. The parallel form of the variance, which does not cancel.
 /// [Chan 1983, Eq. (2.1)]
 fn sglow_cut_merged(left: SglowCutMoments, right: SglowCutMoments) -> SglowCutMoments {
@@ -208,5 +218,6 @@ fn sglow_cut_merged(left: SglowCutMoments, right: SglowCutMoments) -> SglowCutMo
     merged.diffuse_power = left.diffuse_power + right.diffuse_power;
     merged.diffuse_direction = left.diffuse_direction + right.diffuse_direction;
     merged.diffuse_weight = left.diffuse_weight + right.diffuse_weight;
+    merged.cells = sglow_cut_joined(left.cells, right.cells);
     return merged;
 }

@@ -37,6 +37,9 @@ struct SglowCutMoments {
     specular_length: f32,
     /// Sum of these mean directions, weighed alike.
     specular_direction: vec3<f32>,
+    /// The box around the texels' positions, in cells of the finest grid: of each axis the first cell in the lower 16
+    /// bits, the last one in the upper ones.
+    cells: vec3<u32>,
 }
 
 /// An inner node. Its number is that of the last leaf of its left child: each gap between two leaves is where one
@@ -173,6 +176,7 @@ fn sglow_cut_block(index: u32) -> SglowCutMoments {
     block.specular_power = sglow_cut_blocks[index].specular_power;
     block.specular_length = sglow_cut_blocks[index].specular_length;
     block.specular_direction = sglow_cut_blocks[index].specular_direction;
+    block.cells = sglow_cut_blocks[index].cells;
     return block;
 }
 
@@ -204,6 +208,12 @@ fn sglow_cut_whole() -> SglowCutMoments {
     return sglow_cut_block(1u);
 }
 
+/// The box around two boxes of cells.
+fn sglow_cut_joined(left: vec3<u32>, right: vec3<u32>) -> vec3<u32> {
+    let low = min(left & vec3<u32>(0xffffu), right & vec3<u32>(0xffffu));
+    return low | max(left & vec3<u32>(0xffff0000u), right & vec3<u32>(0xffff0000u));
+}
+
 /// The moments of the texels of both. The parallel form of the variance, which does not cancel.
 /// [Chan 1983, Eq. (2.1)]
 fn sglow_cut_merged(left: SglowCutMoments, right: SglowCutMoments) -> SglowCutMoments {
@@ -227,5 +237,6 @@ fn sglow_cut_merged(left: SglowCutMoments, right: SglowCutMoments) -> SglowCutMo
     merged.specular_power = left.specular_power + right.specular_power;
     merged.specular_length = left.specular_length + right.specular_length;
     merged.specular_direction = left.specular_direction + right.specular_direction;
+    merged.cells = sglow_cut_joined(left.cells, right.cells);
     return merged;
 }
