@@ -245,6 +245,8 @@ fn what_is_broken_is_noticed() {
         ("cut_sums-both", "share * right.variance", "left_share * right.variance", Part::Blocks),
         ("cut_sums-both", "+ left_share * share * dot(apart, apart)", "", Part::Blocks),
         ("cut_sums-both", "2u * block + 1u", "2u * block", Part::Blocks),
+        ("cut_sums-both", "low | max(left", "low | min(left", Part::Blocks),
+        (moments, "32768.0 * grid.first", "32767.0 * grid.first", Part::Blocks),
         ("cut_tree-both", "before > after", "before < after", Part::Tree),
         (
             "cut_tree-both",

@@ -89,6 +89,31 @@ fn apart_from_leaves(read: &TreeBuffers) -> f64 {
     worst
 }
 
+/// How far the corners of boxes are from those around the positions of their leaves, in parts of the whole box's widest
+/// side.
+fn boxes_apart(read: &TreeBuffers) -> f64 {
+    let corners = |leaves: &[Vsgl]| {
+        let of = |axis: usize, choose: fn(f64, f64) -> f64| {
+            leaves.iter().map(|leaf| leaf.position.to_array()[axis]).reduce(choose).unwrap()
+        };
+        [0, 1, 2].map(|axis| [of(axis, f64::min), of(axis, f64::max)])
+    };
+    let whole = corners(&read.lights[read.places..read.places + read.leaves]);
+    let widest = whole.iter().map(|[low, high]| high - low).fold(0.0, f64::max);
+    let mut worst = 0.0_f64;
+    for node in read.all() {
+        let [first, last] = read.range(node);
+        let expected = corners(&read.lights[read.places + first..=read.places + last]);
+        let at = read.lights[node].position.to_array();
+        for (corner, bound) in read.bounds[node].map(Vector3::to_array).iter().enumerate() {
+            for axis in 0..3 {
+                worst = worst.max((at[axis] + bound[axis] - expected[axis][corner]).abs());
+            }
+        }
+    }
+    worst / widest
+}
+
 fn picture(run: &Run) -> Vec<[f64; 3]> {
     let mut sum = vec![[0.0; 3]; run.gbuffer.position.len()];
     for texture in [run.indirect.diffuse(), run.indirect.specular()].into_iter().flatten() {
@@ -121,18 +146,23 @@ fn nodes_are_linked_and_their_lights_are_those_of_their_leaves() {
             println!("{lobes}, {map}, {lights} lights: off by {off:e}");
             // Thirty roundings of f32: sums in pairs of at most 2^10 leaves, then a coefficient and its integral.
             assert!(off < 15.0 * f64::from(f32::EPSILON), "{lobes} {map} {lights}: {off:e}");
+            // Half a cell, of which the widest side has at least 2^14, since the grid may be four times as wide; and
+            // roundings of f32.
+            let off = boxes_apart(&read);
+            assert!(off < 0.5 / 16384.0 + 1e-5, "{lobes} {map} {lights}: {off:e}");
         }
     }
     let breaks = [
         ("at <= parent, is_leaf", "at < parent, is_leaf"),
         ("branches[parent].right = id.x", "branches[parent].right = parent"),
         ("sglow_cut_sum(places, at + 1u, last + 1u)", "sglow_cut_sum(places, at + 1u, last)"),
+        ("(first + high) * width", "(first + low) * width"),
     ];
     for (from, to) in breaks {
         let id = "cut_nodes-trace-exact-both-f32";
         let read = tree_of(&Run::new(&settings(), KINDS[0], &broken(id, from, to), 3));
         assert!(
-            !is_linked(&read) || apart_from_leaves(&read) > 1e-2,
+            !is_linked(&read) || apart_from_leaves(&read) > 1e-2 || boxes_apart(&read) > 1e-2,
             "{from} as {to} goes unnoticed"
         );
     }

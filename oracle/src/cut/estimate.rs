@@ -126,7 +126,7 @@ pub fn estimate(light: &Vsgl, branch: &Branch, receiver: &Receiver, slack: f64) 
     let across = ((1.0 - tilt * tilt).max(0.0) * inverse).sqrt().min(1.0);
     let horizon = across * tail(height.abs() / across.max(1e-10));
     let lit = f64::from(u8::from(front > 0.0));
-    // The most that the product of both cosines is in any direction, in the mean over the node's normals.
+    // Both cosines' product is largest towards the bisector of n_r and -n, (1 - n . n_r)/2: its mean over the normals.
     let product = front.min(0.5 * (1.0 - tilt).max(0.0) / back.max(1e-10));
     let mut error = emitted * receiver.diffuse * (product * share * closer + horizon);
     let width = |sharpness: f64| (sharpness * inverse).powf(1.5);

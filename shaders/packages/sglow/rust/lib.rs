@@ -3983,7 +3983,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-both-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-cut_tile.wgsl"),
-        sha256: "74b5484f76d07c1803986e2e4b65a03bda5f3fdaa6bc05ef70d606bc1ce8c152",
+        sha256: "d5aed05140cb38326ac94dff3b9880562b08bc95171f2dd7457a8d7cd11e2120",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map",
@@ -4005,7 +4005,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "50075d75f78d6029027c963b24678943f455f88a8f2357efdc20e0a0c34eddff",
+        sha256: "94df5eea9f3fcdf6079469d833e09d2dc361239a3e389da74c83032fae7ea895",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-both-f32-shadow_map-tile",
@@ -4013,7 +4013,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "1d14b0a3b7c125769b2edce34ad7f0eb4cef7739c8f8151d3092f2b952adaf11",
+        sha256: "44dbd9d33c44a97c789312d733c896b8d454f24e087c38382ea2cc10bce77b46",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-imperfect",
@@ -4033,7 +4033,7 @@ pub static EMBEDDED: &[Embedded] = &[
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-none-tile",
         pass: shade::PASS,
         text: include_str!("../wgsl/shade-emitter_disc-lobes_diffuse-cut_tile.wgsl"),
-        sha256: "ef7dd3a924a6d691c9dee5669fbc25dbb32e01b5d8784b32aa0a75f813914bb3",
+        sha256: "5c7fb13a988fbc412eb45adabe5da6e04e805519297327a5d48b5294e31503c5",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map",
@@ -4057,7 +4057,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "8f72b228f74d788b9747c8db6a167cff3a227617c38f9303e9fd028a9ece0792",
+        sha256: "b51db21175644289677dcb3c063dab69940a13077e1bebb4222b302e8dc92911",
     },
     Embedded {
         id: "shade-disc-fitted-asg-ggx-diffuse-f32-shadow_map-tile",
@@ -4065,7 +4065,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "604972bab16f69af84578c15572b8561d381989a07042dc912a390c81361227b",
+        sha256: "76c61d48005198e24d0c0923c876ffa0a49a06f1e19c60522de065b5b3673809",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-imperfect",
@@ -4081,7 +4081,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-cut_tile.wgsl"
         ),
-        sha256: "2dd1a721ca803dc0dfae392ae868c758b15f48ba8161a76433d383026fc81d3d",
+        sha256: "8f3ad64524553ea4cb0fbc903dcf6a20d5c3927bdeeb578b1274874b7ba00d8a",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-both-f32-shadow_map",
@@ -4097,7 +4097,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "7c8e05ee1c71aa5141fa9f2f028ee38823dce81e455f186a0c11000dd381b8c1",
+        sha256: "01401ac4d31120ae9dc3fe5d9b201703d7d5d6cf39538862acff27893eefcaa3",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-imperfect",
@@ -4113,7 +4113,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "e1634af3ef522333d709f0aa386a30b6e6c3c9c95b082d03ac01de9d34c68057",
+        sha256: "7e512c8c6984c60d64efa9a6d19ffa2f0b3690310d6eafb376c758df32eee35d",
     },
     Embedded {
         id: "shade-disc-fitted-ndf_filtered-ggx-diffuse-f32-shadow_map",
@@ -4129,7 +4129,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_ndf_filtered-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "976e38fbd58fa227a948c87924efae03b7f5782bfe94ed90b9b7cacaaa8b28c9",
+        sha256: "30880366e6b11c55e8ce01ef8ad811f843f862cf79607e51219d94b281bb0fd6",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-imperfect",
@@ -4151,7 +4151,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-cut_tile.wgsl"
         ),
-        sha256: "ee3bbf23f5e4387c0343dfbaf55167bfeaa54d4bd77d901587dc825d4b82f5ae",
+        sha256: "fc208d4c1c63b4556e87c3120ad34b4d8add378fd02fa2c3dbdecb5d20f602b3",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map",
@@ -4175,7 +4175,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "e31d71f767e0b1a516d6780acdd42af97e9947252c8e7f2a3fde9285b9f278e1",
+        sha256: "64447ecdc479b1b6e98beda17abfeb76291ee64989859b07e34bfcf696a86c76",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-both-f32-shadow_map-tile",
@@ -4183,7 +4183,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "5bf39bc910925e77c9613f65ce362116990b2133e6f47a4edc8e4ee68e3ab1f8",
+        sha256: "c94a561bd350070866be5fb40639fc11171e82566fa4a7e57b5d5f264dc7fc61",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-imperfect",
@@ -4207,7 +4207,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-cut_tile.wgsl"
         ),
-        sha256: "b9950e0fed6a36f8da3459317655fc93d9912645bbcdf1cbc4021d7b707ca548",
+        sha256: "21cd236ff1ad127bb8a46b97b03f9d6bdcb6f14cdca8c95eb53928cec7377958",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map",
@@ -4231,7 +4231,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-output_rgba16float-cut_tile.wgsl"
         ),
-        sha256: "d3c9300e4edd08ee7273bfa0c75826fcdb90c2ba1a9e3133960fae7e311bb275",
+        sha256: "0bef6a60e781a340faf54131a9c3bc0f1265b95a28b4b30f98877f83182480ad",
     },
     Embedded {
         id: "shade-disc-fitted-none-none-diffuse-f32-shadow_map-tile",
@@ -4239,7 +4239,7 @@ pub static EMBEDDED: &[Embedded] = &[
         text: include_str!(
             "../wgsl/shade-emitter_disc-specular_none-ndf_none-lobes_diffuse-visibility_shadow_map-cut_tile.wgsl"
         ),
-        sha256: "99a60c8640237542a0e1ad0dcbc7900771eb2ba562598408799e35a0aac561df",
+        sha256: "6898da902b33c0b7f0b84f320f24af233d200dc88c82cdcc6ec9beb7a50e375b",
     },
     Embedded {
         id: "shade-disc-quartic-asg-ggx-both-f32-none",

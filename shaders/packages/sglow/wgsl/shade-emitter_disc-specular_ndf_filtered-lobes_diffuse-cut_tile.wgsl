@@ -523,9 +523,8 @@ fn sglow_tile_weight(node: SglowTileNode, shares: SglowTileShares) -> f32 {
 }
 
 /// By how many standard deviations of its positions a node reaches at least beyond its own plane and that of the
-/// receiver. A vote stands for the pixels around it, which see the node from other places: without this the estimate at
-/// the vote itself is enough, and on the scene atrium in a small picture the error is 14 % for 10 (the test
-/// light_in_corners_is_not_lost of tests/src/cut_error.rs).
+/// receiver. The box alone bounds what a vote itself sees; a vote stands for the pixels around it, too, which see the
+/// node from other places (the test light_in_corners_is_not_lost of tests/src/cut_error.rs).
 const SGLOW_CUT_SLACK: f32 = 2.5;
 
 /// The mean of max(x - u, 0) over a standard normal distribution of x, phi(u) - u Q(u), for u at least 0. Fitted by its
@@ -580,14 +579,14 @@ fn sglow_cut_estimate(vsgl: SglowVsgl, branch: SglowCutBranch, receiver: SglowCu
     let inverse = 1.0 / max(extent, 1e-20);
     let share = min(inverse + branch.spread, 1.0);
     let tilt = r * dot(vsgl.diffuse_axis, receiver.normal);
-    // Between a receiver and a light of normal n, both cosines have at most the product (1 - n . n_r)/2 in any
-    // direction; a node's mean of that is exact, without a slack. None of it is left on the receiver's own plane.
-    let diffuse = min(front, 0.5 * max(1.0 - tilt, 0.0) / max(back, 1e-10));
+    // The product of both cosines is largest towards the bisector of n_r and -n: (1 - n . n_r)/2. Its mean over a node
+    // follows from the mean normal alone, and is 0 where both planes are parallel: these cannot light each other.
+    let cosine = min(front, 0.5 * max(1.0 - tilt, 0.0) / max(back, 1e-10));
     let across = min(sqrt(max(1.0 - tilt * tilt, 0.0) * inverse), 1.0);
     let horizon = across * sglow_cut_tail(abs(height) / max(across, 1e-10));
     // One product with each lobe's intensity: compilers factor a sum of products, and the estimate
     // would round differently in a variant whose specular terms are 0 and in one without them.
-    var received = receiver.diffuse * (diffuse * share * closer + horizon);
+    var received = receiver.diffuse * (cosine * share * closer + horizon);
     let glossy = receiver.reflectance * select(0.0, 1.0, front > 0.0)
         * sglow_cut_blurred(dot(towards, receiver.axis), receiver.sharpness, extent);
     let glossy_width = pow(receiver.sharpness * inverse, 1.5);
